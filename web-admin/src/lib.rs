@@ -1,8 +1,10 @@
-//! The service of Stylet: takes recordings in, scores them, shows what trainees and instructors need to see.
+//! The service of Stylet: receives recordings, scores them, and shows the results to trainees and
+//! instructors.
 //!
 //! A library with a thin program around it, so that tests run the router in process.
 //!
-//! Whatever asks the database fails when the database does; a function says only what else it refuses.
+//! Functions that query the database fail when the database does; `# Errors` sections list only the
+//! other causes.
 
 pub mod cli;
 pub mod research;

@@ -1,7 +1,8 @@
-//! Connections: how many there may be, from whom, and how long each may keep us waiting.
+//! Connections: limits on their number, in total and per address, and on their idle time.
 //!
-//! Whoever opens a hundred and sends half a head on each must not shut the others out. A connection that says nothing is closed, one
-//! that reads nothing is broken by the system, and no address has more of them than a school behind one router needs.
+//! A client that opens a hundred connections and sends half a request head on each must not lock
+//! out the others. An idle connection is closed, one whose client reads nothing is reset by the
+//! system, and no address may have more connections than a school behind one router needs.
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
@@ -21,35 +22,37 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tower::{Service, ServiceExt};
 
-/// What connections may cost.
+/// Limits on connections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ConnectionLimits {
-    /// Most at once.
+    /// Maximum number of connections.
     pub whole: usize,
-    /// Most at once from one address.
+    /// Maximum number of connections from one address.
     pub by_address: usize,
-    /// Longest until the head of a request is there, the wait for a further request included.
+    /// Maximum time until the head of a request has arrived, including the wait for the next
+    /// request.
     pub head: Duration,
-    /// Longest that sent bytes may wait to be taken.
+    /// Maximum time for which sent bytes may remain unacknowledged.
     pub unread: Duration,
-    /// How long a request may go on after the service was told to stop.
+    /// Time for which requests may continue after the service was asked to stop.
     pub last_orders: Duration,
 }
 
-/// Most connections at once, where the system allows as many files.
+/// Maximum number of connections, if the limit on open files allows it.
 const MOST: usize = 1024;
-/// Files that are no connections: database, log, recordings being read and written.
+/// Open files other than connections: the database, the log, and recordings being read and written.
 const OTHER_FILES: u64 = 64;
 /// A class of forty, each browser with six connections, behind one router.
 const BY_ADDRESS: usize = 256;
 
 impl ConnectionLimits {
-    /// What this process can serve: two files for each connection, after the limit was raised as far as it may be. Behind a
-    /// proxy everybody comes from one address, and the proxy counts.
+    /// Returns the limits for this process: two files per connection, after raising the limit on
+    /// open files to its maximum. Behind a proxy all connections come from one address, so limits
+    /// per client are left to the proxy.
     #[must_use]
     pub fn of_process(behind_proxy: bool) -> Self {
         let Rlimit { maximum, current } = getrlimit(Resource::Nofile);
-        // Refused, it stays as it was.
+        // If this fails, the current limit applies.
         let raised = setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum }).is_ok();
         let files = if raised { maximum } else { current }.unwrap_or(u64::MAX);
         let room = files.saturating_sub(OTHER_FILES) / 2;
@@ -64,11 +67,11 @@ impl ConnectionLimits {
     }
 }
 
-/// Connections by address.
+/// Number of connections by address.
 #[derive(Clone, Debug, Default)]
 struct Guests(Arc<Mutex<BTreeMap<IpAddr, usize>>>);
 
-/// A connection that counts until it is dropped.
+/// A connection that is counted until it is dropped.
 struct Guest {
     guests: Guests,
     address: IpAddr,
@@ -76,7 +79,7 @@ struct Guest {
 }
 
 impl Guests {
-    /// Counts a connection; none where its address has as many as it may.
+    /// Counts a connection; returns `None` if its address has reached the limit.
     fn admit(&self, address: IpAddr, most: usize, place: OwnedSemaphorePermit) -> Option<Guest> {
         let mut counts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let count = counts.entry(address).or_default();
@@ -100,7 +103,8 @@ impl Drop for Guest {
     }
 }
 
-/// Serves until `stop` is done, and then for as long as what has begun may go on.
+/// Serves until `stop` completes, and then lets open requests finish within
+/// [`ConnectionLimits::last_orders`].
 pub async fn serve_connections(
     listener: TcpListener,
     app: Router,
@@ -120,7 +124,7 @@ pub async fn serve_connections(
         };
         let Some((stream, address, place)) = arrived else { continue };
         let Some(guest) = guests.admit(address.ip(), limits.by_address, place) else { continue };
-        // Both only help: a connection without them is served all the same.
+        // Both are optional: a connection is served without them, too.
         let _ = (stream.set_nodelay(true), sockopt::set_tcp_user_timeout(&stream, as_millis(limits.unread)));
         let Ok(service) = Service::<SocketAddr>::call(&mut services, address).await;
         let service = service.map_request(|request: Request<_>| request.map(Body::new));
@@ -128,16 +132,16 @@ pub async fn serve_connections(
         let connection = graceful.watch(connection);
         tokio::spawn(async move {
             let _guest = guest;
-            // A connection that breaks has nobody left to be told.
+            // An error here means that the client is gone.
             let _ended = connection.await;
         });
     }
     drop(listener);
-    // Who is not done by then is cut off.
+    // Connections that are still open after that are dropped.
     let _done = tokio::time::timeout(limits.last_orders, graceful.shutdown()).await;
 }
 
-/// The next connection, once there is a place for it.
+/// Waits for a free slot, then accepts the next connection.
 async fn count_arrival(
     listener: &TcpListener,
     places: &Arc<Semaphore>,
@@ -147,6 +151,7 @@ async fn count_arrival(
         Ok((stream, address)) => Some((stream, address, place)),
         Err(error) => {
             tracing::warn!(cause = %error, "a connection could not be taken");
+            // Out of file descriptors, accept fails at once each time: do not spin.
             tokio::time::sleep(Duration::from_millis(100)).await;
             None
         }
@@ -159,7 +164,7 @@ fn as_millis(time: Duration) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    //! Half a head on every connection is the cheapest way to keep everybody else out.
+    //! Half a head on every connection is the cheapest way to lock out all others.
 
     use axum::routing::get;
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -183,17 +188,17 @@ mod tests {
         address
     }
 
-    /// A connection from one of this machine's addresses.
+    /// Connects from one of this machine's loopback addresses.
     async fn from(last: u8, to: SocketAddr) -> TcpStream {
         let socket = TcpSocket::new_v4().unwrap();
         socket.bind(SocketAddr::from(([127, 0, 0, last], 0))).unwrap();
         socket.connect(to).await.unwrap()
     }
 
-    /// What is answered until the connection is closed; nothing where it is refused.
+    /// Returns the response until the connection is closed; empty if it is refused.
     async fn ask(mut stream: TcpStream, request: &str) -> String {
         let mut answer = String::new();
-        // Refused connections are closed, or reset where the request was on its way.
+        // A refused connection is closed, or reset if the request was already sent.
         let _ = stream.write_all(request.as_bytes()).await;
         let _ = stream.read_to_string(&mut answer).await;
         answer

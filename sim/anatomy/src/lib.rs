@@ -1,7 +1,9 @@
-//! Bodies: closed meshes of what lies in a patient, from numbers or from somebody else's segmentation, and the layers along a needle.
+//! Bodies: closed meshes of a patient's anatomy, from parameters or from an external segmentation,
+//! and the layers along a needle.
 //!
-//! Pure: the same numbers give the same bits. No clock, thread, file or log; what is random comes from a seed that is given. Everything is in
-//! SI units and in the patient frame: the origin is on the skin where a needle enters, +z points out of the body.
+//! Pure: equal inputs give identical bits. No clock, thread, file or log; randomness comes from a
+//! given seed. Everything is in SI units and in the patient frame: the origin is on the skin where
+//! a needle enters, +z points out of the body.
 
 mod body;
 mod manifold;

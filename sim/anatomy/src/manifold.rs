@@ -1,15 +1,16 @@
-//! How triangles hang together.
+//! Topology checks of triangle meshes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Point3;
 use phrase::{Phrase, phrase};
 
-/// A manifold of one orientation: at most two triangles at an edge, which walk it in opposite directions, and one fan of
-/// triangles around each vertex. Counts its open edges.
+/// Checks that a mesh is a consistently oriented manifold: at most two triangles at an edge, which
+/// traverse it in opposite directions, and one fan of triangles around each vertex. Returns the
+/// number of open edges.
 ///
 /// # Errors
-/// What is not so, and how often.
+/// The violated condition and the number of violations.
 pub fn check_manifold(triangles: &[[u32; 3]]) -> Result<usize, Phrase> {
     let without_area = triangles.iter().filter(|[a, b, c]| a == b || b == c || c == a).count();
     if without_area > 0 {
@@ -29,7 +30,7 @@ pub fn check_manifold(triangles: &[[u32; 3]]) -> Result<usize, Phrase> {
 }
 
 fn check_edges(triangles: &[[u32; 3]]) -> Result<usize, Phrase> {
-    /// How often an edge is walked from its lower vertex to its higher one, and back.
+    /// Number of times that an edge is traversed from its lower vertex to its higher one, and back.
     type Walks = (usize, usize);
     let mut edges: BTreeMap<(u32, u32), Walks> = BTreeMap::new();
     for [a, b, c] in triangles.iter().copied() {
@@ -53,9 +54,10 @@ fn check_edges(triangles: &[[u32; 3]]) -> Result<usize, Phrase> {
     Ok(count(|(there, back)| there + back == 1))
 }
 
-/// Vertices whose triangles are more than one fan.
+/// Number of vertices whose triangles form more than one fan.
 ///
-/// The far edges of a fan make one chain. Edges are known to be sound, so each vertex of it has at most one successor.
+/// The far edges of a fan form one chain. The edges have been checked, so each vertex of the chain
+/// has at most one successor.
 fn pinched(triangles: &[[u32; 3]]) -> usize {
     let corners = triangles.iter().flat_map(|&[a, b, c]| [(a, b, c), (b, c, a), (c, a, b)]);
     let mut links: Vec<(u32, u32, u32)> = corners.collect();
@@ -63,7 +65,8 @@ fn pinched(triangles: &[[u32; 3]]) -> usize {
     links.chunk_by(|one, next| one.0 == next.0).filter(|fan| chain(fan) < fan.len()).count()
 }
 
-/// Length of the first chain of a fan's far edges: one that begins where no other ends, or else a ring.
+/// Length of the first chain of a fan's far edges: one that begins where no other ends, otherwise a
+/// ring.
 fn chain(fan: &[(u32, u32, u32)]) -> usize {
     let ends: BTreeSet<u32> = fan.iter().map(|&(_, _, to)| to).collect();
     let Some(first) = fan.iter().find(|(_, from, _)| !ends.contains(from)).or(fan.first()) else { return 0 };
@@ -74,7 +77,8 @@ fn chain(fan: &[(u32, u32, u32)]) -> usize {
     std::iter::successors(Some(*first), follow).count()
 }
 
-/// Volume by the divergence theorem, in m³; positive when triangles run counter-clockwise seen from outside.
+/// Volume by the divergence theorem, in m³; positive if triangles are counter-clockwise seen from
+/// outside.
 #[must_use]
 pub fn volume_m3(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {
     let corner = |v: u32| vertices[v as usize].coords;

@@ -1,12 +1,12 @@
-//! Why a metric has no value.
+//! Reasons why a metric has no value.
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// Why a metric has no value.
+/// The reason why a metric has no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", from = "String")]
 pub enum Absent {
-    /// The tip never met the skin.
+    /// The tip never touched the skin.
     Untouched,
     /// The tip never went through the skin.
     NotInside,
@@ -18,16 +18,16 @@ pub enum Absent {
     NeverStopped,
     /// The recording holds no energy ledger of this scene.
     NoLedger,
-    /// The recording is too short to tell a speed.
+    /// The recording is too short to compute a speed.
     TooShort,
     /// The recorded numbers do not yield a finite value.
     NotFinite,
-    /// A reason that this program does not know: another version measured.
+    /// An unknown reason, stored by another version of the program.
     OfAnotherVersion,
 }
 
 impl Absent {
-    /// All that this program gives.
+    /// Every reason that this version can produce.
     pub const ALL: [Self; 8] = [
         Self::Untouched,
         Self::NotInside,
@@ -39,7 +39,7 @@ impl Absent {
         Self::NotFinite,
     ];
 
-    /// As files, databases and the API have it.
+    /// Returns the code in files, databases and the API.
     #[must_use]
     pub fn code(self) -> &'static str {
         match self {
@@ -55,7 +55,7 @@ impl Absent {
         }
     }
 
-    /// In words.
+    /// Returns the reason in words.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -71,24 +71,25 @@ impl Absent {
         }
     }
 
-    /// What a stored text means: none where it is empty. Before there were codes the words were stored.
+    /// Parses a stored reason; `None` for an empty text. Earlier versions stored the words instead
+    /// of the code.
     #[must_use]
     pub fn from_stored(text: &str) -> Option<Self> {
         let known = Self::ALL.into_iter().find(|absent| absent.code() == text || absent.words() == text);
         (!text.is_empty()).then(|| known.unwrap_or(Self::OfAnotherVersion))
     }
 
-    /// Reads a field that may be empty or missing.
+    /// Deserialises a field that may be empty or missing.
     ///
     /// # Errors
-    /// When it is no text.
+    /// If the value is not text.
     pub(crate) fn deserialize_field<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Self>, D::Error> {
         let text: Option<String> = Option::deserialize(deserializer)?;
         Ok(text.as_deref().and_then(Self::from_stored))
     }
 
-    /// Not having met a layer or a boundary cost the tissue nothing: there is nothing to mark down. Whether the needle
-    /// went deep enough is judged by the depth.
+    /// Returns whether the reason costs no points: a layer or boundary that was not reached did no
+    /// damage to the tissue. Insufficient depth is penalised by the depth metrics.
     pub(crate) fn is_harmless(self) -> bool {
         matches!(self, Self::LayerNotReached | Self::NoRupture)
     }
@@ -102,7 +103,7 @@ impl From<String> for Absent {
 
 #[cfg(test)]
 mod tests {
-    //! A reason that was stored must come back as itself, whichever program stored it.
+    //! A stored reason must be read back unchanged, regardless of the version that stored it.
 
     use super::*;
 

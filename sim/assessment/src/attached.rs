@@ -1,4 +1,4 @@
-//! The documents that an attempt carries: into the recording, and out of it again.
+//! Converts between an attempt's documents and a recording's attachments.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use tissue::Specimen;
 
 use crate::error::AssessError;
 
-/// Every document that an attempt depends on, byte for byte, as a recording attaches it.
+/// Returns every document that an attempt depends on, byte for byte, as attachments of a recording.
 #[must_use]
 pub fn attachments(bundle: &ExerciseBundle) -> Vec<Attachment> {
     let attachment = |name: String, media_type: &str, data: &[u8]| Attachment {
@@ -27,16 +27,17 @@ pub fn attachments(bundle: &ExerciseBundle) -> Vec<Attachment> {
         .collect()
 }
 
-/// The media type of a mesh, by its file's extension.
+/// Returns the media type of a mesh by its file extension.
 fn media_type(file: &str) -> &'static str {
     let extension = Path::new(file).extension();
     if extension.is_some_and(|e| e.eq_ignore_ascii_case("obj")) { "model/obj" } else { "model/stl" }
 }
 
-/// Simulates a recording's input anew, on the exercise, the scene and the patient that it carries, and compares.
+/// Re-simulates a recording's input with its own exercise, scene and patient, and compares the
+/// results.
 ///
 /// # Errors
-/// When what it carries is missing or refused.
+/// If an attachment is missing or refused.
 pub fn verify_own(recording: &Recording) -> Result<Verification, AssessError> {
     let bundle = own_exercise(recording)?;
     let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
@@ -50,7 +51,8 @@ pub fn verify_own(recording: &Recording) -> Result<Verification, AssessError> {
     Ok(verify_recording(recording, &specimen))
 }
 
-/// Finds the first attachment that no document of the recording names, or a document that is too large. Returns the reason and the limit.
+/// Finds the first attachment that no document of the recording names, or a document that is too
+/// large. Returns the reason and the limit.
 #[must_use]
 pub fn find_needless_attachment(recording: &Recording) -> Option<String> {
     let named = documents::list_named_texts(recording.attachment(SCENE_ATTACHMENT).unwrap_or_default());
@@ -69,10 +71,11 @@ pub fn find_needless_attachment(recording: &Recording) -> Option<String> {
     })
 }
 
-/// The exercise that a recording carries.
+/// Reads the exercise attached to a recording.
 ///
 /// # Errors
-/// When an attachment is missing or refused, or the scene is of another force law than the recording says.
+/// If an attachment is missing or refused, or if the scene's force law differs from that in the
+/// metadata.
 pub fn own_exercise(recording: &Recording) -> Result<ExerciseBundle, AssessError> {
     let attached = |name: &str| {
         let missing =

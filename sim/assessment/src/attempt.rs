@@ -1,4 +1,4 @@
-//! An attempt as the metrics see it: the motion, where the needle went in, what it opened, what was confirmed.
+//! An attempt as input of the metrics: motion, entry, ruptures and confirmed position.
 
 use ::attempt::{Insertion, find_insertions, hand_force_n, is_inserted, patient_thicknesses_m};
 use documents::ExerciseBundle;
@@ -10,28 +10,28 @@ use crate::error::AssessError;
 use crate::motion::{Timeline, TipMotion};
 use crate::signal::{CUTOFF_HZ, INTENT_HZ};
 
-/// A metric's value, or why there is none.
+/// A metric's value, or the reason for its absence.
 pub(crate) type Outcome = Result<f64, Absent>;
 
-/// A boundary gave way.
+/// A rupture of a boundary.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RecordedRupture {
-    /// When, in s.
+    /// Time, in s.
     pub(crate) t_s: f64,
-    /// Which boundary, from 0; the layer below it has the same index.
+    /// Index of the boundary, from 0; the layer below it has the same index.
     pub(crate) boundary: usize,
-    /// What opened it.
+    /// The contactor.
     pub(crate) contactor: Contactor,
     /// Axial displacement of the tip, in m.
     pub(crate) x_m: f64,
-    /// Elastic force of the contactor just before, in N.
+    /// Elastic force of the contactor just before the rupture, in N.
     pub(crate) force_n: f64,
 }
 
-/// Where the attempt ended for the one who made it.
+/// The position at which the trainee considered the attempt done.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Confirmed {
-    /// When, in s.
+    /// Time, in s.
     pub(crate) t_s: f64,
     /// Axial displacement, in m.
     pub(crate) x_m: f64,
@@ -39,7 +39,7 @@ pub(crate) struct Confirmed {
     pub(crate) tip_m: Point3<f64>,
 }
 
-/// A recording beside the exercise it is judged by.
+/// A recording and the exercise by which it is judged.
 pub(crate) struct Attempt<'a> {
     /// The recording.
     pub(crate) recording: &'a Recording,
@@ -79,23 +79,24 @@ impl<'a> Attempt<'a> {
         self.insertions.first().ok_or(Absent::Untouched)
     }
 
-    /// Passes once the tip was in tissue.
+    /// Succeeds if the tip was in tissue at any time.
     pub(crate) fn inside(&self) -> Result<(), Absent> {
         self.touched()?;
         if self.inside { Ok(()) } else { Err(Absent::NotInside) }
     }
 
-    /// The motion, where it is long enough for a derivative.
+    /// Returns the motion, if it is long enough for a derivative.
     pub(crate) fn motion(&self) -> Result<&TipMotion, Absent> {
         self.motion.as_ref().ok_or(Absent::TooShort)
     }
 
-    /// The motion that was meant: without the tremor.
+    /// Returns the intended motion: without tremor.
     pub(crate) fn intent(&self) -> Result<&TipMotion, Absent> {
         self.intent.as_ref().ok_or(Absent::TooShort)
     }
 
-    /// When a position was first confirmed, in s. A confirm in the air confirms none, as the station says, too.
+    /// Returns the time at which a position was first confirmed, in s. A confirm outside the body
+    /// is ignored, as on the station.
     pub(crate) fn first_confirm_s(&self) -> Option<f64> {
         let samples = self.timeline.samples();
         let is_inside = |t_s: f64| self.timeline.index_at(t_s).is_some_and(|i| is_inserted(samples[i]));
@@ -103,7 +104,8 @@ impl<'a> Attempt<'a> {
         confirms.map(|e| e.t_s).find(|t_s| is_inside(*t_s))
     }
 
-    /// The position that was confirmed first; where none was, the one at the last moment of the largest depth.
+    /// Returns the position confirmed first; without a confirm, that at the last moment of the
+    /// largest depth.
     pub(crate) fn confirmed(&self) -> Result<Confirmed, Absent> {
         self.touched()?;
         let t_s = self.first_confirm_s().unwrap_or_else(|| self.deepest_s());
@@ -120,13 +122,14 @@ impl<'a> Attempt<'a> {
         deepest.map_or(0.0, |s| s.t_s)
     }
 
-    /// The insertion under way at a time; the first one before it.
+    /// Returns the insertion in progress at a time; before the first one, the first one.
     pub(crate) fn insertion_at(&self, t_s: f64) -> Result<&Insertion, Absent> {
         let started = self.insertions.iter().rfind(|insertion| insertion.from_s <= t_s);
         started.map_or_else(|| self.touched(), Ok)
     }
 
-    /// Each usable sample with the insertion under way, if the needle has met the skin by then.
+    /// Returns each usable sample with the insertion in progress, if the needle has touched the
+    /// skin by then.
     pub(crate) fn ticks(&self) -> impl Iterator<Item = (&'a Sample, Option<&Insertion>)> {
         let mut ahead = self.insertions.iter().peekable();
         let mut current = None;

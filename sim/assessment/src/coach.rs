@@ -1,18 +1,19 @@
-//! Coaching during an attempt: an exercise's rules, with hysteresis, on what a tick measures.
+//! Coaching during an attempt: evaluates an exercise's rules, with hysteresis, on each tick.
 
 use documents::{CoachingRule, Exercise, Wording};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use recording::Sample;
 use recording::sample::flags;
 
-/// Time constant at which speed is smoothed, in s: a hand's tremor of 10 Hz is no haste.
+/// Time constant of the speed's low-pass, in s: a hand's tremor of 10 Hz must not count as haste.
 const SMOOTHED_S: f64 = 0.05;
 
-/// Watches an attempt. The same samples always earn the same messages.
+/// Evaluates coaching rules during an attempt. Deterministic: the same samples produce the same
+/// messages.
 #[derive(Clone, Debug)]
 pub struct Coach<'e> {
     rules: &'e [CoachingRule],
-    /// Whether each rule may speak again.
+    /// Whether each rule is armed.
     armed: Vec<bool>,
     planned: Vector3<f64>,
     last_s: Option<f64>,
@@ -20,7 +21,7 @@ pub struct Coach<'e> {
 }
 
 impl<'e> Coach<'e> {
-    /// A coach who has seen nothing yet.
+    /// Creates a coach at the start of an attempt.
     #[must_use]
     pub fn new(exercise: &'e Exercise) -> Self {
         let rules = exercise.coaching.as_slice();

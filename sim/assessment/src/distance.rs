@@ -1,9 +1,9 @@
-//! Distance of a straight shaft to a structure, 0 where they meet.
+//! Distance between a straight shaft and a structure, 0 if they intersect.
 
 use documents::{Shape, StructureSpec};
 use nalgebra::{Point3, Vector3};
 
-/// A straight piece of the needle, in m.
+/// A line segment of the needle, in m.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Segment {
     /// One end.
@@ -13,7 +13,8 @@ pub(crate) struct Segment {
 }
 
 impl Segment {
-    /// Largest distance between the ends of two segments, in m: no point of one is farther from its place in the other.
+    /// Returns the largest distance between the ends of two segments, in m: no point has moved
+    /// farther from its counterpart.
     pub(crate) fn moved_m(&self, other: &Self) -> f64 {
         (other.from - self.from).norm().max((other.to - self.to).norm())
     }
@@ -23,24 +24,25 @@ impl Segment {
     }
 }
 
-/// How finely the least distance to a shape is searched for, in m. A mesh has no closed form and may have thousands of
-/// triangles: it is looked at each 0.05 mm.
+/// Returns the resolution to which the smallest distance to a shape is searched, in m. A mesh has
+/// no closed form and may have thousands of triangles, so it is evaluated every 0.05 mm.
 pub(crate) fn resolution_m(shape: &Shape) -> f64 {
     if matches!(shape, Shape::Mesh { .. }) { 0.05e-3 } else { 0.0 }
 }
 
-/// Triangles of a mesh that are looked at together: neighbours in a file mostly are neighbours in the body.
+/// Number of triangles of a mesh that share a bounding sphere: neighbours in a file are mostly
+/// neighbours in space.
 const GROUP: usize = 32;
-/// Beyond what rounding does to a bound, in m.
+/// Margin for rounding errors of a bound, in m.
 const ROUNDING_M: f64 = 1e-12;
 
-/// A structure whose distance is asked for often.
+/// A structure prepared for many distance queries.
 pub(crate) struct MeasuredStructure<'a> {
     spec: &'a StructureSpec,
     groups: Vec<TriangleGroup>,
 }
 
-/// Some triangles, and a sphere around them.
+/// A group of triangles with its bounding sphere.
 struct TriangleGroup {
     centre: Point3<f64>,
     radius_m: f64,
@@ -61,7 +63,8 @@ impl<'a> MeasuredStructure<'a> {
         Self { spec, groups }
     }
 
-    /// Distance of a segment, in m. A mesh is its surface: a shaft that comes from the skin meets it on the way in.
+    /// Returns the distance of a segment, in m. A mesh is its surface: a shaft that enters through
+    /// the skin crosses it on the way in.
     pub(crate) fn distance_m(&self, segment: &Segment) -> f64 {
         let centre = self.spec.position_m;
         match &self.spec.shape {
@@ -75,7 +78,8 @@ impl<'a> MeasuredStructure<'a> {
         }
     }
 
-    /// From the group that may be nearest on, until none may be nearer than what was found.
+    /// Visits the groups in order of their lower bounds until none can be nearer than the smallest
+    /// distance found.
     fn to_mesh_m(&self, segment: &Segment) -> f64 {
         let mut groups: Vec<(f64, &TriangleGroup)> = self
             .groups
@@ -108,7 +112,7 @@ impl TriangleGroup {
     }
 }
 
-/// Share of the segment's nearest point to a point.
+/// Returns the parameter (0–1) of the segment's point nearest to `point`.
 fn nearest_share(segment: &Segment, point: Point3<f64>) -> f64 {
     let along = segment.to - segment.from;
     let length_squared = along.norm_squared();
@@ -119,14 +123,16 @@ fn distance_to_point(segment: &Segment, point: Point3<f64>) -> f64 {
     (segment.at(nearest_share(segment, point)) - point).norm()
 }
 
-/// Nearest points of the two lines, moved onto the segments (Ericson, Real-Time Collision Detection, section 5.1.9).
+/// Returns the distance of two segments: nearest points of the two lines, clamped to the segments
+/// (Ericson, Real-Time Collision Detection, section 5.1.9).
 fn between_segments(a: &Segment, b: &Segment) -> f64 {
     let (u, v, w) = (a.to - a.from, b.to - b.from, a.from - b.from);
     let (uu, uv, vv) = (u.norm_squared(), u.dot(&v), v.norm_squared());
     let determinant = uu * vv - uv * uv;
     let crossing = (uv * v.dot(&w) - vv * u.dot(&w)) / determinant;
     let inner = if determinant > 0.0 { crossing.clamp(0.0, 1.0) } else { 0.0 };
-    // Each end against the other segment covers parallel, degenerate and skew pairs that meet beyond an end.
+    // Each end against the other segment covers parallel, degenerate and skew pairs whose nearest
+    // points lie beyond an end.
     let ends = [
         distance_to_point(a, b.from),
         distance_to_point(a, b.to),
@@ -136,8 +142,9 @@ fn between_segments(a: &Segment, b: &Segment) -> f64 {
     ends.into_iter().fold(distance_to_point(b, a.at(inner)), f64::min)
 }
 
-/// The squared distance along the segment is convex and, between the planes of the box's faces, a parabola: the least is
-/// at an end, at a plane, or at a parabola's vertex.
+/// Returns the distance of a segment to a box. The squared distance along the segment is convex
+/// and, between the planes of the box's faces, a parabola: the minimum is at an end, at a plane, or
+/// at a parabola's vertex.
 fn distance_to_box(segment: &Segment, centre: Point3<f64>, half: &Vector3<f64>) -> f64 {
     let (start, along) = (segment.from - centre, segment.to - segment.from);
     let outside = |share: f64| (start + along * share).zip_map(half, |c, h| c - c.clamp(-h, h));
@@ -158,14 +165,16 @@ fn distance_to_box(segment: &Segment, centre: Point3<f64>, half: &Vector3<f64>) 
     candidates.into_iter().map(|share| outside(share).norm()).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether a triangle may be nearer than a distance in m. No point of it is farther from its first corner than the longer edge there,
-/// which spares most triangles of a mesh the whole computation: some thousands, at each place of the needle.
+/// Returns whether a triangle may be nearer than a distance in m. None of its points is farther
+/// from its first vertex than the longer edge there. This bound avoids the full computation for
+/// most of a mesh's thousands of triangles at each position of the needle.
 fn may_be_nearer(segment: &Segment, [a, b, c]: &[Point3<f64>; 3], least_m: f64) -> bool {
     let reach_m = (b - a).norm().max((c - a).norm());
     distance_to_point(segment, *a) - reach_m <= least_m + ROUNDING_M
 }
 
-/// 0 where the segment passes through; else the least of its ends against the face and itself against the edges.
+/// Returns 0 if the segment crosses the triangle; otherwise the smallest distance of its ends to
+/// the face and of itself to the edges.
 fn distance_to_triangle(segment: &Segment, triangle: &[Point3<f64>; 3]) -> f64 {
     let [a, b, c] = *triangle;
     let normal = (b - a).cross(&(c - a));
@@ -181,7 +190,8 @@ fn distance_to_triangle(segment: &Segment, triangle: &[Point3<f64>; 3]) -> f64 {
     edges.into_iter().chain(faces).fold(f64::INFINITY, f64::min)
 }
 
-/// A point whose foot on the triangle's plane is in the triangle; never above a triangle without area.
+/// Returns whether a point's projection to the triangle's plane lies in the triangle; `false` for a
+/// degenerate triangle.
 fn is_above_triangle(point: Point3<f64>, triangle: &[Point3<f64>; 3], normal: &Vector3<f64>) -> bool {
     let edge = |i: usize| (triangle[(i + 1) % 3] - triangle[i]).cross(&(point - triangle[i])).dot(normal) >= 0.0;
     normal.norm_squared() > 0.0 && (0..3).all(edge)
@@ -189,8 +199,8 @@ fn is_above_triangle(point: Point3<f64>, triangle: &[Point3<f64>; 3], normal: &V
 
 #[cfg(test)]
 mod tests {
-    //! The distance of a segment is the least distance of its points.
-    //! Fails when a closed form takes a wrong edge, face or parabola, or misses a crossing.
+    //! The distance of a segment is the smallest distance of its points; this covers every edge,
+    //! face, parabola and crossing of the closed forms.
 
     use documents::StructureKind;
     use proptest::prelude::*;

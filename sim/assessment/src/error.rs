@@ -1,4 +1,4 @@
-//! Why an attempt cannot be judged.
+//! Errors of judging an attempt.
 
 use phrase::{Phrase, phrase};
 
@@ -17,14 +17,14 @@ pub enum AssessError {
         /// Longest allowed, in s.
         longest_s: f64,
     },
-    /// It tells nothing of whoever made it, and counts nowhere.
+    /// The attempt is void: it does not reflect the trainee's skill and is not counted.
     Void(Void),
-    /// The exercise or scene inside is missing or refused.
+    /// The attached exercise or scene is missing or refused.
     Document(String),
 }
 
 impl AssessError {
-    /// In words, for whoever has another language.
+    /// Returns the translatable message.
     #[must_use]
     pub fn phrase(&self) -> Phrase {
         match self {

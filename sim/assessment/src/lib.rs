@@ -1,33 +1,40 @@
-//! Metrics, rubrics and scores, computed from the recording alone; the same on the client and the server.
+//! Metrics, rubrics and scores, computed from the recording alone; identical on the client and the
+//! server.
 //!
-//! [`assess`] is a pure function of a recording and an exercise. [`catalogue::DEFINITIONS`] is what every metric means.
+//! [`assess`] is a pure function of a recording and an exercise. [`catalogue::DEFINITIONS`] defines
+//! every metric.
 //!
-//! # What is not applicable
+//! # Metrics without a value
 //!
-//! Outside its domain a metric has no value, and says why. On a rubric line
-//! - an attempt that never reached the skin earns nothing on any line, not even for its time; nor does one that lacks what the
-//!   exercise requires (`[required]`: reached, within, confirmed, withdrawn), which also fails;
-//! - where the exercise has that table, a layer that was not reached and a boundary that was not opened earn nothing;
-//! - where it has none, as none had once, a layer that was not reached, or a boundary that was not opened by a needle that did go through the skin, costs
-//!   nothing: there was no force, no rupture, no advance to mark down. Whether the needle should have gone there is for
-//!   the depth to judge;
-//! - whatever else cannot be told (no ledger, too short a recording, a needle that never stopped) earns nothing.
+//! Outside its domain a metric has no value but a reason. On a rubric line
+//! - an attempt that never touched the skin earns nothing on any line, not even for its time;
+//!   neither does one that does not meet the exercise's requirements (`[required]`: reached,
+//!   within, confirmed, withdrawn), which also fails;
+//! - if the exercise has that table, a layer that was not reached and a boundary that was not
+//!   opened earn nothing;
+//! - if it has no such table, as in older documents, a layer that was not reached, or a boundary
+//!   that was not opened by a needle that did enter the body, costs nothing: there was no force, no
+//!   rupture and no advance to penalise. Insufficient depth is penalised by the depth metrics;
+//! - every other missing value (no ledger, too short a recording, a needle that never stopped)
+//!   earns nothing.
 //!
-//! A hard fail needs a value above its limit, so a metric without one breaks none.
+//! A hard fail requires a value above its limit, so a metric without a value triggers none.
 //!
 //! # Versions
 //!
-//! A changed definition is a second version beside the first. Every version of every metric is computed for every attempt, so that
-//! a rubric of before is judged as before: a line without a version means the first. Another rubric decides only when somebody
-//! grades again.
+//! A changed definition is added as a second version. Every version of every metric is computed for
+//! every attempt, so that an old rubric is evaluated as before: a line without a version uses the
+//! first. Another rubric applies only if the attempt is graded again.
 //!
 //! # Rates
 //!
-//! Whatever is derived from speed is computed on an even 250 Hz grid from the first sample on, low-passed at 20 Hz
-//! forwards and backwards; what was meant rather than trembled, in the second versions, at 4 Hz. Lengths, forces and times without a derivative are read from the samples as they are; a peak
-//! before a rupture takes its force from the rupture's own event. Recordings at 1 kHz and 250 Hz so agree within 1 %,
-//! times within a tick. Where the slower samples fall between the grid's points, the peak force rate agrees within 2.5 %
-//! and the number of translational actions within a tenth.
+//! Values derived from speed are computed on a uniform 250 Hz grid starting at the first sample,
+//! low-passed forwards and backwards: at 20 Hz, and in the second versions, which measure the
+//! intended motion without tremor, at 4 Hz. Lengths, forces and times without a derivative are
+//! computed from the samples directly; a peak before a rupture takes its force from the rupture's
+//! event. Recordings at 1 kHz and 250 Hz therefore agree within 1 %, times within a tick. If the
+//! slower samples fall between the grid's points, the peak force rate agrees within 2.5 % and the
+//! number of translational actions within a tenth.
 
 mod absent;
 pub mod attached;

@@ -1,4 +1,5 @@
-//! The recorded motion on an even grid: what every metric of speed, path and turning is computed from.
+//! The recorded motion on a uniform grid, from which all metrics of speed, path and rotation are
+//! computed.
 
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use recording::Sample;
@@ -6,19 +7,20 @@ use recording::Sample;
 use crate::error::AssessError;
 use crate::signal::{CUTOFF_HZ, RATE_HZ, derivative, low_pass};
 
-/// Longest recording that is scored, in s: it bounds the memory that a hostile time stamp can ask for.
+/// Longest recording that is scored, in s; bounds the memory that a malicious time stamp can cause
+/// to be allocated.
 const LONGEST_S: f64 = 3600.0;
 
-/// Fewest grid points from which a derivative is taken: 0.1 s.
+/// Minimum number of grid points for a derivative: 0.1 s.
 const FEWEST_POINTS: usize = 26;
 
-/// The usable samples in order of time: finite, a unit quaternion, time increasing.
+/// The usable samples in order of time: finite, with a unit quaternion and increasing time.
 pub(crate) struct Timeline<'a> {
     samples: Vec<&'a Sample>,
 }
 
 impl<'a> Timeline<'a> {
-    /// Keeps the usable samples; what is left out is bridged by straight lines.
+    /// Collects the usable samples; gaps are interpolated linearly.
     pub(crate) fn new(samples: &'a [Sample]) -> Result<Self, AssessError> {
         let mut kept: Vec<&Sample> = Vec::with_capacity(samples.len());
         let usable = samples.iter().filter(|s| is_usable_sample(s));
@@ -35,27 +37,27 @@ impl<'a> Timeline<'a> {
         }
     }
 
-    /// The usable samples; at least one.
+    /// Returns the usable samples; at least one.
     pub(crate) fn samples(&self) -> &[&'a Sample] {
         &self.samples
     }
 
-    /// Time of the first sample, in s.
+    /// Returns the time of the first sample, in s.
     pub(crate) fn start_s(&self) -> f64 {
         self.samples.first().map_or(0.0, |s| s.t_s)
     }
 
-    /// Time from the first sample to the last, in s.
+    /// Returns the time from the first sample to the last, in s.
     pub(crate) fn duration_s(&self) -> f64 {
         self.samples.last().map_or(0.0, |s| s.t_s) - self.start_s()
     }
 
-    /// Index of the last sample at or before a time; `None` before the first.
+    /// Returns the index of the last sample at or before a time; `None` before the first.
     pub(crate) fn index_at(&self, t_s: f64) -> Option<usize> {
         self.samples.partition_point(|s| s.t_s <= t_s).checked_sub(1)
     }
 
-    /// A quantity at a time, linear between samples, held beyond the ends.
+    /// Returns a quantity at a time, linear between samples, constant beyond the ends.
     pub(crate) fn at(&self, t_s: f64, quantity: impl Fn(&Sample) -> f64) -> f64 {
         let last = self.samples.len() - 1;
         let Some(i) = self.index_at(t_s) else { return quantity(self.samples[0]) };
@@ -67,9 +69,9 @@ impl<'a> Timeline<'a> {
         quantity(a) + (quantity(b) - quantity(a)) * share
     }
 
-    /// A quantity of each sample, by its index, on the even grid: linear between samples.
+    /// Resamples a quantity, given by sample index, to the uniform grid, linear between samples.
     pub(crate) fn even(&self, quantity: impl Fn(usize) -> f64) -> Vec<f64> {
-        // A thousandth of a point forgives the rounding of times such as 0.001 × 4 000.
+        // A thousandth of a point compensates for the rounding of times such as 0.001 × 4 000.
         let points = (self.duration_s() * RATE_HZ + 1e-3) as usize + 1;
         let last = self.samples.len() - 1;
         let mut i = 0;
@@ -87,12 +89,12 @@ impl<'a> Timeline<'a> {
             .collect()
     }
 
-    /// As [`Self::even`], low-passed as every column is of which a derivative is taken.
+    /// Like [`Self::even`], low-passed at [`CUTOFF_HZ`], as required before every derivative.
     pub(crate) fn smooth(&self, quantity: impl Fn(usize) -> f64) -> Vec<f64> {
         self.behind(CUTOFF_HZ, quantity)
     }
 
-    /// As [`Self::even`], behind a low-pass at a cut-off in Hz.
+    /// Like [`Self::even`], low-passed at a cut-off in Hz.
     fn behind(&self, cutoff_hz: f64, quantity: impl Fn(usize) -> f64) -> Vec<f64> {
         low_pass(&self.even(quantity), cutoff_hz)
     }
@@ -103,7 +105,7 @@ fn is_usable_sample(s: &Sample) -> bool {
     let wide = [s.t_s, s.x_m].into_iter().chain(s.position_m);
     let narrow = [s.depth_m, s.tip_n, s.rim_n, s.viscous_n, s.friction_n, s.cutting_n];
     let narrow = narrow.into_iter().chain(s.force_n).chain(s.lateral_n);
-    // Also false for a norm that is not a number.
+    // Also false if the norm is NaN.
     (norm_squared - 1.0).abs() < 1e-3 && wide.chain(narrow.map(f64::from)).all(f64::is_finite)
 }
 
@@ -111,18 +113,19 @@ fn needle_axis_of([x, y, z, w]: [f64; 4]) -> Vector3<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)) * Vector3::z()
 }
 
-/// Low-passed motion at [`RATE_HZ`]: as it was at 20 Hz, or what was meant, behind 4 Hz.
+/// Low-passed motion at [`RATE_HZ`]: the actual motion at 20 Hz, or the intended motion at 4 Hz.
 pub(crate) struct TipMotion {
     position_m: [Vec<f64>; 3],
     orientation: [Vec<f64>; 4],
     /// Axial displacement from the skin entry, in m.
     pub(crate) axial_m: Vec<f64>,
-    /// The tip is deeper than 0.
+    /// Whether the tip's depth is above 0.
     pub(crate) inside: Vec<bool>,
 }
 
 impl TipMotion {
-    /// The motion behind a low-pass at a cut-off in Hz; `None` where the recording is too short for a derivative.
+    /// Low-passes the motion at a cut-off in Hz; `None` if the recording is too short for a
+    /// derivative.
     pub(crate) fn behind(cutoff_hz: f64, timeline: &Timeline) -> Option<Self> {
         let samples = timeline.samples();
         let depth_m = timeline.even(|i| f64::from(u8::from(samples[i].depth_m > 0.0)));
@@ -140,39 +143,41 @@ impl TipMotion {
         })
     }
 
-    /// Tip position at a grid point, in m.
+    /// Returns the tip position at a grid point, in m.
     pub(crate) fn position(&self, k: usize) -> Point3<f64> {
         Point3::from(std::array::from_fn::<f64, 3, _>(|axis| self.position_m[axis][k]))
     }
 
-    /// Needle axis at a grid point, unit length.
+    /// Returns the needle axis at a grid point, unit length.
     pub(crate) fn axis(&self, k: usize) -> Vector3<f64> {
         needle_axis_of(std::array::from_fn(|part| self.orientation[part][k]))
     }
 
-    /// Grid points.
+    /// Returns the number of grid points.
     pub(crate) fn len(&self) -> usize {
         self.inside.len()
     }
 
-    /// Speed of the tip at each grid point, in m/s.
+    /// Returns the speed of the tip at each grid point, in m/s.
     pub(crate) fn speed_m_per_s(&self) -> Vec<f64> {
         euclidean_norms(self.position_m.iter().map(|column| derivative(column)))
     }
 
-    /// Jerk of the tip at each grid point, in m/s³.
+    /// Returns the jerk of the tip at each grid point, in m/s³.
     pub(crate) fn jerk_m_per_s3(&self) -> Vec<f64> {
         euclidean_norms(self.position_m.iter().map(|column| derivative(&derivative(&derivative(column)))))
     }
 
-    /// Angular speed of the needle, rolling included, at each grid point, in rad/s: 2‖dq/dt‖ for a unit quaternion.
+    /// Returns the angular speed of the needle, including roll, at each grid point, in rad/s:
+    /// 2‖dq/dt‖ for a unit quaternion.
     pub(crate) fn turning_rad_per_s(&self) -> Vec<f64> {
         let halves = euclidean_norms(self.orientation.iter().map(|column| derivative(column)));
         halves.into_iter().map(|half| 2.0 * half).collect()
     }
 }
 
-/// ±1 for each sample, so that neighbouring quaternions lie in one hemisphere: q and −q are the same orientation.
+/// Returns ±1 for each sample, so that neighbouring quaternions lie in one hemisphere: q and −q are
+/// the same orientation.
 fn hemisphere_signs(samples: &[&Sample]) -> Vec<f64> {
     let mut sign = 1.0;
     let mut previous: Option<&Sample> = None;
@@ -189,7 +194,8 @@ fn hemisphere_signs(samples: &[&Sample]) -> Vec<f64> {
         .collect()
 }
 
-/// Euclidean norm of columns, point by point; one component is held at a time.
+/// Returns the Euclidean norm of columns, point by point; only one component is in memory at a
+/// time.
 fn euclidean_norms(components: impl Iterator<Item = Vec<f64>>) -> Vec<f64> {
     let mut squares: Vec<f64> = Vec::new();
     for component in components {

@@ -1,29 +1,29 @@
-//! What an exercise requires before an attempt earns anything.
+//! Requirements that an attempt must meet to earn any marks.
 
 use documents::{Exercise, Required};
 use serde::{Deserialize, Serialize};
 
 use crate::catalogue::{Metric, find_metric, first_version, is_untouched};
 
-/// Something that is required and did not happen.
+/// A requirement that was not met.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum UnmetRequirement {
     /// The layer's upper boundary was not opened by the tip.
     Reached,
-    /// The position is too far from the target, or there is none.
+    /// The position is too far from the target, or missing.
     Within,
     /// The position was not confirmed in the body.
     Confirmed,
-    /// The needle was in the body at the end, or never.
+    /// The needle was in the body at the end, or was never in the body.
     Withdrawn,
 }
 
 impl UnmetRequirement {
-    /// All of them.
+    /// Every requirement.
     pub const ALL: [Self; 4] = [Self::Reached, Self::Within, Self::Confirmed, Self::Withdrawn];
 
-    /// In words, as the reason why a line earned nothing.
+    /// Returns the reason why a line earned nothing, in words.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -34,7 +34,7 @@ impl UnmetRequirement {
         }
     }
 
-    /// In words, as the reason why the attempt failed.
+    /// Returns the reason why the attempt failed, in words.
     #[must_use]
     pub fn failure_words(self) -> &'static str {
         match self {
@@ -46,13 +46,13 @@ impl UnmetRequirement {
     }
 }
 
-/// A thing that is required: the metric that tells of it, and how large that must or may be.
+/// A requirement as a metric and the allowed range of its magnitude.
 struct Demand {
     unmet: UnmetRequirement,
     metric: String,
-    /// Met by a magnitude from here on.
+    /// Smallest magnitude that meets it.
     least: f64,
-    /// Met by a magnitude up to here.
+    /// Largest magnitude that meets it.
     most: f64,
 }
 
@@ -69,12 +69,13 @@ fn list_demands(required: &Required) -> impl Iterator<Item = Demand> {
     [reached, within, confirmed, withdrawn].into_iter().flatten()
 }
 
-/// The metrics, each in its first version, that tell whether it happened.
+/// Returns the metrics, each in its first version, that the requirements refer to.
 pub(crate) fn required_metrics(exercise: &Exercise) -> impl Iterator<Item = String> {
     exercise.required.iter().flat_map(list_demands).map(|demand| demand.metric)
 }
 
-/// What is required and did not happen. Nothing of a needle that never touched the skin: that is reason enough by itself.
+/// Returns the requirements that were not met; none if the needle never touched the skin, which is
+/// a sufficient reason by itself.
 pub(crate) fn find_unmet(exercise: &Exercise, metrics: &[Metric]) -> Vec<UnmetRequirement> {
     let is_met = |Demand { metric, least, most, .. }: &Demand| {
         let size = find_metric(metrics, metric, first_version()).and_then(|found| found.value).map(f64::abs);

@@ -1,12 +1,12 @@
-//! What is wrong with a rubric, by what the catalogue knows of its metrics.
+//! Finds mistakes in a rubric by comparison with the catalogue.
 
 use documents::{ExerciseBundle, HardFail, Remark, RubricLine, StructureKind};
 use phrase::{Phrase, phrase};
 
 use crate::catalogue::{Direction, find_definition};
 
-/// What an author should change: lines that reward the worse value, limits that fail the better one, and metrics that no rubric
-/// should ask for. The exercise can be read and judged all the same.
+/// Returns remarks for the author: lines that reward the worse value, limits that fail the better
+/// one, and metrics that no rubric should use. The exercise remains usable.
 #[must_use]
 pub fn review_rubric(bundle: &ExerciseBundle) -> Vec<Remark> {
     let lines = bundle.exercise.rubric.iter().enumerate();
@@ -53,7 +53,7 @@ fn find_backward_limit(path: &str, limit: &HardFail, bundle: &ExerciseBundle) ->
     is_higher.then(|| Remark { field: format!("{path}.above"), found, allowed })
 }
 
-/// Which way is better. The clearance to a target is turned.
+/// Returns the favourable direction; that of the clearance to a target is reversed.
 fn metric_direction(metric: &str, version: u32, bundle: &ExerciseBundle) -> Option<Direction> {
     let direction = find_definition(metric, version)?.direction;
     let structure = metric.strip_prefix("structure_clearance_mm.");

@@ -1,4 +1,4 @@
-//! What each rubric line earns, and which limits were broken.
+//! Evaluates rubric lines and limits.
 
 use documents::{Exercise, RubricLine};
 
@@ -8,21 +8,22 @@ use crate::cause::{Deduction, DeductionCause, FailureCause, HardFailure};
 use crate::error::AssessError;
 use crate::required::{self, UnmetRequirement};
 
-/// How a rubric line's metric came out.
+/// The result of a rubric line's metric.
 #[derive(Clone, Copy)]
 pub(crate) enum LineFinding<'a> {
     /// It has a value.
     Value(&'a Metric, f64),
-    /// It does not apply, for a reason.
+    /// It does not apply, for this reason.
     Absent(Absent),
-    /// Nothing is earned whatever it is: something that is required did not happen.
+    /// The line earns nothing regardless of its value: a requirement was not met.
     Unearned(UnmetRequirement),
     /// This scene has no such metric.
     Unknown,
 }
 
-/// Whether an attempt whose metrics are known can be judged by them alone: whatever a line or a limit asks for was measured as it is
-/// defined today. Where it was not, the recording has to be measured again.
+/// Returns whether an attempt can be judged by these metrics alone: every metric used by a line, a
+/// limit or a requirement was measured by its current definition. Otherwise the recording must be
+/// measured again.
 #[must_use]
 pub fn suffices(exercise: &Exercise, metrics: &[Metric]) -> bool {
     let known = |id: &str, version| find_metric(metrics, id, version).is_some();
@@ -31,7 +32,8 @@ pub fn suffices(exercise: &Exercise, metrics: &[Metric]) -> bool {
     lines && limits && required::required_metrics(exercise).all(|id| known(&id, first_version()))
 }
 
-/// One deduction per rubric line, the dearest first; what they leave of 100 points is the score.
+/// Returns one deduction per rubric line, the largest first; 100 points minus their sum is the
+/// score.
 pub(crate) fn find_deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<Deduction>, AssessError> {
     let total: f64 = exercise.rubric.iter().map(line_weight).sum();
     if total <= 0.0 || !total.is_finite() {
@@ -69,7 +71,8 @@ fn line_weight(line: &RubricLine) -> f64 {
     if line.weight > 0.0 { line.weight } else { 0.0 }
 }
 
-/// An attempt that never reached the skin earns nothing, not even for being quick; nor does one that lacks what is required.
+/// Evaluates the metric of a line. An attempt that never touched the skin earns nothing, not even
+/// for being quick; neither does one that does not meet the requirements.
 fn find_line_value<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&UnmetRequirement>) -> LineFinding<'a> {
     let Some(found) = find_metric(metrics, &line.metric, line.version) else { return LineFinding::Unknown };
     match (found.value, found.absent) {
@@ -81,8 +84,8 @@ fn find_line_value<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&
     }
 }
 
-/// Share of the line's points that the attempt earned, 0–1. What was not met earns everything in documents of before there was a
-/// table of what is required, and nothing since.
+/// Returns the share of the line's points that the attempt earned, 0–1. `unmet_earns`: in documents
+/// without a `[required]` table, a layer or boundary that was not reached earns full marks.
 fn earned_share(line: &RubricLine, finding: &LineFinding, unmet_earns: bool) -> f64 {
     match finding {
         LineFinding::Value(metric, value) => linear_share(line, judged_value(metric.direction, *value)),
@@ -91,12 +94,14 @@ fn earned_share(line: &RubricLine, finding: &LineFinding, unmet_earns: bool) -> 
     }
 }
 
-/// What is compared with `full` and `zero`: a range metric's distance from 0, any other's value.
+/// Returns the value to compare with `full` and `zero`: a range metric's distance from 0, any other
+/// metric's value.
 fn judged_value(direction: Direction, value: f64) -> f64 {
     if direction == Direction::Range { value.abs() } else { value }
 }
 
-/// 1 at `full`, 0 at `zero`, linear between, clamped. Where both are one, that value still earns everything.
+/// Returns 1 at `full`, 0 at `zero`, linear between, clamped. If both are equal, that value earns
+/// full marks.
 fn linear_share(line: &RubricLine, value: f64) -> f64 {
     let rising = line.full > line.zero;
     if (rising && value >= line.full) || (!rising && value <= line.full) {
@@ -106,7 +111,7 @@ fn linear_share(line: &RubricLine, value: f64) -> f64 {
     if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Whatever is required and did not happen, and each limit that was broken.
+/// Returns each requirement that was not met, and each limit that was exceeded.
 pub(crate) fn find_failures(exercise: &Exercise, metrics: &[Metric]) -> Vec<HardFailure> {
     let unmet = required::find_unmet(exercise, metrics).into_iter().map(|unmet| FailureCause::Required { unmet });
     let broken = exercise.hard_fails.iter().filter_map(|limit| {
@@ -120,8 +125,8 @@ pub(crate) fn find_failures(exercise: &Exercise, metrics: &[Metric]) -> Vec<Hard
 
 #[cfg(test)]
 mod tests {
-    //! A rubric line earns 1 at full, 0 at zero and is linear between, whichever way is better.
-    //! Fails when a direction is confused, or a line without width divides by zero.
+    //! A rubric line earns 1 at full, 0 at zero and is linear between, in either direction; a line
+    //! without width must not divide by zero.
 
     use super::*;
 

@@ -1,4 +1,4 @@
-//! From metrics to a score with reasons.
+//! Judges metrics: score, deductions and failures.
 
 use documents::{Exercise, ExerciseBundle};
 use recording::Recording;
@@ -11,7 +11,7 @@ use crate::error::AssessError;
 use crate::void::{self};
 use crate::{metrics, rubric};
 
-/// Which rubric judged.
+/// The rubric used.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RubricRef {
     /// Exercise id.
@@ -23,15 +23,16 @@ pub struct RubricRef {
 /// The judgement of one attempt.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Assessment {
-    /// 0–100.
+    /// Score, 0–100.
     pub score: f64,
-    /// At or above the pass mark and no hard fail.
+    /// Whether the score is at or above the pass mark without a hard fail.
     pub passed: bool,
     /// Every version of every metric of the catalogue.
     pub metrics: Vec<Metric>,
     /// Points lost per rubric line.
     pub deductions: Vec<Deduction>,
-    /// Why it failed whatever the score: what is required and did not happen, and limits that were broken.
+    /// Reasons for failing regardless of the score: requirements that were not met, and limits that
+    /// were exceeded.
     pub hard_fails: Vec<HardFailure>,
     /// The rubric.
     pub rubric: RubricRef,
@@ -50,27 +51,27 @@ pub struct Damage {
     pub lateral_mj: Option<f64>,
     /// Area swept sideways inside tissue, in mm².
     pub sweep_mm2: Option<f64>,
-    /// Puncture tracks: times the tip went through intact skin.
+    /// Puncture tracks: number of times the tip went through intact skin.
     pub tracks: Option<f64>,
-    /// Times a structure that is not a target was hit.
+    /// Number of hits of structures other than targets.
     pub structures_hit: Option<f64>,
 }
 
 impl Assessment {
-    /// The value of a metric by its first definition, in its unit; `None` where it does not apply or is none of this attempt's
-    /// metrics.
+    /// Returns the value of a metric by its first definition, in its unit; `None` if it does not
+    /// apply or does not exist in this attempt.
     #[must_use]
     pub fn value(&self, metric_id: &str) -> Option<f64> {
         self.value_of(metric_id, first_version())
     }
 
-    /// The value of a metric by a version of its definition, as [`Self::value`].
+    /// Returns the value of a metric by a version of its definition, as [`Self::value`].
     #[must_use]
     pub fn value_of(&self, metric_id: &str, version: u32) -> Option<f64> {
         self.metrics.iter().find(|m| m.id == metric_id && m.version == version).and_then(|m| m.value)
     }
 
-    /// Damage to tissue, by part and never as one index.
+    /// Returns the damage to tissue, by part and never as a single index.
     #[must_use]
     pub fn damage(&self) -> Damage {
         Damage {
@@ -84,11 +85,11 @@ impl Assessment {
     }
 }
 
-/// Judges an attempt by an exercise; the recording's own, or another. The same recording and exercise always yield the
-/// same assessment.
+/// Judges an attempt by an exercise, either the recording's own or another. The same recording and
+/// exercise always yield the same assessment.
 ///
 /// # Errors
-/// When the attempt is void, there is nothing to judge, or nothing to judge by.
+/// If the attempt is void, or if recording or exercise cannot be used.
 pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessment, AssessError> {
     if let Some(why) = void::find_void_reason(recording) {
         return Err(AssessError::Void(why));
@@ -97,18 +98,19 @@ pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessme
     judge(metrics, &bundle.exercise, &recording.session.simulator_version)
 }
 
-/// Judges what was measured in an attempt by the rubric of an exercise. What the rubric asks for and `metrics` lack counts as
-/// something that the scene does not have: [`suffices`](crate::suffices) tells.
+/// Judges the metrics of an attempt by the rubric of an exercise. A metric that the rubric uses and
+/// `metrics` lacks is treated as missing in the scene; check with [`suffices`](crate::suffices)
+/// first.
 ///
 /// # Errors
-/// When there is nothing to judge by.
+/// If the rubric cannot be used.
 pub fn judge(metrics: Vec<Metric>, exercise: &Exercise, simulator_version: &str) -> Result<Assessment, AssessError> {
     let deductions = rubric::find_deductions(exercise, &metrics)?;
     let hard_fails = rubric::find_failures(exercise, &metrics);
     let score = (100.0 - deductions.iter().map(|d| d.points).sum::<f64>()).clamp(0.0, 100.0);
     Ok(Assessment {
         score,
-        // A score that equals the pass mark but for rounding passes.
+        // Tolerance for rounding: a score equal to the pass mark passes.
         passed: hard_fails.is_empty() && score >= exercise.pass_mark - 1e-9,
         metrics,
         deductions,

@@ -1,16 +1,19 @@
-//! Even resampling, the low-pass that precedes every derivative, and the derivative.
+//! Low-pass filter and derivative of uniformly sampled columns.
 
-/// Rate of the even grid, in Hz. The lower of the rates that must agree: a recording at 1 kHz and the same at 250 Hz
-/// then share their grid points, whereas a faster grid would see straight lines between the slower one's samples.
+/// Rate of the uniform grid, in Hz. The lower of the rates that must agree: recordings at 1 kHz and
+/// 250 Hz share their grid points, whereas a faster grid would interpolate linearly between the
+/// slower one's samples.
 pub(crate) const RATE_HZ: f64 = 250.0;
 
-/// Cut-off of the low-pass that precedes every derivative, in Hz. An 8–12 Hz tremor passes it.
+/// Cut-off of the low-pass before every derivative, in Hz. Passes an 8–12 Hz tremor.
 pub(crate) const CUTOFF_HZ: f64 = 20.0;
 
-/// Cut-off behind which the hand's intent is seen and its tremor is not, in Hz: of 8 Hz it leaves 6 %, of 12 Hz 1 %.
+/// Cut-off that separates the hand's intent from its tremor, in Hz: it leaves 6 % of 8 Hz and 1 %
+/// of 12 Hz.
 pub(crate) const INTENT_HZ: f64 = 4.0;
 
-/// Periods of the cut-off by which a column is continued at each end: in them the filter forgets its start to below 1e-12.
+/// Number of cut-off periods by which a column is extended at each end: the filter's transient
+/// decays to below 1e-12 within them.
 const PAD_PERIODS: f64 = 8.0;
 
 /// Coefficients of a second-order section with `a0 = 1`.
@@ -20,7 +23,7 @@ struct FilterSection {
 }
 
 impl FilterSection {
-    /// Second-order Butterworth low-pass by the bilinear transform with pre-warping
+    /// Designs a second-order Butterworth low-pass by the bilinear transform with pre-warping
     /// (Oppenheim and Schafer, Discrete-Time Signal Processing, section 7.1).
     fn low_pass(cutoff_hz: f64) -> Self {
         let k = libm::tan(std::f64::consts::PI * cutoff_hz / RATE_HZ);
@@ -31,7 +34,7 @@ impl FilterSection {
         Self { b: [b0, 2.0 * b0, b0], a: [a1, a2] }
     }
 
-    /// Filters in place, starting as if the first value had been there for ever.
+    /// Filters in place, in steady state for the first value.
     fn run(&self, values: &mut [f64]) {
         let first = values.first().copied().unwrap_or(0.0);
         let mut z2 = (self.b[2] - self.a[1]) * first;
@@ -46,9 +49,11 @@ impl FilterSection {
     }
 }
 
-/// Low-passes an even column at a cut-off in Hz, forwards and backwards, so that nothing is delayed.
+/// Low-passes a uniform column at a cut-off in Hz, forwards and backwards, so that there is no
+/// delay.
 ///
-/// Each end is continued by its point reflection: a constant and a straight line pass unchanged up to the ends.
+/// Each end is extended by its point reflection: a constant and a straight line pass unchanged up
+/// to the ends.
 pub(crate) fn low_pass(column: &[f64], cutoff_hz: f64) -> Vec<f64> {
     let (Some(&first), Some(&last)) = (column.first(), column.last()) else { return Vec::new() };
     let pad = ((PAD_PERIODS * RATE_HZ / cutoff_hz) as usize).min(column.len() - 1);
@@ -66,7 +71,8 @@ pub(crate) fn low_pass(column: &[f64], cutoff_hz: f64) -> Vec<f64> {
     padded
 }
 
-/// Derivative of an even column per second: central differences, one-sided at the ends.
+/// Returns the derivative of a uniform column per second: central differences, one-sided at the
+/// ends.
 pub(crate) fn derivative(column: &[f64]) -> Vec<f64> {
     let last = column.len().saturating_sub(1);
     (0..column.len())
@@ -79,8 +85,7 @@ pub(crate) fn derivative(column: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    //! The low-pass has the gain of its closed form, no delay and quiet ends.
-    //! Fails when a coefficient, the start values or the continuation at the ends is wrong.
+    //! The low-pass has the gain of its closed form, no delay and no transients at the ends.
 
     use super::*;
 

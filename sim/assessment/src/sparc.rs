@@ -1,19 +1,22 @@
-//! The spectral arc length of a speed (SPARC; Balasubramanian, Melendez-Calderon, Roby-Brami and Burdet 2015, "On the analysis of
-//! movement smoothness", Journal of NeuroEngineering and Rehabilitation 12, 112).
+//! Spectral arc length of a speed profile (SPARC; Balasubramanian, Melendez-Calderon, Roby-Brami
+//! and Burdet 2015, "On the analysis of movement smoothness", Journal of NeuroEngineering and
+//! Rehabilitation 12, 112).
 
 use std::f64::consts::PI;
 
-/// Rate of the speed, in Hz.
+/// Sample rate of the speed, in Hz.
 pub(crate) const SPARC_HZ: f64 = 50.0;
 
-/// The spectrum is looked at up to here, in Hz, and from the first to the last amplitude of at least this share of the largest; the
-/// speed is padded with zeros to its length in a power of two, and 2⁴ times that. The authors' settings.
+/// The authors' settings: the spectrum is evaluated up to this frequency, in Hz, and from the first
+/// to the last amplitude of at least this share of the largest; the speed is zero-padded to the
+/// next power of two, times 2⁴.
 const UP_TO_HZ: f64 = 10.0;
 const LEAST_AMPLITUDE: f64 = 0.05;
 const PADDED: usize = 16;
 
-/// −∫ √((df/Δf)² + dM²) over the normalised amplitudes M of the speed's spectrum; a pure number below −1, the nearer to it the
-/// smoother. `None` for fewer than two points, and for a speed that is 0 throughout.
+/// Returns −∫ √((df/Δf)² + dM²) over the normalised amplitudes M of the speed's spectrum; a
+/// dimensionless number below −1, and the closer to −1 the smoother. `None` for fewer than two
+/// points, and for a speed that is 0 throughout.
 pub(crate) fn spectral_arc_length(speed: &[f64]) -> Option<f64> {
     if speed.len() < 2 {
         return None;
@@ -38,7 +41,8 @@ pub(crate) fn spectral_arc_length(speed: &[f64]) -> Option<f64> {
     Some(-amplitudes[first..=last].windows(2).map(arc).sum::<f64>())
 }
 
-/// Discrete Fourier transform in place, of as many points as a power of two (Cooley and Tukey 1965).
+/// In-place discrete Fourier transform; the number of points is a power of two (Cooley and Tukey
+/// 1965).
 fn transform(real: &mut [f64], imaginary: &mut [f64]) {
     let points = real.len();
     let bits = points.trailing_zeros();
@@ -49,7 +53,8 @@ fn transform(real: &mut [f64], imaginary: &mut [f64]) {
             imaginary.swap(i, mirrored);
         }
     }
-    // One table of twiddles: each is exact to the last bit, where a product of many would drift.
+    // A single table of twiddle factors, each exact to the last bit; repeated multiplication would
+    // drift.
     let angle = |k: usize| -2.0 * PI * k as f64 / points as f64;
     let twiddles: Vec<(f64, f64)> = (0..points / 2).map(|k| (libm::cos(angle(k)), libm::sin(angle(k)))).collect();
     let mut half = 1;
@@ -71,19 +76,18 @@ fn transform(real: &mut [f64], imaginary: &mut [f64]) {
 
 #[cfg(test)]
 mod tests {
-    //! Against the authors' own programme, run with numpy on the same speeds. Fails when a setting, the padding or the transform is
-    //! another.
+    //! Compared with the authors' own program, run with numpy on the same speeds.
 
     use super::*;
 
-    /// Its columns: which speed, and what numpy made of it.
+    /// Columns: name of the speed, and numpy's result.
     const BY_NUMPY: &str = include_str!("../../../tests/data/sparc/by_numpy.csv");
 
     fn minimum_jerk(s: f64) -> f64 {
         30.0 * s * s * (1.0 - s) * (1.0 - s)
     }
 
-    /// The speeds that the reference was computed for.
+    /// Returns the speeds for which the reference was computed.
     fn speed(name: &str) -> Vec<f64> {
         let points = |n: u32| (0..n).map(f64::from);
         match name {

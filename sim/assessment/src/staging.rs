@@ -1,4 +1,5 @@
-//! An exercise on the patient of a session, ready for a hand to be recorded: what `stylet simulate` does between document and file.
+//! Prepares an exercise for recording on the patient of a session: the steps of `stylet simulate`
+//! between document and file.
 
 use std::io::{BufWriter, Write};
 use std::ops::RangeInclusive;
@@ -17,28 +18,28 @@ use uuid::Uuid;
 
 use crate::attached::attachments;
 
-/// Rates that a servo of a simulation may have, in Hz.
+/// Allowed servo rates of a simulation, in Hz.
 pub const TICK_HZ_ALLOWED: RangeInclusive<u64> = 100..=10_000;
 
-/// By what an attempt is made.
+/// Device, seed and program of an attempt.
 #[derive(Clone, Copy, Debug)]
 pub struct AttemptMaker<'a> {
-    /// The device's name.
+    /// Device name.
     pub device: &'a str,
-    /// The device's largest force, in N; infinite for an operator of a simulation.
+    /// The device's maximum force, in N; infinite for a simulated operator.
     pub device_max_force_n: f64,
-    /// Draws the patient and the operator's hand.
+    /// Seed of the patient and the operator's hand.
     pub seed: u64,
     /// Servo rate, in Hz.
     pub tick_hz: f64,
     /// Version of the program.
     pub version: &'a str,
-    /// Commit that the program was built from; empty where nobody knows.
+    /// Commit that the program was built from; empty if unknown.
     pub git: &'a str,
 }
 
 impl AttemptMaker<'_> {
-    /// A session of nobody, which begins when it is told.
+    /// Creates a session without a trainee that starts at `started_at`.
     #[must_use]
     pub fn session(&self, bundle: &ExerciseBundle, session_id: Uuid, started_at: OffsetDateTime) -> Session {
         Session {
@@ -61,10 +62,10 @@ impl AttemptMaker<'_> {
     }
 }
 
-/// Starts the recording of an attempt: metadata, documents and picture first.
+/// Starts the recording of an attempt: writes metadata, documents and drawing.
 ///
 /// # Errors
-/// When the disk refuses.
+/// On an I/O error.
 pub fn begin_recording<W: Write>(
     file: W,
     session: &Session,
@@ -76,7 +77,7 @@ pub fn begin_recording<W: Write>(
     Writer::create(BufWriter::new(file), session, &attachments(bundle), &drawing)
 }
 
-/// An exercise, and what of it is punctured in a session.
+/// An exercise and the specimen of a session.
 #[derive(Debug)]
 pub struct Staging<'a> {
     bundle: &'a ExerciseBundle,
@@ -86,10 +87,11 @@ pub struct Staging<'a> {
 }
 
 impl<'a> Staging<'a> {
-    /// Prepares the patient of a session.
+    /// Builds the specimen for the patient of a session.
     ///
     /// # Errors
-    /// When the scene cannot be simulated, or the field would set stiffnesses with which a rupture creates energy.
+    /// If the scene cannot be simulated, or if the field would set stiffnesses with which a rupture
+    /// creates energy.
     pub fn new(bundle: &'a ExerciseBundle, session: &'a Session) -> Result<Self, SpecimenError> {
         let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
         let specimen = Specimen::new(bundle.specimen_spec(&patient))?;
@@ -101,22 +103,22 @@ impl<'a> Staging<'a> {
         }
     }
 
-    /// Ruptures that would create energy, in a scene that says so itself.
+    /// Returns the ruptures that would create energy with the scene's own stiffnesses.
     #[must_use]
     pub fn unsound(&self) -> &[Unsound] {
         &self.unsound
     }
 
-    /// Rate and longest time.
+    /// Returns servo rate and time limit.
     #[must_use]
     pub fn clock(&self) -> Clock {
         Clock { tick_hz: self.session.tick_hz, time_limit_s: self.bundle.exercise.time_limit_s }
     }
 
-    /// Lets a hand perform, faster than real time, into a file.
+    /// Simulates a hand, faster than real time, and records the attempt to a file.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn record<W: Write + Send>(&self, hand: &mut dyn MotionSource, file: W) -> Result<Simulated, WriteError> {
         let mut writer = begin_recording(file, self.session, self.bundle)?;
         let simulated = simulate(&self.specimen, hand, &mut writer, &self.clock())?;
@@ -125,10 +127,11 @@ impl<'a> Staging<'a> {
     }
 }
 
-/// Reads a start that fits the recording's clock: Unix nanoseconds, unsigned, 64 bit.
+/// Parses a start time that the recording's clock can represent: Unix nanoseconds, unsigned, 64
+/// bit.
 ///
 /// # Errors
-/// What is allowed instead.
+/// The allowed values.
 pub fn read_start(text: &str) -> Result<OffsetDateTime, String> {
     let start = OffsetDateTime::parse(text, &Rfc3339).map_err(|error| format!("{error}; RFC 3339 is allowed"))?;
     let start = start.to_offset(UtcOffset::UTC);
@@ -138,10 +141,10 @@ pub fn read_start(text: &str) -> Result<OffsetDateTime, String> {
     }
 }
 
-/// Reads a pseudonym, of a form that no name, address or sentence has.
+/// Parses a pseudonym; its format excludes names, addresses and sentences.
 ///
 /// # Errors
-/// What is allowed instead.
+/// The allowed values.
 pub fn read_pseudonym(text: &str) -> Result<String, String> {
     let allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     match text.len() <= 64 && text.chars().all(allowed) {

@@ -1,4 +1,4 @@
-//! Attempts in memory at an exercise: simulated, judged, and kept nowhere.
+//! Virtual attempts in memory: simulated and judged without a file.
 
 use attempt::simulate::{MotionSource, rehearse};
 use documents::{ExerciseBundle, Patient};
@@ -8,7 +8,7 @@ use tissue::Specimen;
 use crate::error::AssessError;
 use crate::score::{Assessment, assess};
 
-/// An exercise on a patient, for hands to try.
+/// An exercise on a patient, for simulated hands.
 #[derive(Debug)]
 pub struct Tryout<'a> {
     /// The exercise.
@@ -18,10 +18,11 @@ pub struct Tryout<'a> {
 }
 
 impl<'a> Tryout<'a> {
-    /// The field that only a picture shows is left out: no force and no score depends on it.
+    /// Builds the specimen. A field that only serves the picture is left out: neither force nor
+    /// score depends on it.
     ///
     /// # Errors
-    /// When the scene cannot be simulated.
+    /// If the scene cannot be simulated.
     pub fn new(bundle: &'a ExerciseBundle, patient: Patient) -> Result<Self, AssessError> {
         let mut spec = bundle.specimen_spec(&patient);
         if !bundle.scene.is_coupled() {
@@ -31,13 +32,13 @@ impl<'a> Tryout<'a> {
         Ok(Self { bundle, specimen, patient })
     }
 
-    /// What is punctured.
+    /// Returns the specimen.
     #[must_use]
     pub fn specimen(&self) -> &Specimen {
         &self.specimen
     }
 
-    /// Lets a hand make an attempt at 1 kHz, until it is done or the exercise's time is up.
+    /// Simulates a hand at 1 kHz until it is done or the exercise's time limit is reached.
     #[must_use]
     pub fn perform(&self, hand: &mut dyn MotionSource) -> Recording {
         let session = Session::in_memory(self.bundle.scene.law, self.patient.thickness_mm.clone());
@@ -47,7 +48,7 @@ impl<'a> Tryout<'a> {
     /// Judges an attempt by the exercise.
     ///
     /// # Errors
-    /// When it cannot be judged.
+    /// If it cannot be judged.
     pub fn judge(&self, recording: &Recording) -> Result<Assessment, AssessError> {
         assess(recording, self.bundle)
     }

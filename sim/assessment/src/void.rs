@@ -1,5 +1,5 @@
-//! Attempts that tell nothing of whoever made them: the device was lost, or the hand was not given what it should have felt. Such an
-//! attempt is kept as it is, and counts nowhere.
+//! Void attempts, which do not reflect the trainee's skill: the device was lost, or the hand did
+//! not receive the force. A void attempt is stored unchanged and never counted.
 
 use std::fmt;
 
@@ -8,24 +8,24 @@ use recording::sample::flags;
 use recording::{EventKind, Recording};
 use serde::{Deserialize, Serialize};
 
-/// The largest part of the time in the body that may go unfelt (choice): one hiccup of the device, and the second and a half in which
-/// the force comes back, in an insertion of ten seconds.
+/// Largest fraction of the time in the body without force (choice): one device fault, and the 1.5 s
+/// in which the force is restored, in an insertion of ten seconds.
 pub const MOST_UNFELT: f64 = 0.1;
 
-/// Why an attempt is void.
+/// The reason why an attempt is void.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "reason", rename_all = "snake_case")]
 pub enum Void {
     /// The device or the program ended it.
     Interrupted {
-        /// When, in s.
+        /// Time, in s.
         t_s: f64,
-        /// What happened, in words.
+        /// Description.
         why: String,
     },
-    /// The hand was not given the tissue's force for too long.
+    /// The hand did not receive the tissue's force for too long.
     Unfelt {
-        /// Time in the body in which less than half of the force was given, in s.
+        /// Time in the body in which less than half of the force was rendered, in s.
         unfelt_s: f64,
         /// Time in the body, in s.
         inside_s: f64,
@@ -33,7 +33,7 @@ pub enum Void {
 }
 
 impl Void {
-    /// In words, for whoever has another language.
+    /// Returns the translatable message.
     #[must_use]
     pub fn phrase(&self) -> Phrase {
         match self {
@@ -50,7 +50,7 @@ impl Void {
     }
 }
 
-/// What a void attempt is told to programs as, in the place of an assessment.
+/// The JSON for a void attempt, in place of an assessment.
 #[derive(Debug, Serialize)]
 pub struct VoidAnswer<'a> {
     score: Option<f64>,
@@ -71,7 +71,7 @@ impl fmt::Display for Void {
     }
 }
 
-/// Why an attempt is void; `None` where it may be judged.
+/// Returns the reason why an attempt is void; `None` if it can be judged.
 #[must_use]
 pub fn find_void_reason(recording: &Recording) -> Option<Void> {
     interrupted(recording).or_else(|| unfelt(recording))

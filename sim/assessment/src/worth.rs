@@ -1,4 +1,5 @@
-//! What a rubric pays for: attempts that are worth next to nothing, and one that is careless, are simulated and judged.
+//! Rubric exploit checks: simulates and judges attempts that deserve almost no points, and careless
+//! ones.
 
 use documents::{ExerciseBundle, Patient, Remark, spec_along_path};
 use law::closed_form;
@@ -11,22 +12,24 @@ use crate::review::review_rubric;
 use crate::score::Assessment;
 use crate::tryout::Tryout;
 
-/// Most points of 100 for next to nothing: an untouched needle, a prick, a lunge.
+/// Most points of 100 for an attempt that deserves almost none: an untouched needle, a prick, a
+/// lunge.
 const NEXT_TO_NOTHING: f64 = 25.0;
-/// Points of 100 that an attempt must lose when it leaves out the confirm or the withdrawal, unless it fails.
+/// Points of 100 that an attempt must lose if it leaves out the confirm or the withdrawal, unless
+/// it fails.
 const CARELESS: f64 = 10.0;
 /// Speeds of the hands, in m/s.
 const PRICK_M_PER_S: f64 = 0.005;
 const LUNGE_M_PER_S: f64 = 0.1;
 const STEADY_M_PER_S: f64 = 0.002;
-/// How long the hands hold before they confirm, in s.
+/// Duration of the hold before the confirm, in s.
 const HOLD_S: f64 = 0.5;
 
-/// What the author of an exercise should change: what the catalogue knows of its rubric, and what simulating it shows.
-/// The exercise can be read and judged all the same.
+/// Returns remarks for the author of an exercise: from the catalogue's review of the rubric, and
+/// from simulated attempts. The exercise remains usable.
 ///
 /// # Errors
-/// When the scene cannot be simulated, or an attempt not be judged.
+/// If the scene cannot be simulated, or if an attempt cannot be judged.
 pub fn appraise_rubric(bundle: &ExerciseBundle) -> Result<Vec<Remark>, AssessError> {
     let tryout = Tryout::new(bundle, Patient::nominal(&bundle.scene))?;
     let mut remarks = review_rubric(bundle);
@@ -50,7 +53,7 @@ pub fn appraise_rubric(bundle: &ExerciseBundle) -> Result<Vec<Remark>, AssessErr
     Ok(remarks)
 }
 
-/// Attempts that are worth next to nothing: in words, how deep in m, how fast in m/s.
+/// Returns attempts that deserve almost no points: description, depth in m, speed in m/s.
 fn find_worthless_act(tryout: &Tryout<'_>) -> Vec<(Phrase, f64, f64)> {
     let bundle = tryout.bundle;
     let target_m = bundle.exercise.target_depth_mm * 1e-3;
@@ -66,7 +69,7 @@ fn find_worthless_act(tryout: &Tryout<'_>) -> Vec<(Phrase, f64, f64)> {
     ]
 }
 
-/// Where the tip opens the skin of the nominal patient, in m along the needle.
+/// Returns the depth at which the tip opens the skin of the nominal patient, in m along the needle.
 fn skin_m(tryout: &Tryout<'_>) -> f64 {
     let axial = spec_along_path(tryout.specimen().spec().axial.clone(), &tryout.bundle.exercise.incidence());
     let mut ruptures = closed_form::predict_ruptures(&axial).into_iter();
@@ -74,7 +77,7 @@ fn skin_m(tryout: &Tryout<'_>) -> f64 {
     skin.map_or(0.0, |rupture| rupture.x_m)
 }
 
-/// A stiff hand: to a depth, a hold, a confirm, and out.
+/// Simulates a stiff hand: inserts to a depth, holds, confirms and withdraws.
 fn stiff_scene(tryout: &Tryout<'_>, target_x_m: f64, speed_m_per_s: f64) -> Recording {
     let plan = Plan { target_x_m, hold_s: HOLD_S, ..tryout.bundle.exercise.plan() };
     tryout.perform(&mut Operator::constant(speed_m_per_s, &plan))

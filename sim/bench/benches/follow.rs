@@ -1,4 +1,5 @@
-//! Time of one step of the puncture whose law is coupled to the field, and of one step of the field.
+//! Duration of one step of a puncture whose law is coupled to the field, and of one step of the
+//! field.
 
 use std::hint::black_box;
 
@@ -19,7 +20,8 @@ fn displacement_m(tick: u32) -> f64 {
     f64::from(part) * 7.5e-6 - 0.001
 }
 
-/// The tissue of the training lower back under a needle of 1 mm radius, its stiffnesses feeding the law.
+/// The tissue of the training lower back under a needle of 1 mm radius, with its stiffnesses
+/// coupled to the law.
 fn tissue(axial: &AxialSpec) -> TissueSpec {
     let elastic = |layer: &Layer| ElasticLayer {
         thickness_m: layer.thickness_m,
@@ -43,7 +45,7 @@ fn tissue(axial: &AxialSpec) -> TissueSpec {
     }
 }
 
-/// A law coupled to the field, and the field behind it.
+/// A law coupled to the field, and the field that follows it.
 fn coupled(criterion: &mut Criterion) {
     let puncture = PunctureSpec {
         axial: training_axial_spec(),
@@ -73,7 +75,7 @@ fn coupled(criterion: &mut Criterion) {
     }
 }
 
-/// One step of the field: take the law's loads, follow, and tent every boundary.
+/// One step of the field: read the law's loads, follow, and compute the tent of every boundary.
 fn follow(criterion: &mut Criterion, field: &Field, take: impl Fn(&mut [f64])) {
     let mut followed = FollowState::new(field.follow());
     let mut latest_n = followed.loads_n.clone();

@@ -1,4 +1,5 @@
-//! Time of one step of the force law: three layers, two contactors. The bar is a median of 500 ns.
+//! Duration of one step of the force law: three layers, two contactors. The target is a median of
+//! 500 ns.
 
 use std::hint::black_box;
 
@@ -40,7 +41,7 @@ fn time_steps(criterion: &mut Criterion, name: &str, spec: AxialSpec) {
     });
 }
 
-/// What a needle that bends adds to a step of the puncture.
+/// Cost of a flexible needle in a step of the puncture.
 fn puncture(criterion: &mut Criterion) {
     let plain = || PunctureSpec {
         axial: training_axial_spec(),

@@ -1,4 +1,5 @@
-//! Time of a step of the lattice. The bar of the explicit one is 50 million unknowns a second on one core.
+//! Duration of a step of the lattice. The target of the explicit step is 50 million unknowns per
+//! second on one core.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use tissue::mass_spring::explicit::{self, ExplicitScratch};

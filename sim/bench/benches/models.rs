@@ -1,4 +1,5 @@
-//! Time of the tissue models. Axisymmetric: set-up to a tolerance, re-solve, superposed answer at 108 points.
+//! Durations of the tissue models. Axisymmetric: set-up to a tolerance, re-solve, superposed result
+//! at 108 points.
 
 use std::hint::black_box;
 
@@ -7,7 +8,7 @@ use tissue::axisymmetric::{Axisymmetric, FittedAxisymmetric, MeshSpec, Superpose
 use tissue::{FieldModel, Problem};
 use trials::slabs::{ask_contactor, make_elastic_layer};
 
-/// The contactors of lower_back and of stiff_skin_soft_fat, asked at the boundaries.
+/// The contactors of lower_back and of stiff_skin_soft_fat, sampled at the boundaries.
 fn problems() -> Vec<(String, Problem)> {
     let lower_back = vec![
         make_elastic_layer(0.0008, 132e3, 0.45),
@@ -53,7 +54,7 @@ fn superposed(criterion: &mut Criterion) {
     });
 }
 
-/// Set-up and re-solve against unknowns: one problem up the ladder.
+/// Set-up and re-solve against the number of unknowns: one problem on each mesh of the ladder.
 fn growth(criterion: &mut Criterion) {
     let Some((_, problem)) = problems().into_iter().next() else { return };
     let mut group = criterion.benchmark_group("axisymmetric growth");

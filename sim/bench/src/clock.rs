@@ -1,8 +1,8 @@
-//! The bench's only clock: what takes how long is what it measures.
+//! The only clock of this crate.
 
 use std::time::Instant;
 
-/// Monotonic time, to measure how long something takes.
+/// Returns the monotonic time, for measuring durations.
 #[expect(clippy::disallowed_methods, reason = "what is measured is a time")]
 pub fn instant() -> Instant {
     Instant::now()

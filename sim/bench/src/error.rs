@@ -1,31 +1,31 @@
-//! Why a report was not made.
+//! Errors of making a report.
 
 use std::fmt::Display;
 use std::path::Path;
 
 use documents::DocumentError;
 
-/// Why a report was not made, or what it found to be wrong.
+/// A report was not made, or found an error.
 #[derive(Debug)]
 pub enum BenchError {
-    /// The call or its input was wrong; each string is a line for people.
+    /// The arguments or an input file are invalid; each string is one line of the message.
     Input(Vec<String>),
-    /// The work failed, or a bound was exceeded; each string is a line for people.
+    /// The measurement failed, or a bound was exceeded; each string is one line of the message.
     Work(Vec<String>),
 }
 
 impl BenchError {
-    /// The call or its input was wrong.
+    /// Creates the error for invalid arguments or input.
     pub fn input(line: impl Display) -> Self {
         Self::Input(vec![line.to_string()])
     }
 
-    /// The work failed.
+    /// Creates the error for a failed measurement.
     pub fn work(line: impl Display) -> Self {
         Self::Work(vec![line.to_string()])
     }
 
-    /// An input file is refused, and why.
+    /// Creates the error for a refused input file.
     pub fn refused(file: &Path, why: impl Display) -> Self {
         Self::input(format_args!("{}: {why}", file.display()))
     }

@@ -1,4 +1,5 @@
-//! Measurements: this machine, the time that a calculation takes, and, with the feature `reports`, the reports of `stylet bench`.
+//! Measurements: description of the machine, timing, and, with the feature `reports`, the reports
+//! of `stylet bench`.
 
 mod clock;
 #[cfg(feature = "reports")]

@@ -1,22 +1,22 @@
-//! What this machine is, read from the operating system where it says.
+//! Description of the machine, from the operating system where available.
 
 use std::fs;
 
 use serde::Serialize;
 
-/// Processor and system, as the bench and `doctor` name them.
+/// Processor and system, as shown by the bench and by `doctor`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Machine {
     /// Processor model, or `unknown`.
     pub cpu: String,
-    /// Hardware threads this program may use; 0 when unknown.
+    /// Hardware threads available to this program; 0 if unknown.
     pub threads: usize,
     /// Operating system and architecture.
     pub system: String,
 }
 
 impl Machine {
-    /// This machine.
+    /// Describes the current machine.
     #[must_use]
     pub fn this() -> Self {
         Self {
@@ -26,7 +26,7 @@ impl Machine {
         }
     }
 
-    /// Processor, threads and system, as reports have them.
+    /// Formats processor, threads and system for a report.
     #[must_use]
     pub fn in_words(&self) -> String {
         let Self { cpu, threads, system } = self;
@@ -34,26 +34,28 @@ impl Machine {
     }
 }
 
-/// Version and build profile of this program.
+/// Returns the version and build profile of this program.
 #[must_use]
 pub fn program() -> String {
     let profile = if cfg!(debug_assertions) { "debug" } else { "release" };
     format!("stylet {} ({profile} build)", env!("CARGO_PKG_VERSION"))
 }
 
-/// Peak resident memory of this process since it began or [`reset_peak_memory`], in bytes; absent where unknown.
+/// Returns the peak resident memory of this process since its start or the last
+/// [`reset_peak_memory`], in bytes; `None` if unknown.
 #[must_use]
 pub fn peak_memory_bytes() -> Option<u64> {
     let kibibytes = proc_field("/proc/self/status", "VmHWM")?;
     kibibytes.split_whitespace().next()?.parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
 }
 
-/// Lets [`peak_memory_bytes`] begin anew. Where the system cannot, the peak stays the one since the start: never less.
+/// Resets the peak of [`peak_memory_bytes`]. If the system does not support this, the peak since
+/// the start remains, which is never smaller.
 pub fn reset_peak_memory() {
     let _ = fs::write("/proc/self/clear_refs", "5");
 }
 
-/// The value after `name:` in a file of `/proc`.
+/// Returns the value after `name:` in a file of `/proc`.
 #[must_use]
 pub fn proc_field(file: &str, name: &str) -> Option<String> {
     let text = fs::read_to_string(file).ok()?;

@@ -1,39 +1,40 @@
-//! How long something takes: medians of many repeats, for machines are noisy.
+//! Timing: medians of many repetitions, because machines are noisy.
 
 use tissue::axisymmetric::Superposed;
 use tissue::{FieldModel, Problem};
 
 use crate::clock;
 
-/// Repeats and time spent on one figure.
+/// Number of repetitions and time budget for one figure.
 #[derive(Clone, Copy, Debug)]
 pub struct TimingEffort {
-    /// Fewest repeats.
+    /// Minimum number of repetitions.
     pub least: usize,
-    /// Most repeats.
+    /// Maximum number of repetitions.
     pub most: usize,
-    /// Beyond the fewest repeats, time after which no more are made, in s.
+    /// Time after which no further repetitions are made beyond the minimum, in s.
     pub budget_s: f64,
 }
 
 impl TimingEffort {
-    /// For a figure that a person waits for.
+    /// For a figure that a user waits for.
     pub const SHORT: Self = Self { least: 5, most: 2001, budget_s: 0.05 };
 
-    /// The same for what may take seconds: once is enough of that.
+    /// The same for work that may take seconds: a single repetition is sufficient.
     pub const SLOW: Self = Self { least: 1, ..Self::SHORT };
 }
 
-/// What `work` returns, and how long it took, in s.
+/// Runs `work` once; returns its result and the duration, in s.
 pub fn once<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = clock::instant();
     let result = work();
     (result, start.elapsed().as_secs_f64())
 }
 
-/// Median time of one call, in s. Calls shorter than reading the clock, tens of nanoseconds, are timed in batches.
+/// Returns the median duration of one call, in s. Calls shorter than reading the clock, tens of
+/// nanoseconds, are timed in batches.
 pub fn median_s(effort: TimingEffort, mut work: impl FnMut()) -> f64 {
-    /// A batch lasts at least this long, in s, so that reading the clock is less than a hundredth of it.
+    /// Minimum duration of a batch, in s, so that reading the clock is less than a hundredth of it.
     const BATCH_S: f64 = 5e-6;
     let (_, first_s) = once(&mut work);
     let batch = (BATCH_S / first_s.max(1e-9)).ceil().max(1.0) as usize;
@@ -47,7 +48,8 @@ pub fn median_s(effort: TimingEffort, mut work: impl FnMut()) -> f64 {
     times[times.len() / 2]
 }
 
-/// What a tick pays for all samples, in s: responses to unit loads, computed once, times the load.
+/// Returns the time that a tick needs for all samples, in s: responses to unit loads, computed
+/// once, multiplied by the load.
 pub fn answer_s(field: &mut dyn FieldModel, problem: &Problem, force_n: f64) -> f64 {
     let points: Vec<[f64; 2]> = points(problem).collect();
     let superposed = Superposed::new(&mut [field], &points);
@@ -58,7 +60,7 @@ pub fn answer_s(field: &mut dyn FieldModel, problem: &Problem, force_n: f64) -> 
     })
 }
 
-/// Radius and depth of every sample, in m, a depth after the other.
+/// Returns radius and depth of every sample, in m, ordered by depth, then radius.
 fn points(problem: &Problem) -> impl Iterator<Item = [f64; 2]> {
     problem.sample_depth_m.iter().flat_map(|&depth_m| problem.sample_r_m.iter().map(move |&r_m| [r_m, depth_m]))
 }

@@ -1,4 +1,4 @@
-//! The command line: which commands there are, and one-line errors for a wrong call.
+//! The command line: the commands, and one-line errors for usage errors.
 
 use std::ffi::OsString;
 
@@ -16,7 +16,7 @@ use crate::commands::{play, replay};
 use crate::exit::{Failure, Outcome};
 use crate::output;
 
-/// Below the list of commands.
+/// Text below the list of commands.
 const AFTER_HELP: &str = if cfg!(feature = "reports") {
     "Each command has its own help: stylet COMMAND --help"
 } else {
@@ -26,7 +26,7 @@ const AFTER_HELP: &str = if cfg!(feature = "reports") {
 
 /// Training for percutaneous needle puncture: simulate, record, score, deliver.
 ///
-/// Exit status: 0 done; 1 the work failed or a check found something; 2 the call or its input was wrong.
+/// Exit status: 0 success; 1 the work failed or a check found something; 2 usage or input error.
 #[derive(Parser)]
 #[command(
     name = "stylet",
@@ -68,7 +68,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Does it.
+    /// Runs the command.
     pub fn run(&self) -> Outcome {
         match self {
             #[cfg(feature = "window")]
@@ -98,11 +98,12 @@ impl Command {
     }
 }
 
-/// Reads the command line. Help and version are printed here and end as [`Failure::ReaderGone`] does: quietly, with 0.
+/// Parses the command line. Help and version are printed here and end as [`Failure::ReaderGone`]:
+/// quietly, with status 0.
 pub fn parse(args: impl Iterator<Item = OsString>) -> Result<Command, Failure> {
     Cli::try_parse_from(args).map(|cli| cli.command).map_err(|error| match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            // A reader that left while help was printed is no failure.
+            // A closed pipe while help was printed is not an error.
             let _ = error.print();
             Failure::ReaderGone
         }
@@ -110,7 +111,8 @@ pub fn parse(args: impl Iterator<Item = OsString>) -> Result<Command, Failure> {
     })
 }
 
-/// Clap explains a wrong call over several lines; our errors are one line each, for logs and scripts.
+/// Clap explains usage errors over several lines; our errors are one line each, for logs and
+/// scripts.
 fn wrong_call(rendered: &str) -> String {
     let explained = rendered.split("\n\nUsage:").next().unwrap_or(rendered);
     let explained = explained.split("\n\nFor more information").next().unwrap_or(explained);

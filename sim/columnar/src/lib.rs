@@ -1,4 +1,5 @@
-//! A table as Apache Parquet, through the column writers of the parquet crate: nothing of Arrow is needed to write flat columns.
+//! Writes a table as Apache Parquet with the column writers of the parquet crate; flat columns do
+//! not need Arrow.
 
 use std::fs::File;
 use std::io;
@@ -12,7 +13,7 @@ use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::Type;
 use recording::tables::{Cell, Column, ColumnKind};
 
-/// Rows that are held before they are written together: about a minute of the servo.
+/// Number of rows buffered before they are written as a row group: about a minute of the servo.
 const ROWS_AT_ONCE: usize = 1 << 16;
 
 /// A Parquet file.
@@ -23,10 +24,10 @@ pub struct ParquetTable {
 }
 
 impl ParquetTable {
-    /// Writes the head of the file.
+    /// Writes the file header.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn new(file: File, columns: &[Column]) -> io::Result<Self> {
         let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default())).build();
         let schema = schema(columns).map_err(io::Error::other)?;
@@ -35,10 +36,10 @@ impl ParquetTable {
         Ok(Self { writer, columns: columns.iter().map(Buffer::new).collect(), rows: 0 })
     }
 
-    /// Adds a row: a cell for each column, of its kind.
+    /// Adds a row: a cell for each column, of the column's type.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn write_row(&mut self, cells: &[Cell]) -> io::Result<()> {
         for (buffer, cell) in self.columns.iter_mut().zip(cells) {
             buffer.push(cell);
@@ -47,10 +48,10 @@ impl ParquetTable {
         if self.rows == ROWS_AT_ONCE { self.write_rows().map_err(io::Error::other) } else { Ok(()) }
     }
 
-    /// Writes what is left, and the end of the file.
+    /// Writes the remaining rows and the footer.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn finish(mut self) -> io::Result<()> {
         if self.rows > 0 {
             self.write_rows().map_err(io::Error::other)?;
@@ -87,10 +88,10 @@ fn schema(columns: &[Column]) -> Result<Type, ParquetError> {
     Type::group_type_builder("stylet").with_fields(fields).build()
 }
 
-/// The values of a column that wait to be written.
+/// The buffered values of a column.
 struct Buffer {
     values: Values,
-    /// For each row 1 where it has a value, 0 where not; only where a row may have none.
+    /// Definition levels: 1 for a row with a value, 0 for one without; only for optional columns.
     levels: Option<Vec<i16>>,
 }
 
@@ -121,12 +122,13 @@ impl Buffer {
             (Values::Float(values), Cell::Float(value)) => values.push(*value),
             (Values::Whole(values), Cell::Whole(value)) => values.push(*value),
             (Values::Text(values), Cell::Text(value)) => values.push(value.as_str().into()),
-            // An empty cell has a level and no value; a cell of another kind than its column's is never made.
+            // An empty cell has a level but no value; a cell whose type differs from its column's
+            // does not occur.
             _ => {}
         }
     }
 
-    /// Writes what waits, and forgets it.
+    /// Writes and clears the buffered values.
     fn write(&mut self, column: &mut SerializedColumnWriter<'_>) -> Result<(), ParquetError> {
         let levels = self.levels.as_deref();
         match &mut self.values {

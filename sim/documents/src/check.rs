@@ -1,4 +1,5 @@
-//! What `stylet check` asks beyond reading: whether the scenes are sound, and whether their structures lie in the body.
+//! Checks behind `stylet check`: reports scenes whose ruptures are unsound and structures that lie
+//! outside the body.
 
 use std::path::{Path, PathBuf};
 
@@ -21,20 +22,21 @@ use crate::walk::Walked;
 /// A rupture that would create force or energy, and where.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// In which patient: the nominal, the thinnest or the thickest.
+    /// The patient: nominal, thinnest or thickest.
     pub patient: Phrase,
-    /// On a path at this angle to the surface normal, in degrees.
+    /// Angle of the path to the surface normal, in degrees.
     pub angle_deg: f64,
     /// The rupture.
     pub unsound: Unsound,
 }
 
 impl Scene {
-    /// Every unsound rupture, each once, in the first place that has it: the nominal patient, the thinnest and the thickest
-    /// of the spread, each met perpendicularly and as planned.
+    /// Returns every unsound rupture once, at the first place that has it. Checks the nominal
+    /// patient, the thinnest and the thickest of the spread, each perpendicularly and along the
+    /// planned path.
     ///
     /// # Errors
-    /// When no model of a coupled tissue can be had.
+    /// If no model of a coupled tissue can be built.
     pub fn soundness(&self, planned: impl Into<PlannedNeedle>) -> Result<Vec<Finding>, FollowError> {
         let [thinnest, thickest] = Patient::extremes(self);
         let patients = [
@@ -63,7 +65,8 @@ impl Scene {
     }
 }
 
-/// An axial law along a needle's path: every layer is as thick as the needle finds it.
+/// Converts an axial law to a needle's path: sets the thickness of each layer to its length along
+/// the path.
 #[must_use]
 pub fn spec_along_path(mut spec: AxialSpec, incidence: &Incidence) -> AxialSpec {
     let mut boundaries_m = Vec::new();
@@ -74,7 +77,8 @@ pub fn spec_along_path(mut spec: AxialSpec, incidence: &Incidence) -> AxialSpec 
     spec
 }
 
-/// Reads a document and all it names, and refuses unsound scenes and those whose structures lie outside the body.
+/// Reads a document and the files that it names; refuses unsound scenes and scenes with structures
+/// outside the body.
 ///
 /// # Errors
 /// Every issue found.
@@ -85,7 +89,7 @@ pub fn check_documents(path: &Path) -> Result<Document, DocumentError> {
     if issues.is_empty() { Ok(document) } else { Err(DocumentError { issues }) }
 }
 
-/// An issue for each unsound rupture in the scenes of a document that was read from `path`.
+/// Returns an issue for each unsound rupture in the scenes of a document read from `path`.
 fn list_unsound_layers(path: &Path, document: &Document) -> Result<Vec<Issue>, DocumentError> {
     let mut issues: Vec<Issue> = Vec::new();
     for (path, scene, planned) in list_scenes(path, document) {
@@ -144,10 +148,10 @@ fn list_scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Sce
 }
 
 impl ExerciseBundle {
-    /// Remarks with their places in the exercise's document, which is called `file`, in its order.
+    /// Places remarks in the exercise's document, named `file`, sorted by position.
     ///
     /// # Errors
-    /// When the document, read once already, is refused.
+    /// If the document, which was read before, is refused.
     pub fn place(&self, file: &str, remarks: &[Remark]) -> Result<Vec<Issue>, DocumentError> {
         if remarks.is_empty() {
             return Ok(Vec::new());
@@ -187,7 +191,8 @@ fn unsound_issues(
     if misplaced.is_empty() && findings.as_ref().is_ok_and(Vec::is_empty) {
         return Ok(Vec::new());
     }
-    // The scene keeps no places: they are found again, only when there is something to place.
+    // The scene stores no positions in its document; parse it again only if there is an issue to
+    // place.
     let doc = Walked::new(source()?, &SCENE)?;
     let mut issues = match findings {
         Ok(findings) => findings.iter().map(|finding| document_issue(&doc, scene, finding)).collect(),
@@ -211,7 +216,8 @@ fn document_issue(doc: &Walked, scene: &Scene, finding: &Finding) -> Issue {
     let written_n = written_n.filter(|written_n| *written_n > 0.0).unwrap_or(*threshold_n);
     let is_derived = as_written.is_some_and(|l| l.options.fracture_energy_j_per_m2.is_some());
     let key = if is_derived && unsound.contactor == Contactor::Tip { "fracture_energy_j_per_m2" } else { key };
-    // The document speaks of the reference needle and toughness; the rounding is downwards, so that the limit is sound.
+    // The document gives reference values (needle and toughness). Round down, so that the limit
+    // itself is sound.
     let limit_n = (largest_sound_n * written_n / threshold_n * 1e4).floor() / 1e4;
     let what = match scene.is_coupled() {
         true => phrase!("{written} N is unsound with the field's stiffnesses", written = written_n),

@@ -7,14 +7,14 @@ use crate::wording::Wording;
 pub enum MasteryRule {
     /// `passes` of the last `of` attempts.
     Passes {
-        /// How many passes.
+        /// Required number of passes.
         passes: u32,
-        /// Of how many attempts.
+        /// Number of recent attempts considered.
         of: u32,
     },
     /// CUSUM or LC-CUSUM with its parameters.
     Cusum {
-        /// LC-CUSUM: the attempts within which `alpha` holds; absent for a CUSUM.
+        /// LC-CUSUM: number of attempts within which `alpha` holds; absent for a CUSUM.
         within: Option<u32>,
         /// Acceptable failure rate.
         p0: f64,
@@ -36,7 +36,7 @@ pub struct CurriculumEntry {
     pub exercise: String,
     /// Ids of the exercises to master first.
     pub prerequisites: Vec<String>,
-    /// Instrument shown after each attempt, if any.
+    /// Instrument shown after each attempt.
     pub survey: Option<String>,
 }
 
@@ -47,7 +47,7 @@ pub struct Curriculum {
     pub id: String,
     /// Title.
     pub title: Wording,
-    /// What it teaches.
+    /// Description of the course.
     pub description: Wording,
     /// Exercises in order.
     pub entries: Vec<CurriculumEntry>,

@@ -1,11 +1,11 @@
-//! What is wrong with a document, and where.
+//! Document errors with their location.
 
 use phrase::Phrase;
 
-/// One thing wrong: `file:line:column: field: value unit; allowed`.
+/// One issue: `file:line:column: field: value unit; allowed`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Issue {
-    /// The file as it was named to us.
+    /// The file name as the caller passed it.
     pub file: String,
     /// Line, from 1.
     pub line: usize,
@@ -13,20 +13,20 @@ pub struct Issue {
     pub column: usize,
     /// Dotted path of the field, for example `layer[1].thickness_mm`.
     pub field: String,
-    /// The value as written, with its unit, where there is one.
+    /// The value as written, with its unit if there is one.
     pub found: Phrase,
-    /// What is allowed, in words.
+    /// The allowed values in words.
     pub allowed: Phrase,
 }
 
-/// What somebody other than the reader has to say of a field of a document that can be read.
+/// A finding about a field of a document that parsed, made by a caller other than the reader.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remark {
     /// Dotted path of the field, for example `rubric[0].full`.
     pub field: String,
-    /// What was found.
+    /// The value found.
     pub found: Phrase,
-    /// What would be right, in words.
+    /// The expected value in words.
     pub allowed: Phrase,
 }
 

@@ -16,55 +16,56 @@ use crate::wording::Wording;
 pub struct RubricLine {
     /// Metric id, for example `depth_error_mm`.
     pub metric: String,
-    /// Version of the metric's definition; 1 where the document names none.
+    /// Version of the metric's definition; 1 if the document does not give one.
     #[serde(default = "first", skip_serializing_if = "is_first")]
     pub version: u32,
-    /// Value that earns everything, in the metric's unit. For a range metric, the distance from 0.
+    /// Value that earns full marks, in the metric's unit. For a range metric, the distance from 0.
     pub full: f64,
-    /// Value that earns nothing.
+    /// Value that earns no marks.
     pub zero: f64,
     /// Relative weight, > 0.
     pub weight: f64,
 }
 
-/// A limit that fails the attempt whatever the score.
+/// A limit that fails the attempt regardless of the score.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HardFail {
     /// Metric id, for example `structure_hits.vessel` or `peak_force_n`.
     pub metric: String,
-    /// Version of the metric's definition; 1 where the document names none.
+    /// Version of the metric's definition; 1 if the document does not give one.
     #[serde(default = "first", skip_serializing_if = "is_first")]
     pub version: u32,
-    /// The attempt fails when the value is above this.
+    /// The attempt fails if the value exceeds this limit.
     pub above: f64,
-    /// Said to the trainee. In its own language it belongs to what decides a score.
+    /// Message shown to the trainee. Its text in the document's own language is part of the
+    /// judgement.
     #[serde(serialize_with = "Wording::serialize_own")]
     pub why: Wording,
 }
 
-/// The version that a document means which names none: such documents were written when there was no other, and their bytes must
-/// mean the same for ever.
+/// The default version. Documents without a version were written when each metric had only one;
+/// their bytes must keep their meaning.
 const fn first() -> u32 {
     1
 }
 
-/// As serde asks: by reference.
+/// Takes a reference because serde's `skip_serializing_if` requires one.
 const fn is_first(version: &u32) -> bool {
     *version == first()
 }
 
-/// What must have happened in an attempt before it earns anything.
+/// Conditions that an attempt must meet to earn any marks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Required {
     /// Layer whose upper boundary the tip must have opened.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reached: Option<String>,
-    /// Largest distance of the depth at confirm from the target depth, in mm.
+    /// Maximum distance between the depth at confirm and the target depth, in mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within_mm: Option<f64>,
-    /// The position must have been confirmed with the tip in the body.
+    /// Whether the position must have been confirmed with the tip in the body.
     pub confirmed: bool,
-    /// The needle must have left the body by the end.
+    /// Whether the needle must have left the body by the end.
     pub withdrawn: bool,
 }
 
@@ -73,9 +74,9 @@ pub struct Required {
 pub struct CoachingRule {
     /// Live quantity: `depth_mm`, `force_n`, `speed_mm_per_s` or `angle_error_deg`.
     pub quantity: String,
-    /// Said when the quantity rises above this.
+    /// The message is triggered when the quantity rises above this value.
     pub above: f64,
-    /// Armed again when it falls below this.
+    /// The rule is re-armed when the quantity falls below this value.
     pub rearm_below: f64,
     /// The message.
     pub message: Wording,
@@ -84,11 +85,11 @@ pub struct CoachingRule {
 /// A picture that the briefing shows.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct ExercisePicture {
-    /// Name of the file beside the document.
+    /// Name of the file next to the document.
     pub file: String,
-    /// What it shows, for whoever does not see it.
+    /// Alternative text.
     pub alt: Wording,
-    /// What is said below it.
+    /// Caption shown below the picture.
     #[serde(default)]
     pub caption: Option<Wording>,
 }
@@ -106,7 +107,7 @@ pub struct Exercise {
     pub scene: String,
     /// Planned entry on the skin, patient frame, in mm.
     pub entry_mm: [f64; 2],
-    /// The scene's skin as the force law has it: flat until the scene is read.
+    /// The scene's skin as used by the force law; flat until the scene has been read.
     pub skin_shape: Skin,
     /// Planned angle to the surface normal, in degrees, 0 ≤ θ ≤ 60.
     pub angle_deg: f64,
@@ -116,10 +117,11 @@ pub struct Exercise {
     pub target_depth_mm: f64,
     /// Time limit, in s.
     pub time_limit_s: f64,
-    /// What the trainee is given.
+    /// Feedback given to the trainee.
     pub feedback: Feedback,
-    /// What must have happened before anything is earned; also: whether a boundary that was never opened earns nothing. Absent in a
-    /// document without the table, which is judged as it was before there was one.
+    /// Conditions for earning any marks; if present, a boundary that was never opened earns
+    /// nothing. Absent in documents without the table, which are scored by the rules that applied
+    /// before the table existed.
     pub required: Option<Required>,
     /// Rubric; at least one line.
     pub rubric: Vec<RubricLine>,
@@ -129,7 +131,7 @@ pub struct Exercise {
     pub pass_mark: f64,
     /// Coaching rules.
     pub coaching: Vec<CoachingRule>,
-    /// Pictures that the briefing shows, in order. They decide nothing.
+    /// Pictures that the briefing shows, in order. They do not affect the score.
     pub pictures: Vec<ExercisePicture>,
     /// Difficulty, 1–5.
     pub difficulty: u8,
@@ -138,46 +140,49 @@ pub struct Exercise {
 }
 
 impl Exercise {
-    /// Planned direction into the body, unit length, patient frame.
+    /// Returns the planned direction into the body, unit length, patient frame.
     ///
-    /// The tip heads for the azimuth: at azimuth 0 an oblique needle goes in towards +x while its hub leans to −x.
+    /// The tip moves towards the azimuth: at azimuth 0 an oblique needle advances towards +x while
+    /// its hub leans to −x.
     #[must_use]
     pub fn axis(&self) -> Vector3<f64> {
         self.planned_needle().axis(&self.skin_shape)
     }
 
-    /// How the needle is planned to meet the layers.
+    /// Returns the planned incidence on the layers.
     #[must_use]
     pub fn incidence(&self) -> Incidence {
         self.planned_needle().incidence(&self.skin_shape)
     }
 
-    /// How the needle is planned to go in.
+    /// Returns the planned entry, angle and azimuth.
     #[must_use]
     pub fn planned_needle(&self) -> PlannedNeedle {
         let Self { entry_mm, angle_deg, azimuth_deg, .. } = *self;
         PlannedNeedle { entry_mm, angle_deg, azimuth_deg }
     }
 
-    /// A place as seen from the planned entry, in m: along the skin towards where the needle leans, along it to the left of that, and out of the body.
+    /// Transforms a point to the frame of the planned entry, in m: along the skin in the direction
+    /// of the lean, along the skin to the left of it, and out of the body.
     #[must_use]
     pub fn seen_from_entry_m(&self, place_m: &Point3<f64>) -> Point3<f64> {
         self.planned_needle().seen_from_entry_m(&self.skin_shape, place_m)
     }
 
-    /// Planned entry, in m, patient frame.
+    /// Returns the planned entry, in m, patient frame.
     #[must_use]
     pub fn entry_m(&self) -> Point3<f64> {
         self.planned_needle().entry_m(&self.skin_shape)
     }
 
-    /// Planned position of the tip at the target, in m, patient frame.
+    /// Returns the planned position of the tip at the target, in m, patient frame.
     #[must_use]
     pub fn target_m(&self) -> Point3<f64> {
         self.entry_m() + self.axis() * (self.target_depth_mm * 1e-3)
     }
 
-    /// What a virtual operator intends: from 10 mm above the skin to the target, a hold of 2 s, and out again.
+    /// Returns the plan of a virtual operator: from 10 mm above the skin to the target, a hold of 2
+    /// s, and withdrawal.
     #[must_use]
     pub fn plan(&self) -> Plan {
         Plan {
@@ -187,11 +192,13 @@ impl Exercise {
             target_x_m: self.target_depth_mm * 1e-3,
             approach_m: 0.010,
             hold_s: 2.0,
+            // The needle's length belongs to the scene; `ExerciseBundle::plan` sets it.
             reach_m: f64::INFINITY,
         }
     }
 
-    /// Takes over what decides a score from another exercise; what was asked of the trainee stays.
+    /// Takes rubric, hard fails, pass mark and required conditions from another exercise; the task
+    /// itself is unchanged.
     pub fn judge_by(&mut self, other: &Self) {
         self.required.clone_from(&other.required);
         self.rubric.clone_from(&other.rubric);
@@ -199,12 +206,13 @@ impl Exercise {
         self.pass_mark = other.pass_mark;
     }
 
-    /// Lower-case hexadecimal SHA-256 of the rubric in canonical form: lines, hard fails, pass mark and what is required, and
-    /// nothing else.
+    /// Returns the lower-case hexadecimal SHA-256 of the rubric in canonical form: only lines, hard
+    /// fails, pass mark and required conditions.
     ///
-    /// Canonical form: compact JSON with its keys in the order of [`Judgement`]'s fields, every number in the shortest
-    /// form that reads back to the same f64; a version of 1 and an absent `[required]` are left out, and so is what a limit says in other languages than the
-    /// document's own. A comment, a briefing or another order of keys changes nothing.
+    /// Canonical form: compact JSON with its keys in the order of [`Judgement`]'s fields, every
+    /// number in the shortest form that parses to the same f64. A version of 1, an absent
+    /// `[required]` and the translations of a hard fail's message are omitted. A comment, a
+    /// briefing or another order of keys does not change the hash.
     #[must_use]
     pub fn rubric_sha256(&self) -> String {
         let judgement = Judgement {
@@ -213,12 +221,12 @@ impl Exercise {
             pass_mark: self.pass_mark,
             required: self.required.as_ref(),
         };
-        // A judgement holds only text and numbers under text keys: its serialisation has no way to fail.
+        // Cannot fail: a judgement holds only text and numbers under text keys.
         HEXLOWER.encode(&Sha256::digest(serde_json::to_vec(&judgement).unwrap_or_default()))
     }
 }
 
-/// What decides a score, in canonical order.
+/// The fields that decide a score, in canonical order.
 #[derive(Serialize)]
 struct Judgement<'e> {
     rubric: &'e [RubricLine],

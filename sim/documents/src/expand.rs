@@ -1,7 +1,9 @@
-//! A scene that names an anatomy becomes one that has layers, structures and a skin.
+//! Expands a scene that names an anatomy into one with layers, structures and a skin.
 //!
-//! The document stays one truth, a few numbers of a body. What they mean is worked out when the scene is read and travels from then on as
-//! what it is: text and meshes, as if somebody had written them. So a recording re-simulates whatever later bodies look like.
+//! The document stays the single source: a few numbers that describe a body. They are expanded when
+//! the scene is read, and the result is stored and sent as text and meshes, as if an author had
+//! written them. A recording therefore re-simulates independently of later changes to the body
+//! model.
 
 use std::ops::ControlFlow;
 use std::panic::resume_unwind;
@@ -25,19 +27,20 @@ use crate::walk::Walked;
 
 /// Structures farther from the planned needle than this are left out, in m.
 const REACH_M: f64 = 25e-3;
-/// Places along the needle at which the distance to a part is asked.
+/// Number of points along the needle at which the distance to a part is evaluated.
 const STEPS: u32 = 64;
-/// How finely structures are meshed.
+/// Mesh quality of structures.
 const STRUCTURE_QUALITY: BodyQuality = BodyQuality::Medium;
-/// Tissue thinner than this is taken for the one before it, in mm; so is fat that is thinner than the second.
+/// Minimum thickness of a layer, in mm: in general, and of fat. A thinner layer is merged into the
+/// one above it.
 const THIN_MM: [f64; 2] = [0.5, 1.5];
-/// Thickness of the dura, in mm. Judged, within 0.3 to 0.6 mm.
+/// Thickness of the dura, in mm. Our choice, within 0.3 to 0.6 mm.
 const DURA_MM: f64 = 0.5;
-/// Wall of a vessel: stiffness in N/m and force in N at which it gives way, as in lower-back-vessel.
+/// Wall of a vessel: stiffness in N/m and rupture force in N, as in lower-back-vessel.
 const VESSEL_WALL: [f64; 2] = [600.0, 0.6];
 /// Name of the skin's file.
 const SKIN_FILE: &str = "skin.stl";
-/// What `parts` may name, and which structures each word means.
+/// The words allowed in `parts`, and the kind of structure that each selects.
 const PARTS: [(&str, StructureKind); 4] = [
     ("bones", StructureKind::Bone),
     ("dura", StructureKind::Nerve),
@@ -60,7 +63,7 @@ pub(crate) struct SceneAnatomy {
     parts: Option<Vec<String>>,
 }
 
-/// A layer as it is going to be written.
+/// A layer in the form in which it is written to the document.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MetLayer {
     name: String,
@@ -70,20 +73,20 @@ pub(crate) struct MetLayer {
     pub(crate) rupture_n: [f64; 2],
 }
 
-/// A body at the place where the needle enters.
+/// A body with the needle's entry.
 pub(crate) struct EnteredBody {
     body: Body,
     entry: BodyEntry,
     direction: Vector3<f64>,
     parts: Vec<StructureKind>,
-    /// How the needle is planned to go in.
+    /// Planned entry, angle and azimuth.
     pub(crate) planned: PlannedNeedle,
-    /// The layers along it.
+    /// The layers along the planned path.
     pub(crate) layers: Vec<MetLayer>,
     depth_m: f64,
 }
 
-/// Checks that layers come from one place, and that the parts are some that there are.
+/// Checks that the layers have a single source and that the parts exist.
 pub(crate) fn check_expandable(doc: &mut Walked) {
     if !doc.is_written("anatomy") {
         if !doc.is_written("layer") {
@@ -109,15 +112,16 @@ pub(crate) fn check_expandable(doc: &mut Walked) {
 }
 
 impl SceneAnatomy {
-    /// The planned angle to the skin's normal, in degrees.
+    /// Returns the planned angle to the skin's normal, in degrees.
     pub(crate) fn angle_deg(&self) -> f64 {
         self.angle_deg
     }
 
-    /// The body, entered as planned, with the layers that a needle of a length in mm meets.
+    /// Builds the body, enters it as planned and lists the layers that a needle of the given length
+    /// in mm meets.
     ///
     /// # Errors
-    /// Numbers that no body has.
+    /// If no body has these numbers.
     pub(crate) fn enter(&self, needle_mm: f64) -> Result<EnteredBody, Phrase> {
         let posture = Posture::named(&self.posture).unwrap_or(Posture::Prone);
         let level = Level::above(&self.interspace).unwrap_or(Level::L3);
@@ -137,7 +141,7 @@ impl SceneAnatomy {
     }
 }
 
-/// What is met to the end of the canal; a path that misses it ends with the needle.
+/// Keeps the layers up to the end of the canal; a path that misses the canal ends with the needle.
 fn to_canal(met: &[LayerOnPath]) -> Vec<LayerOnPath> {
     let is_canal = |tissue| matches!(tissue, Tissue::Part(AnatomyPart::EpiduralSpace | AnatomyPart::DuralSac));
     let is_sac = |tissue| tissue == Tissue::Part(AnatomyPart::DuralSac);
@@ -153,8 +157,8 @@ fn to_canal(met: &[LayerOnPath]) -> Vec<LayerOnPath> {
     kept
 }
 
-/// The layers of a path that leans from the skin's normal by the arc of a cosine. Bone and vessels are structures and no layers: what lies
-/// before them goes on.
+/// Returns the layers of a path; `cosine` is that of its angle to the skin's normal. Bone and
+/// vessels are structures, not layers: the tissue in front of them continues.
 fn list_layers(met: &[LayerOnPath], cosine: f64) -> Vec<MetLayer> {
     let mut layers: Vec<MetLayer> = Vec::new();
     for layer in met {
@@ -183,7 +187,7 @@ fn list_layers(met: &[LayerOnPath], cosine: f64) -> Vec<MetLayer> {
     layers
 }
 
-/// The tissue of a layer; none for what is a structure alone.
+/// Returns the tissue of a layer; `None` for tissues that are only structures.
 fn name_tissue(tissue: Tissue) -> Option<&'static str> {
     let part = match tissue {
         Tissue::Skin => return Some("skin of the back"),
@@ -244,7 +248,7 @@ impl MetLayer {
 }
 
 impl EnteredBody {
-    /// The document with its layers instead of `[anatomy]`.
+    /// Returns the document with layers in place of `[anatomy]`.
     pub(crate) fn with_layers(&self, document: &Table) -> Table {
         let mut expanded = document.clone();
         expanded.remove("anatomy");
@@ -253,8 +257,8 @@ impl EnteredBody {
         expanded
     }
 
-    /// The document with layers, structures and skin instead of `[anatomy]`, and the files of their meshes. What the document has of
-    /// structures stays, after those of the body.
+    /// Returns the document with layers, structures and skin in place of `[anatomy]`, and the files
+    /// of their meshes. The document's own structures follow those of the body.
     pub(crate) fn expand(&self, document: &Table) -> (Table, Files) {
         let mut expanded = self.with_layers(document);
         let mut files = Files::new();
@@ -280,7 +284,7 @@ impl EnteredBody {
         (expanded, files)
     }
 
-    /// The surfaces of parts, each made on a thread of its own.
+    /// Meshes the parts, each on its own thread.
     fn mesh_each(&self, wanted: &[(AnatomyPart, BodyQuality)]) -> Vec<Surface> {
         thread::scope(|scope| {
             let mesh = |&(part, quality): &(AnatomyPart, BodyQuality)| {
@@ -292,7 +296,8 @@ impl EnteredBody {
         })
     }
 
-    /// Whether a corner of a part's mesh may be near enough to the planned needle: by its shape, which costs no mesh.
+    /// Returns whether a vertex of a part's mesh may be near enough to the planned needle. Uses the
+    /// part's shape, so that no mesh has to be built.
     fn may_be_within_reach(&self, part: AnatomyPart) -> bool {
         let step_m = self.depth_m / f64::from(STEPS);
         let places_m = (0..=STEPS).map(|step| self.direction * (f64::from(step) * step_m));
@@ -301,7 +306,7 @@ impl EnteredBody {
         places_m.map(least_m).any(|least_m| least_m <= REACH_M + step_m)
     }
 
-    /// Whether a corner of a mesh is near enough to the planned needle.
+    /// Returns whether a vertex of a mesh is near enough to the planned needle.
     fn is_within_reach(&self, (vertices_m, _): &Surface) -> bool {
         vertices_m.iter().any(|vertex| {
             let along_m = vertex.coords.dot(&self.direction).clamp(0.0, self.depth_m);

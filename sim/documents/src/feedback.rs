@@ -1,9 +1,11 @@
-//! What a trainee is given during an attempt, and what is withheld: one table, so that no door is forgotten.
+//! Feedback during an attempt: one table of the channels that each mode opens or closes, so that no
+//! output is missed.
 
 use phrase::sentence;
 use serde::Deserialize;
 
-/// What the trainee is given during an attempt, so that a school can repeat the comparison of force, picture and overlay.
+/// Feedback given to the trainee during an attempt. The modes allow a school to repeat the
+/// comparison of force, picture and overlay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Feedback {
@@ -18,37 +20,38 @@ pub enum Feedback {
     Both,
 }
 
-/// A way by which an attempt tells a trainee where the needle is. What is not among these (the time left, where to enter, that the position is
-/// confirmed, what is wrong with the device) is told to everybody.
+/// A channel that reveals the needle's position to the trainee. Other information (remaining time,
+/// entry point, confirmation of the position, device faults) is shown in every mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
-    /// The device pushes.
+    /// Force feedback of the device.
     Force,
-    /// The picture shows the inside of the body: layers, tents, structures, and which of them is touched.
+    /// The picture shows the inside of the body: layers, tents, structures, and contact with a
+    /// structure.
     Inside,
-    /// The target is marked, and the planned way to it below the skin.
+    /// The target and the planned path below the skin are marked.
     Target,
     /// Depth, force, angle and layer as numbers and plots.
     Readings,
-    /// Pops and hits are named as they happen.
+    /// Pops and hits are captioned as they happen.
     Captions,
-    /// Pops are heard.
+    /// Pops are audible.
     Sound,
-    /// What the exercise has to say to a quantity that goes too far.
+    /// Coaching messages of the exercise when a quantity exceeds its limit.
     Coaching,
 }
 
 impl Channel {
-    /// All of them.
+    /// Every channel.
     pub const ALL: [Self; 7] =
         [Self::Force, Self::Inside, Self::Target, Self::Readings, Self::Captions, Self::Sound, Self::Coaching];
 }
 
 impl Feedback {
-    /// All of them.
+    /// Every mode.
     pub const ALL: [Self; 4] = [Self::Force, Self::Picture, Self::Overlay, Self::Both];
 
-    /// Whether a channel is open:
+    /// Returns whether a channel is open:
     ///
     /// | | force | picture | overlay | both |
     /// |---|---|---|---|---|
@@ -75,7 +78,7 @@ impl Feedback {
         }
     }
 
-    /// In words, for the person before the attempt.
+    /// Describes the mode to the trainee before the attempt.
     #[must_use]
     pub const fn in_words(self) -> &'static str {
         match self {
@@ -95,8 +98,8 @@ impl Feedback {
 
 #[cfg(test)]
 mod tests {
-    //! A study that compares what trainees are given measures nothing if a channel that is closed tells anyway. The window's tests hold that
-    //! each channel asks here.
+    //! A study that compares feedback modes is invalid if a closed channel still leaks information.
+    //! The window's tests assert that each channel is checked with `gives`.
 
     use super::*;
 

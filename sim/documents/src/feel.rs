@@ -1,4 +1,5 @@
-//! What tissues feel like: one table for every scene that is made of shapes, and thresholds lowered until they are sound.
+//! Mechanical properties of tissues: one table for all scenes built from shapes, and lowering of
+//! thresholds until they are sound.
 
 use law::axial::{Contactor, MaxwellBranch};
 use tissue::follow::FollowError;
@@ -6,30 +7,31 @@ use tissue::follow::FollowError;
 use crate::model::Scene;
 use crate::planned::PlannedNeedle;
 
-/// What a tissue feels like, at the reference needle as all numbers of a layer.
+/// Mechanical properties of a tissue, for the reference needle like all numbers of a layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TissueFeel {
-    /// The tissue, as documents name it.
+    /// The tissue's name in documents.
     pub tissue: &'static str,
     /// Stiffness of its upper boundary, in N/m.
     pub stiffness_n_per_m: f64,
     /// Damping per inserted length, in N·s/m².
     pub damping_n_s_per_m2: f64,
-    /// Force at which the tip opens the boundary, in N.
+    /// Force at which the tip opens the upper boundary, in N.
     pub tip_n: f64,
-    /// Force at which a cannula's rim opens it, in N.
+    /// Force at which a cannula's rim opens the upper boundary, in N.
     pub rim_n: f64,
     /// Friction per inserted length, in N/m.
     pub friction_n_per_m: f64,
-    /// Force of cutting, in N.
+    /// Cutting force, in N.
     pub cutting_n: f64,
     /// Density, in kg/m³.
     pub density_kg_per_m3: f64,
-    /// A branch that relaxes beside its upper boundary, which then gives way at a dent; none where nothing of it was measured.
+    /// A branch that relaxes, in parallel to the upper boundary, which then ruptures at a fixed
+    /// indentation; absent without measurements.
     pub branch: Option<MaxwellBranch>,
-    /// Texture of the picture.
+    /// Texture in the picture.
     pub texture: &'static str,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub source: &'static str,
 }
 
@@ -45,7 +47,8 @@ const SAC: &str = "Stiffness and threshold of the dura as in epidural-71kg, whic
 
 const KIDNEY: &str = "The muscle of lower-back-training, for want of a measured kidney.";
 
-/// Skin, fat, fascia and muscle of the training scene, and a ligament between the last two; then the way to the epidural space.
+/// Skin, fat, fascia and muscle of the training scene, and a ligament between the last two; then
+/// the tissues on the path to the epidural space.
 const FEELS: [TissueFeel; 13] = [
     feel("skin", "skin", TRAINING, [331.0, 300.0, 1.0, 1.3, 100.0, 0.3, 1090.0]),
     feel("fat", "fat", TRAINING, [83.0, 100.0, 0.5, 0.6, 15.0, 0.1, 950.0]),
@@ -87,22 +90,22 @@ const fn relaxing(feel: TissueFeel, branch: MaxwellBranch) -> TissueFeel {
 }
 
 impl TissueFeel {
-    /// What a tissue feels like; muscle where the name is not known.
+    /// Returns the properties of a tissue; those of muscle if the name is unknown.
     #[must_use]
     pub fn of(tissue: &str) -> &'static Self {
         FEELS.iter().find(|feel| feel.tissue == tissue).unwrap_or(&FEELS[3])
     }
 }
 
-/// Thresholds are lowered so often before a scene is given up.
+/// Maximum number of thresholds lowered before giving up.
 const MOST_ROUNDS: usize = 128;
 
 impl Scene {
-    /// Lowers each threshold whose rupture would give more than it takes to the largest that does not, of a needle that goes in as
-    /// planned. Whether all are sound in the end.
+    /// Lowers each threshold whose rupture would release more than it takes to the largest sound
+    /// value, for a needle inserted as planned. Returns whether all are sound in the end.
     ///
     /// # Errors
-    /// When no model of a coupled tissue can be had.
+    /// If no model of a coupled tissue can be built.
     pub fn lower_to_sound(&mut self, planned: impl Into<PlannedNeedle>) -> Result<bool, FollowError> {
         let planned = planned.into();
         for _ in 0..MOST_ROUNDS {
@@ -114,7 +117,7 @@ impl Scene {
                 Contactor::Tip => &mut layer.tip_rupture_n,
                 Contactor::Rim => &mut layer.rim_rupture_n,
             };
-            // What is found is of the scene's needle, what is written of the reference needle.
+            // The finding refers to the scene's needle, the document to the reference needle.
             let sound_n = (unsound.largest_sound_n * *written / unsound.threshold_n * 1e3).floor() / 1e3;
             *written = sound_n.min(*written - 1e-3).max(1e-3);
         }

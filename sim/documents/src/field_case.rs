@@ -1,4 +1,5 @@
-//! The JSON of `stylet field`: a slab of layers, a load at some depths, and where the answer is wanted, in SI.
+//! The JSON of `stylet field`: a slab of layers, a load at given depths, and the sample points, in
+//! SI.
 
 use law::axial::ParamError;
 use serde::Deserialize;
@@ -8,24 +9,25 @@ use tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
 use crate::error::DocumentError;
 use crate::json::Json;
 
-/// Depths this close are the same, in m: a boundary is a running sum and need not have the digits that people write.
+/// Depths closer than this are the same, in m: boundaries are running sums and may differ from the
+/// written digits by rounding.
 const SAME_DEPTH_M: f64 = 1e-9;
 
-/// Density of a layer whose case names none, in kg/m³. No static answer depends on it.
+/// Density of a layer whose case gives none, in kg/m³. Static results do not depend on it.
 const DENSITY_KG_PER_M3: f64 = 1050.0;
 
 /// A parsed case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldCase {
-    /// The size of the load, in N; positive pushes into the body.
+    /// Magnitude of the load, in N; positive pushes into the body.
     pub force_n: f64,
     /// Depths of the load, in m.
     pub load_depths_m: Vec<f64>,
-    /// One question for each of them, for a load of 1 N.
+    /// One problem for each load depth, with a load of 1 N.
     pub problems: Vec<Problem>,
 }
 
-/// The file as it stands. Its words are for people.
+/// The file's structure. Text fields are for readers and are ignored.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawFieldCase {
@@ -66,7 +68,7 @@ fn default_density() -> f64 {
     DENSITY_KG_PER_M3
 }
 
-/// Of a solution only its depth is read: what it found is not ours to look at.
+/// Only the depth of a stored solution is read; its result is not used.
 #[derive(Deserialize)]
 struct RawSolution {
     depth_m: f64,
@@ -121,7 +123,7 @@ fn layer(raw: RawElasticLayer) -> ElasticLayer {
     }
 }
 
-/// The boundary at a depth, if there is one.
+/// Returns the boundary at a depth, or the depth itself without one.
 fn snap(depth_m: f64, boundaries_m: &[f64]) -> f64 {
     boundaries_m.iter().copied().find(|b| (b - depth_m).abs() <= SAME_DEPTH_M).unwrap_or(depth_m)
 }

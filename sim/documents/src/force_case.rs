@@ -7,7 +7,7 @@ use serde::de::IgnoredAny;
 use crate::error::DocumentError;
 use crate::json::Json;
 
-/// Largest angle of a path to the surface normal, in rad (60°, and a rounding).
+/// Largest angle of a path to the surface normal, in rad (60°, plus rounding).
 const STEEPEST_RAD: f64 = std::f64::consts::FRAC_PI_3 + 1e-9;
 
 /// A parsed case.
@@ -17,11 +17,12 @@ pub struct ForceCase {
     pub spec: AxialSpec,
     /// Angle to the surface normal, in rad.
     pub angle_rad: f64,
-    /// Direction of the needle's edge in the plane of the skin, in rad from the patient's x towards y.
+    /// Direction of the needle's edge in the plane of the skin, in rad from the patient's x towards
+    /// y.
     pub edge_rad: f64,
 }
 
-/// The file as it stands. `name`, `note` and `units` are for people.
+/// The file's structure. `name`, `note` and `units` are for readers and are ignored.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawCase {

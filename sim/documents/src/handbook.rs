@@ -1,5 +1,6 @@
-//! `docs/documents.md` lists every key of every document. Its tables are made from the description that the reader uses
-//! ([`crate::describe`]); fails when they are not those of today. `STYLET_UPDATE_DOCS=1 cargo test --workspace --lib handbook` writes them.
+//! `docs/documents.md` lists every key of every document. Its tables are generated from the
+//! reader's description ([`crate::describe`]); the test fails if they are out of date.
+//! `STYLET_UPDATE_DOCS=1 cargo test --workspace --lib handbook` regenerates them.
 
 use std::fmt::Write;
 use std::fs;
@@ -9,11 +10,11 @@ use crate::describe::{
     CURRICULUM, DescribedField, DescribedTable, EXERCISE, FieldKind, INSTRUMENT, Presence, SCENE, SEGMENTATION,
 };
 
-/// What stands before and behind the tables that are made.
+/// Markers before and after the generated tables.
 const BEGIN: &str = "<!-- made from what the reader of documents knows -->\n";
 const END: &str = "<!-- until here -->\n";
 
-/// Every kind of document, and its top table.
+/// Every kind of document with its top-level table.
 const KINDS: [(&str, &DescribedTable); 5] = [
     ("scene", &SCENE),
     ("exercise", &EXERCISE),
@@ -22,7 +23,7 @@ const KINDS: [(&str, &DescribedTable); 5] = [
     ("labels of a segmentation", &SEGMENTATION),
 ];
 
-/// The headings and tables of all documents.
+/// Returns the headings and tables of all documents.
 fn handbook_tables() -> String {
     let mut text = String::new();
     for (kind, table) in KINDS {
@@ -35,7 +36,8 @@ fn handbook_tables() -> String {
     text
 }
 
-/// Writes a table, then the tables within it, each once: the many fields that are a text in several languages share one.
+/// Writes a table and then its subtables, each once: all multilingual text fields share one
+/// subtable.
 fn write_table(text: &mut String, table: &'static DescribedTable, place: &str, told: &mut Vec<*const DescribedTable>) {
     write!(text, "\n{}.\n\n| key | value | left out | meaning |\n|---|---|---|---|\n", table.doc).unwrap();
     for field in table.fields {
@@ -57,7 +59,7 @@ fn inner_place(field: &DescribedField, place: &str) -> String {
     if place.is_empty() { field.key.to_owned() } else { format!("{place}.{}", field.key) }
 }
 
-/// The table that a field holds, and how its head is written.
+/// Returns the table that a field holds, and its heading.
 fn inner_table(field: &DescribedField, place: &str) -> Option<(&'static DescribedTable, String)> {
     let path = inner_place(field, place);
     match field.kind {

@@ -1,4 +1,4 @@
-//! Instruments: questionnaires, how they are answered, and how the answers are scored.
+//! Instruments: questionnaires, their response scales and scoring keys.
 
 use std::collections::BTreeMap;
 
@@ -12,13 +12,14 @@ use crate::wording::Wording;
 pub struct Words(BTreeMap<String, String>);
 
 impl Words {
-    /// The text in a language; where there is none, in any other.
+    /// Returns the text in a language, or in any other of its languages.
     #[must_use]
     pub fn in_language(&self, language: &str) -> &str {
         self.0.get(language).or_else(|| self.0.values().next()).map_or("", String::as_str)
     }
 
-    /// The text of a document whose own language is `own`, with what it is in the others.
+    /// Converts to the text of a document in the language `own`, with the other languages as
+    /// translations.
     #[must_use]
     pub fn as_wording(&self, own: &str) -> Wording {
         let others = self.0.iter().filter(|(language, _)| *language != own);
@@ -34,20 +35,20 @@ pub struct Instrument {
     pub id: String,
     /// Title.
     pub title: Words,
-    /// Codes of its languages; the first is for whoever speaks none of them.
+    /// Language codes; the first is the fallback for users who speak none of them.
     pub languages: Vec<String>,
-    /// What to know before the first question.
+    /// Introduction shown before the first question.
     pub intro: Option<Words>,
-    /// How long it takes, in min.
+    /// Expected duration, in min.
     pub duration_min: f64,
-    /// Who made it, and where it was published.
+    /// Author and publication.
     pub source: String,
-    /// Under which terms it may be used.
+    /// Terms of use.
     pub licence: String,
-    /// Ways of answering.
+    /// Response scales.
     #[serde(rename = "scale")]
     pub scales: Vec<Scale>,
-    /// Pages of the form, in order; none where all items stand on one.
+    /// Pages of the form, in order; empty if all items are on one page.
     #[serde(rename = "section")]
     pub sections: Vec<Section>,
     /// Questions, in order.
@@ -61,79 +62,79 @@ pub struct Instrument {
     pub sha256: String,
 }
 
-/// A way of answering.
+/// A response scale.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Scale {
-    /// Name for items.
+    /// Id that items refer to.
     pub id: String,
-    /// What an answer is.
+    /// Type of the answers.
     #[serde(flatten)]
     pub kind: ScaleKind,
 }
 
-/// What an answer is.
+/// Type of the answers on a scale.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum ScaleKind {
-    /// A point of a row, from 1 on.
+    /// A point on a rating scale, counted from 1.
     Likert {
-        /// How many points.
+        /// Number of points.
         points: u32,
-        /// A label for each point, where there are any.
+        /// A label for each point, or empty.
         #[serde(default)]
         labels: Vec<Words>,
-        /// What the low end means.
+        /// Meaning of the low end.
         first: Option<Words>,
-        /// What the high end means.
+        /// Meaning of the high end.
         last: Option<Words>,
-        /// From which answer on an item counts as relevant: content validity.
+        /// Smallest answer that counts an item as relevant, for content validity.
         relevant_from: Option<u32>,
     },
     /// A mark on a line.
     Slider {
-        /// Least answer.
+        /// Minimum.
         min: f64,
-        /// Largest answer.
+        /// Maximum.
         max: f64,
-        /// Distance between two answers.
+        /// Step between answers.
         step: f64,
-        /// What the low end means.
+        /// Meaning of the low end.
         first: Option<Words>,
-        /// What the high end means.
+        /// Meaning of the high end.
         last: Option<Words>,
     },
-    /// One of two items: its id.
+    /// The id of one of two items.
     Pair,
-    /// One option: its id.
+    /// The id of one option.
     Choice {
-        /// What to choose from.
+        /// The options.
         #[serde(rename = "option")]
         options: Vec<ChoiceOption>,
     },
-    /// Several options: their ids.
+    /// The ids of several options.
     Choices {
-        /// What to choose from.
+        /// The options.
         #[serde(rename = "option")]
         options: Vec<ChoiceOption>,
     },
     /// A number.
     Number {
-        /// Least answer.
+        /// Minimum.
         min: f64,
-        /// Largest answer.
+        /// Maximum.
         max: f64,
-        /// Its unit.
+        /// Unit.
         unit: String,
     },
     /// A text.
     Text {
-        /// How long it may be, in characters.
+        /// Maximum length, in characters.
         max_characters: usize,
     },
 }
 
 impl ScaleKind {
-    /// Least and largest answer, where answers are numbers.
+    /// Returns the minimum and maximum of numeric answers.
     #[must_use]
     pub fn range(&self) -> Option<(f64, f64)> {
         match self {
@@ -143,7 +144,7 @@ impl ScaleKind {
         }
     }
 
-    /// What to choose from, where there are options.
+    /// Returns the options, or an empty slice.
     #[must_use]
     pub fn options(&self) -> &[ChoiceOption] {
         match self {
@@ -152,7 +153,7 @@ impl ScaleKind {
         }
     }
 
-    /// The word for it in documents.
+    /// Returns the keyword in documents.
     #[must_use]
     pub const fn word(&self) -> &'static str {
         match self {
@@ -167,25 +168,25 @@ impl ScaleKind {
     }
 }
 
-/// Something to choose.
+/// An option.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct ChoiceOption {
-    /// What is stored.
+    /// Stored value.
     pub id: String,
-    /// What is read.
+    /// Displayed text.
     pub text: Words,
 }
 
 /// A page of the form.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Section {
-    /// Name for items.
+    /// Id that items refer to.
     pub id: String,
     /// Its heading.
     pub title: Words,
-    /// What to know before its questions.
+    /// Introduction shown before its questions.
     pub text: Option<Words>,
-    /// Asked only after certain answers.
+    /// Condition for showing the page.
     pub when: Option<Condition>,
 }
 
@@ -194,31 +195,31 @@ pub struct Section {
 pub struct Condition {
     /// The item.
     pub item: String,
-    /// The answers that fulfil it: ids of options, or points.
+    /// The answers that fulfil the condition: ids of options, or points.
     pub is: Vec<String>,
 }
 
 /// A question.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Item {
-    /// Name in answers, scores and exports.
+    /// Id in answers, scores and exports.
     pub id: String,
-    /// Its section, where there are sections.
+    /// Id of its section, if there are sections.
     pub section: Option<String>,
     /// A short name.
     pub name: Option<Words>,
     /// The question.
     pub text: Words,
-    /// How it is answered: the id of a scale.
+    /// Id of the response scale.
     pub scale: String,
-    /// Of which two items one is chosen.
+    /// The two items of which one is chosen.
     pub pair: Vec<String>,
-    /// Asked only after certain answers.
+    /// Condition for asking the question.
     pub when: Option<Condition>,
 }
 
 impl Item {
-    /// Its short name, or else the question.
+    /// Returns the short name, or the question without one.
     #[must_use]
     pub fn short(&self) -> &Words {
         self.name.as_ref().unwrap_or(&self.text)
@@ -228,78 +229,78 @@ impl Item {
 /// A score, as data.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct ScoreKey {
-    /// Name in results and exports.
+    /// Id in results and exports.
     pub id: String,
     /// Title.
     pub title: Words,
     /// The items that count.
     pub items: Vec<String>,
-    /// Those of them that count as least + largest − answer.
+    /// Items that are reversed: minimum + maximum − answer.
     pub reversed: Vec<String>,
-    /// Added to each item.
+    /// Offset added to each item, before the items are combined.
     pub shift: f64,
-    /// How the items are put together.
+    /// How the items are combined.
     pub combine: Combine,
-    /// The pairs that weigh the items.
+    /// The pairs that determine the items' weights.
     pub pairs: Vec<String>,
-    /// The combination is multiplied by it.
+    /// Factor by which the combination is multiplied.
     pub factor: f64,
-    /// Added in the end.
+    /// Offset added to the result.
     pub offset: f64,
-    /// What an item without an answer does.
+    /// Treatment of an item without an answer.
     pub missing: Missing,
-    /// How many items must be answered, where one without an answer is allowed.
+    /// Minimum number of answered items, if items without an answer are allowed.
     pub least_answered: Option<usize>,
-    /// Which end is the good one, where there is one.
+    /// The favourable direction, if there is one.
     pub better: Option<Better>,
 }
 
-/// How the items of a score are put together.
+/// How the items of a score are combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Combine {
-    /// Their sum.
+    /// Sum.
     Sum,
-    /// Their mean.
+    /// Mean.
     Mean,
-    /// Their mean, each weighing how often the pairs choose it.
+    /// Mean, each item weighted by how often the pairs choose it.
     PairWeighted,
 }
 
-/// What an item without an answer does to a score.
+/// Effect of an unanswered item on a score.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Missing {
-    /// There is no score.
+    /// The score is missing.
     NoScore,
-    /// It counts as the mean of those that are answered.
+    /// The item is replaced by the mean of the answered items.
     MeanOfAnswered,
 }
 
-/// Which end of a score is the good one.
+/// The favourable direction of a score.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Better {
-    /// The high one.
+    /// Higher is better.
     Higher,
-    /// The low one.
+    /// Lower is better.
     Lower,
 }
 
 impl Instrument {
-    /// How an item is answered.
+    /// Returns the response scale of an item.
     #[must_use]
     pub fn scale(&self, item: &Item) -> Option<&ScaleKind> {
         self.scales.iter().find(|scale| scale.id == item.scale).map(|scale| &scale.kind)
     }
 
-    /// An item and where it stands.
+    /// Returns an item and its index.
     #[must_use]
     pub fn item(&self, id: &str) -> Option<(usize, &Item)> {
         self.items.iter().enumerate().find(|(_, item)| item.id == id)
     }
 
-    /// Its pages: each with the places of its items. One page holds all where there are no sections.
+    /// Returns the pages, each with the indices of its items; a single page without sections.
     #[must_use]
     pub fn pages(&self) -> Vec<(Option<&Section>, Vec<usize>)> {
         if self.sections.is_empty() {
@@ -312,7 +313,7 @@ impl Instrument {
         self.sections.iter().map(|section| (Some(section), of(section))).collect()
     }
 
-    /// The best of its languages for somebody who prefers `wanted`, as an `Accept-Language` header puts it.
+    /// Returns the best language for `wanted`, a list in the form of an `Accept-Language` header.
     #[must_use]
     pub fn language_for(&self, wanted: &str) -> &str {
         let codes = wanted.split(',').map(|one| one.split([';', '-']).next().unwrap_or_default().trim());

@@ -1,4 +1,4 @@
-//! A case in JSON: read, and its mistakes placed.
+//! Reads cases in JSON and locates errors in them.
 
 use law::axial::ParamError;
 use phrase::{Phrase, phrase};
@@ -7,20 +7,20 @@ use serde::de::DeserializeOwned;
 use crate::error::{DocumentError, Issue};
 use crate::source::find_position;
 
-/// A case's text, with the name people know it by.
+/// A case's text and its file name.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Json<'t> {
-    /// The file as it was named to us.
+    /// The file name as the caller passed it.
     pub file: &'t str,
-    /// What it holds.
+    /// Content.
     pub text: &'t str,
 }
 
 impl Json<'_> {
-    /// What is written, in the form of the reference cases of a folder.
+    /// Parses the text in the form of a folder's reference cases.
     ///
     /// # Errors
-    /// The first thing that is not of that form, with line and column.
+    /// The first value that does not have that form, with line and column.
     pub(crate) fn read<T: DeserializeOwned>(self, form: &str) -> Result<T, DocumentError> {
         serde_json::from_str(self.text).map_err(|error| {
             let (line, column) = (error.line(), error.column().max(1));
@@ -28,7 +28,7 @@ impl Json<'_> {
         })
     }
 
-    /// A number that cannot be, placed where it is written.
+    /// Returns the error for an invalid parameter, at its position in the text.
     pub(crate) fn refused(self, ParamError { field, value, unit, allowed }: ParamError) -> DocumentError {
         let (line, column) = find_position(self.text, byte_offset(self.text, &field));
         self.issue(line, column, &field, [Phrase::data(format_args!("{value} {unit}")), Phrase::data(allowed)])
@@ -40,10 +40,11 @@ impl Json<'_> {
     }
 }
 
-/// Byte offset in JSON of a field such as `layers[1].thickness_m` or `sample_r_m[3]`, or 0.
+/// Returns the byte offset in JSON of a field such as `layers[1].thickness_m` or `sample_r_m[3]`,
+/// or 0.
 ///
-/// Every table of a list has each of its keys exactly once, so table n holds the n-th place where the key stands. A number
-/// in a list is placed where the list begins.
+/// Every table of a list has each of its keys exactly once, so the n-th occurrence of the key
+/// belongs to table n. A number in a list gets the position of the list.
 fn byte_offset(json: &str, field: &str) -> usize {
     let (parent, key) = field.rsplit_once('.').unwrap_or(("", field));
     let key = key.split_once('[').map_or(key, |(list, _)| list);

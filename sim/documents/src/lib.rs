@@ -1,6 +1,7 @@
-//! Documents: scenes, exercises, curricula and instruments in TOML. Parses, refuses with the place, yields the parameters of the law and of the tissue.
+//! Documents: scenes, exercises, curricula and instruments in TOML. Parses them, reports errors
+//! with their location, and derives the parameters of the law and of the tissue.
 //!
-//! Documents speak millimetres and newtons; [`Scene::specimen_spec`] yields SI.
+//! Documents use millimetres and newtons; [`Scene::specimen_spec`] returns SI.
 
 pub mod check;
 pub mod curriculum;

@@ -1,4 +1,4 @@
-//! From files or attachments to checked documents.
+//! Loads documents from files or attachments and checks them.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,8 @@ use crate::read_scene::{ReadScene, read_scene};
 use crate::source::{Files, Find, Source};
 use crate::walk::{self, NamedError};
 
-/// An exercise enters an anatomy at the angle at which its layers were measured, to so many degrees, and at that place, to so many mm.
+/// Tolerances for an exercise's entry compared with that of its scene's anatomy, for which the
+/// layers were measured: angle in degrees, position in mm.
 const SAME_DEG: f64 = 0.5;
 const SAME_MM: f64 = 0.5;
 
@@ -55,7 +56,7 @@ pub enum Document {
     Instrument(Box<Instrument>),
 }
 
-/// An exercise, its scene and every byte they were read from: what a recording attaches.
+/// An exercise, its scene and all bytes that they were read from: the attachments of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExerciseBundle {
     /// The exercise.
@@ -68,21 +69,23 @@ pub struct ExerciseBundle {
     pub scene_bytes: Vec<u8>,
     /// Each mesh: file name as the scene names it, and its bytes.
     pub meshes: Vec<(String, Vec<u8>)>,
-    /// Each picture of the briefing, in order; none where it was rebuilt without them, as from a recording.
+    /// Each picture of the briefing, in order; empty if the exercise was rebuilt without them, as
+    /// from a recording.
     pub pictures: Vec<PictureFile>,
 }
 
-/// A scene with every byte it was read from.
+/// A scene with all bytes that it was read from.
 struct SceneParts {
     scene: Scene,
     bytes: Vec<u8>,
     meshes: Files,
-    /// How a needle is planned to go in, where an anatomy was met with it.
+    /// The planned needle for which an anatomy was expanded.
     planned: Option<PlannedNeedle>,
 }
 
 impl SceneParts {
-    /// What was read, with the bytes that a recording carries: those of the document, or of what its anatomy became.
+    /// Collects a scene with the bytes to attach to a recording: those of the document, or of its
+    /// expansion if it names an anatomy.
     fn new(read: ReadScene, bytes: Vec<u8>) -> Self {
         let ReadScene { scene, files, expanded } = read;
         let planned = expanded.as_ref().map(|expanded| expanded.planned);
@@ -91,7 +94,7 @@ impl SceneParts {
 }
 
 impl ExerciseBundle {
-    /// Reads an exercise and all it names from disk.
+    /// Reads an exercise and the files it names from disk.
     ///
     /// # Errors
     /// Every issue found.
@@ -99,19 +102,20 @@ impl ExerciseBundle {
         Self::from_disk(path, read_file(path)?)
     }
 
-    /// What an attempt at it is simulated with, and verified with: the scene for a patient, met at the exercise's angle.
+    /// Returns the specimen that simulates and verifies an attempt: the scene for a patient,
+    /// entered at the exercise's angle.
     #[must_use]
     pub fn specimen_spec(&self, patient: &Patient) -> SpecimenSpec {
         self.scene.specimen_spec(patient, self.exercise.planned_needle())
     }
 
-    /// What a virtual operator intends at it, with the scene's needle in its hand.
+    /// Returns a virtual operator's plan for the exercise, with the scene's needle.
     #[must_use]
     pub fn plan(&self) -> Plan {
         Plan { reach_m: self.scene.needle.length_mm * 1e-3, ..self.exercise.plan() }
     }
 
-    /// What a recording of it is verified with: its field judged as it was when the recording was made.
+    /// Returns the specimen that verifies a recording: its field is judged by the recorded method.
     #[must_use]
     pub fn recorded_spec(&self, patient: &Patient, judging: Judging) -> SpecimenSpec {
         let mut spec = self.specimen_spec(patient);
@@ -129,10 +133,12 @@ impl ExerciseBundle {
         )
     }
 
-    /// Rebuilds it from a recording's attachments, without the pictures of its briefing, which are not among them.
+    /// Rebuilds an exercise from a recording's attachments, which do not include the pictures of
+    /// its briefing.
     ///
     /// # Errors
-    /// Every issue found; a mesh that the scene names and `meshes` lacks is one, and a scene that names a body another.
+    /// Every issue found, including a mesh that the scene names and `meshes` lacks, and a scene
+    /// that names an anatomy.
     pub fn from_parts(exercise: &[u8], scene: &[u8], meshes: &[(String, Vec<u8>)]) -> Result<Self, DocumentError> {
         let find = |file: &str| {
             let found = meshes.iter().find(|(name, _)| name == file);
@@ -147,20 +153,22 @@ impl ExerciseBundle {
         Self::assemble("attached exercise", exercise.to_vec(), read_scene, None)
     }
 
-    /// Reads an exercise and its scene, which may name a body, from texts; neither has a file beside it.
+    /// Reads an exercise and its scene from texts. The scene may name an anatomy; there are no
+    /// files next to either text.
     ///
     /// # Errors
-    /// Every issue found; a file that either names is one.
+    /// Every issue found, including any file that one of them names.
     pub fn from_texts(exercise: &str, scene: &str) -> Result<Self, DocumentError> {
         let read_scene =
             |_: &str| scene_from_disk(Path::new("scene"), scene.as_bytes().to_vec()).map_err(NamedError::Refused);
         Self::assemble("exercise", exercise.as_bytes().to_vec(), read_scene, None)
     }
 
-    /// The same with the pictures of its briefing, by their names.
+    /// Adds the pictures of the briefing, found by name.
     ///
     /// # Errors
-    /// Every picture that it names and `files` lacks, or that is none, at its place in the document.
+    /// Every picture that the briefing names and `files` lacks or that is invalid, at its place in
+    /// the document.
     pub fn with_pictures(mut self, files: &[(String, Vec<u8>)]) -> Result<Self, DocumentError> {
         let find = |file: &str| {
             let found = files.iter().find(|(name, _)| name == file);
@@ -178,7 +186,7 @@ impl ExerciseBundle {
         if issues.is_empty() { Ok(self) } else { Err(DocumentError { issues }) }
     }
 
-    /// What is wrong where its briefing names a picture that is not among those at hand.
+    /// Returns a remark for each picture of the briefing that is not in `at_hand`.
     #[must_use]
     pub fn list_missing_pictures(&self, at_hand: &[String]) -> Vec<Remark> {
         let rows = self.exercise.pictures.iter().enumerate().filter(|(_, named)| !at_hand.contains(&named.file));
@@ -209,7 +217,7 @@ impl ExerciseBundle {
     }
 }
 
-/// Reads a document of any kind, telling the kind from its keys.
+/// Reads a document of any kind; its keys determine the kind.
 ///
 /// # Errors
 /// Every issue found.
@@ -238,7 +246,8 @@ pub fn read_document(path: &Path) -> Result<Document, DocumentError> {
     }
 }
 
-/// Reads a scene from a text, as if it stood at `path`: that names it in errors, and its meshes lie beside it.
+/// Reads a scene from a text as if it were the file `path`: errors carry that name, and meshes are
+/// looked up next to it.
 ///
 /// # Errors
 /// Every issue found.
@@ -246,7 +255,7 @@ pub fn read_scene_text(path: &Path, text: &str) -> Result<Scene, DocumentError> 
     scene_from_disk(path, text.as_bytes().to_vec()).map(|parts| parts.scene)
 }
 
-/// The same of a scene that has its layers written, and names no body.
+/// Like [`read_scene_text`], but refuses a scene that names an anatomy.
 ///
 /// # Errors
 /// Every issue found.
@@ -255,7 +264,8 @@ pub fn read_layered_scene_text(path: &Path, text: &str) -> Result<Scene, Documen
     read_scene_text(path, text)
 }
 
-/// Refuses a scene that names a body where layers are needed: a recording carries what came of one, and does not cost its reader a body.
+/// Refuses a scene that names an anatomy where layers are required. A recording carries the
+/// expanded scene, so that reading it never has to build a body.
 fn refuse_body(source: &Source) -> Result<(), DocumentError> {
     let document = walk::parse_document(source)?;
     let body = document.keys().find(|key| key.get_ref() == "anatomy");
@@ -265,10 +275,10 @@ fn refuse_body(source: &Source) -> Result<(), DocumentError> {
     })
 }
 
-/// The kind of a document: the first that has one of its telling keys.
+/// Returns the kind of a document: the first kind that has one of its keys.
 ///
-/// The key that every document of a kind needs comes first; the others tell the kind of one that lacks it, so that the
-/// lack is reported as what it is.
+/// The key that every document of a kind requires is tried first. The other keys identify a
+/// document without the required one, so that the missing key is reported as such.
 fn document_kind(document: &DeTable<'_>) -> Option<DocumentKind> {
     const TELLING: [(DocumentKind, &[&str]); 8] = [
         (DocumentKind::Scene, &["layer", "anatomy"]),
@@ -289,10 +299,10 @@ fn named_reference(exercise: ExerciseBundle) -> NamedExercise<ExerciseBundle> {
 }
 
 impl Curriculum {
-    /// Reads a curriculum whose exercises are at hand: `find` gives the one that stands under a file's name.
+    /// Reads a curriculum whose exercises are in memory; `find` looks one up by file name.
     ///
     /// # Errors
-    /// Every issue found; a name that `find` does not know is one.
+    /// Every issue found, including a name that `find` does not know.
     pub fn from_parts(document: &[u8], find: impl Fn(&str) -> Option<ExerciseBundle>) -> Result<Self, DocumentError> {
         let missing = |file: &str| NamedError::Missing(phrase!("{file}: no exercise of this name", file = file));
         let source = Source::new("course", document)?;
@@ -308,7 +318,8 @@ fn scene_from_disk(path: &Path, bytes: Vec<u8>) -> Result<SceneParts, DocumentEr
     Ok(SceneParts::new(read_scene(source, &find)?, bytes))
 }
 
-/// Where an exercise goes another way than the one that its scene's anatomy was met on.
+/// Returns a remark for each value where the exercise's path differs from that for which its
+/// scene's anatomy was expanded.
 fn list_strayed(exercise: &Exercise, planned: &PlannedNeedle) -> Vec<Remark> {
     let mut remarks = Vec::new();
     let mut remark = |field: &str, found: String, allowed: Phrase| {
@@ -331,12 +342,12 @@ fn list_strayed(exercise: &Exercise, planned: &PlannedNeedle) -> Vec<Remark> {
     remarks
 }
 
-/// What is said of a picture that cannot be had.
+/// Returns the remark for a picture that cannot be loaded.
 fn refuse_picture(at: usize, found: Phrase) -> Remark {
     Remark { field: format!("picture[{at}].file"), found, allowed: picture::allowed_picture() }
 }
 
-/// The bytes of a file that has no more than are allowed.
+/// Reads a file of at most `most` bytes.
 fn read_at_most(path: &Path, most: usize) -> Result<Vec<u8>, Phrase> {
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path).map_err(Phrase::data)?;
@@ -348,7 +359,7 @@ fn read_at_most(path: &Path, most: usize) -> Result<Vec<u8>, Phrase> {
     Ok(bytes)
 }
 
-/// Reads a document that another one names.
+/// Reads a document that another document names.
 fn read_named<T>(
     naming: &Path,
     file: &str,
@@ -360,7 +371,7 @@ fn read_named<T>(
     read(&path, bytes).map_err(NamedError::Refused)
 }
 
-/// The path of a file that a document names relative to itself.
+/// Returns the path of a file that a document names relative to itself.
 #[must_use]
 pub fn path_beside(document: &Path, file: &str) -> PathBuf {
     document.parent().unwrap_or(Path::new("")).join(file)

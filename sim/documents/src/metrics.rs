@@ -1,35 +1,38 @@
-//! The metric ids that rubrics and hard fails may name: a typo is refused, not silently never scored.
+//! Metric ids allowed in rubrics and hard fails, so that a typo is refused instead of never being
+//! scored.
 
 use law::structures::StructureKind;
 use phrase::{Phrase, phrase};
 
 use crate::model::Scene;
 
-/// What follows a metric's id.
+/// Suffix of a metric's id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Suffix {
-    /// Nothing: `depth_error_mm`.
+    /// No suffix: `depth_error_mm`.
     None,
     /// A layer: `peak_force_layer_n.skin`.
     Layer,
-    /// Nothing for the total, or a layer: `cutting_energy_mj`, `cutting_energy_mj.fat`.
+    /// No suffix for the total, or a layer: `cutting_energy_mj`, `cutting_energy_mj.fat`.
     TotalOrLayer,
-    /// Nothing for the largest, or a layer, whose upper boundary is meant, and the contactor: `stop_time_s.skin.rim`.
+    /// No suffix for the largest value, or a layer (its upper boundary) and the contactor:
+    /// `stop_time_s.skin.rim`.
     LargestOrRupture,
-    /// Nothing for all but targets, or a kind of structure: `structure_hits`, `structure_hits.vessel`.
+    /// No suffix for all kinds except targets, or a kind of structure: `structure_hits`,
+    /// `structure_hits.vessel`.
     TotalOrKind,
     /// The name of a structure: `structure_clearance_mm.artery`.
     Structure,
 }
 
-/// A metric of the catalogue, as documents may name it.
+/// A metric of the catalogue as documents refer to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KnownMetric {
     /// Its id.
     pub id: &'static str,
-    /// What follows the id.
+    /// Suffix.
     pub suffix: Suffix,
-    /// Its newest version; all from 1 on may be named.
+    /// Newest version; documents may use every version from 1 on.
     pub newest: u32,
 }
 
@@ -43,7 +46,7 @@ impl KnownMetric {
     }
 }
 
-/// Every metric id of the catalogue, what follows it, and its versions.
+/// Every metric id of the catalogue with its suffix and versions.
 pub const METRICS: &[KnownMetric] = &[
     known("depth_error_mm", Suffix::None),
     known("overshoot_mm", Suffix::None),
@@ -84,14 +87,14 @@ pub const METRICS: &[KnownMetric] = &[
     known("withdrawn", Suffix::None),
 ];
 
-/// What of a scene metrics speak of.
+/// The names in a scene that metric ids may contain.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SceneNames {
     /// Names of its layers, from the surface down.
     pub layers: Vec<String>,
     /// Names of its structures.
     pub structures: Vec<String>,
-    /// The needle has a rim behind its tip.
+    /// Whether the needle has a rim behind its tip.
     pub has_rim: bool,
 }
 
@@ -106,7 +109,8 @@ impl From<&Scene> for SceneNames {
 }
 
 impl SceneNames {
-    /// The names in the text of a scene that somebody is writing, whatever else may be wrong with it; none where it is no TOML.
+    /// Extracts the names from a scene that is still being written and may be invalid; returns
+    /// empty lists if the text is not TOML.
     #[must_use]
     pub fn from_text(scene: &str) -> Self {
         let Ok(scene) = scene.parse::<toml::Table>() else { return Self::default() };
@@ -123,7 +127,7 @@ impl SceneNames {
 }
 
 impl KnownMetric {
-    /// The ids under which documents may name it in a scene.
+    /// Returns the ids of this metric in a scene.
     #[must_use]
     pub fn ids_in(&self, scene: &SceneNames) -> Vec<String> {
         let endings = endings(self.suffix, scene);
@@ -136,13 +140,13 @@ impl KnownMetric {
     }
 }
 
-/// The newest version of a metric, plain or split; 1 for what is none.
+/// Returns the newest version of a metric, with or without suffix; 1 for an unknown metric.
 pub(crate) fn newest_version(metric: &str) -> u32 {
     let id = metric.split_once('.').map_or(metric, |(id, _)| id);
     METRICS.iter().find(|known| known.id == id).map_or(1, |known| known.newest)
 }
 
-/// What is allowed in place of `metric` in this scene, in words; nothing if it is a metric.
+/// Describes the ids allowed in place of `metric` in this scene; `None` if `metric` is valid.
 pub(crate) fn refusal(metric: &str, scene: &Scene) -> Option<Phrase> {
     let (id, rest) = metric.split_once('.').map_or((metric, None), |(id, rest)| (id, Some(rest)));
     let Some(known) = METRICS.iter().find(|known| known.id == id) else {

@@ -5,7 +5,7 @@ use sha2::{Digest, Sha256};
 
 use crate::model::{Scene, SceneLayer};
 
-/// What was drawn: kept in the recording.
+/// The thicknesses drawn for a patient; stored in the recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Patient {
     /// Thickness of each layer, in mm, from the surface down.
@@ -13,22 +13,23 @@ pub struct Patient {
 }
 
 impl Patient {
-    /// The scene's nominal patient.
+    /// Returns the scene's nominal patient.
     #[must_use]
     pub fn nominal(scene: &Scene) -> Self {
         Self::at(scene, |_| 0.0)
     }
 
-    /// The patient of a seed: each layer uniform within its spread, never negative.
+    /// Draws the patient of a seed: each layer uniform within its spread, never negative.
     ///
-    /// A layer's draw depends on the seed and the layer's name alone: adding, moving or editing another layer leaves it
-    /// as it was, which one generator shared by all layers would not.
+    /// A layer's draw depends only on the seed and the layer's name: adding, moving or editing
+    /// another layer does not change it, as a single generator shared by all layers would.
     #[must_use]
     pub fn draw(scene: &Scene, seed: u64) -> Self {
         Self::at(scene, |layer| 2.0 * uniform(seed, &layer.name) - 1.0)
     }
 
-    /// The patients at the ends of the spread: every layer at its thinnest, every layer at its thickest.
+    /// Returns the patients at the ends of the spread: every layer at its thinnest, every layer at
+    /// its thickest.
     #[must_use]
     pub fn extremes(scene: &Scene) -> [Self; 2] {
         [Self::at(scene, |_| -1.0), Self::at(scene, |_| 1.0)]
@@ -40,7 +41,7 @@ impl Patient {
     }
 }
 
-/// A number in 0 ≤ u < 1 for a seed and a name.
+/// Returns a number 0 ≤ u < 1 for a seed and a name.
 fn uniform(seed: u64, name: &str) -> f64 {
     let digest = Sha256::new().chain_update(seed.to_le_bytes()).chain_update(name).finalize();
     let bits = digest.iter().take(8).fold(0, |bits: u64, byte| bits << 8 | u64::from(*byte));

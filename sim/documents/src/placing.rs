@@ -1,4 +1,4 @@
-//! Whether structures lie in the body, and whether the skin lies as the force law takes it.
+//! Checks that structures lie in the body, and that the skin agrees with that of the force law.
 
 use law::Skin;
 use law::structures::StructureSpec;
@@ -9,16 +9,19 @@ use crate::error::Remark;
 use crate::mesh::crossing;
 use crate::model::{Scene, SceneSkin};
 
-/// A structure may stand out of the body by so much, in m: where the image ends, mesh and skin are closed and smoothed by themselves.
+/// Distance by which a structure may extend out of the body, in m: where the image ends, mesh and
+/// skin are closed and smoothed independently.
 const OUT_M: f64 = 2e-3;
-/// So many corners of a structure are looked at.
+/// Number of vertices of a structure that are checked.
 const CORNERS: usize = 400;
-/// Around the entry the picture has the skin as the force law has, so far, in m.
+/// Radius around the entry within which the picture's skin must agree with that of the force law,
+/// in m.
 const FLAT_M: f64 = 16e-3;
-/// Cosine of the most that the skin may lean there: 12°, which makes a layer 2 % thicker along z. Our choice.
+/// Cosine of the largest inclination of the skin there: 12°, which makes a layer 2 % thicker along
+/// z. Our choice.
 const LEAST_COSINE: f64 = 0.978_147_600_733_805_6;
 
-/// What is wrong with the places of a scene's structures and skin.
+/// Returns a remark for each misplaced structure and for a misplaced skin.
 pub(crate) fn list_misplaced(scene: &Scene) -> Vec<Remark> {
     let (skin, shape) = (scene.skin.as_ref(), &scene.skin_shape);
     let outside = scene.structures.iter().enumerate().filter_map(|(at, structure)| {
@@ -40,7 +43,8 @@ pub(crate) fn list_misplaced(scene: &Scene) -> Vec<Remark> {
     outside.chain(skin.and_then(remark_steep)).collect()
 }
 
-/// How far a structure stands out of the body, in m, and where; nothing where that is too little to tell.
+/// Returns how far a structure extends out of the body, in m, and the vertex; `None` within the
+/// tolerance.
 fn farthest_out(structure: &StructureSpec, out_m: &dyn Fn(&Point3<f64>) -> f64) -> Option<(f64, Point3<f64>)> {
     let (corners, _) = structure.surface();
     let step = corners.len().div_ceil(CORNERS).max(1);
@@ -50,12 +54,13 @@ fn farthest_out(structure: &StructureSpec, out_m: &dyn Fn(&Point3<f64>) -> f64) 
     outs.max_by(|one, other| one.0.total_cmp(&other.0))
 }
 
-/// How far a place is out of the body, in m; 0 inside. Where there is no skin above or below, the body ends at the skin of the
-/// force law.
+/// Returns the distance of a point from the body, in m; 0 inside. Where there is no skin above or
+/// below the point, the body ends at the skin of the force law.
 fn out_m(place: &Point3<f64>, skin: Option<&SceneSkin>, shape: &Skin) -> f64 {
     let above_m = shape.height_m(place).max(0.0);
     let Some(skin) = skin else { return above_m };
-    // A little aside, lest the line through the place runs along an edge, which is in two triangles.
+    // Shift the point slightly, so that the line through it does not run along an edge, which
+    // belongs to two triangles.
     let aside = place + Vector3::new(1.3e-9, 0.7e-9, 0.0);
     let heights: Vec<f64> =
         triangles(skin).filter_map(|corners| crossing(corners, &aside)).map(|(height, _)| height).collect();
@@ -71,7 +76,7 @@ fn triangles(skin: &SceneSkin) -> impl Iterator<Item = [&Point3<f64>; 3]> {
     skin.triangles.iter().map(|triangle| triangle.map(|v| &skin.vertices_m[v as usize]))
 }
 
-/// Distance to the nearest middle or corner of the skin's triangles, in m.
+/// Returns the distance to the nearest vertex or centroid of the skin's triangles, in m.
 fn nearest_m(skin: &SceneSkin, place: &Point3<f64>) -> f64 {
     let of = |[a, b, c]: [&Point3<f64>; 3]| {
         let middle = Point3::from((a.coords + b.coords + c.coords) / 3.0);
@@ -80,7 +85,7 @@ fn nearest_m(skin: &SceneSkin, place: &Point3<f64>) -> f64 {
     libm::sqrt(triangles(skin).map(of).fold(f64::INFINITY, f64::min))
 }
 
-/// The skin's mean direction about the entry is not that of z.
+/// Returns a remark if the skin's mean normal around the entry deviates too far from z.
 fn remark_steep(skin: &SceneSkin) -> Option<Remark> {
     let mut sum = Vector3::zeros();
     let mut over = Vector3::zeros();
@@ -90,7 +95,8 @@ fn remark_steep(skin: &SceneSkin) -> Option<Remark> {
         if middle.norm() <= FLAT_M {
             sum += area;
         }
-        // A skin of large triangles has none whose middle is near: then the one over the entry counts.
+        // A skin of large triangles may have no centroid near the entry: use the triangle over the
+        // entry.
         if crossing([a, b, c], &Point3::origin()).is_some_and(|(height, _)| height.abs() <= FLAT_M) {
             over = area;
         }

@@ -1,4 +1,4 @@
-//! Reads the anatomy of a scene: the shapes of its structures, its skin, and the files of both.
+//! Reads the geometry of a scene: the shapes of its structures, its skin, and their files.
 
 use law::structures::Shape;
 use nalgebra::Vector3;
@@ -10,29 +10,29 @@ use crate::model::SceneSkin;
 use crate::source::{Files, Find};
 use crate::walk::Walked;
 
-/// What a scene has of the body's shape.
+/// The geometry of a scene.
 pub(crate) struct Anatomy {
-    /// Meshes, one place a structure.
+    /// Meshes, one entry for each structure.
     pub meshes: Vec<Option<Shape>>,
     /// The skin.
     pub skin: Option<SceneSkin>,
-    /// Every file that was read.
+    /// Every file read.
     pub files: Files,
 }
 
-/// Where meshes come from, and those that did.
+/// Loads meshes and collects the files read.
 struct MeshShelf<'f> {
     find: Find<'f>,
     files: Files,
 }
 
-/// A mesh as a table names it.
+/// A mesh reference in a table.
 struct Named {
     file: String,
     coordinates: Coordinates,
 }
 
-/// Checks the keys of structures and skin, and reads the meshes they name.
+/// Checks the keys of structures and skin, and reads the meshes that they name.
 pub(crate) fn read_anatomy(doc: &mut Walked, find: Find<'_>) -> Anatomy {
     let mut shelf = MeshShelf { find, files: Files::new() };
     let mut meshes = Vec::new();
@@ -56,7 +56,7 @@ fn read_skin(doc: &mut Walked, shelf: &mut MeshShelf<'_>) -> Option<SceneSkin> {
     Some(SceneSkin { vertices_m, triangles, file: named.file })
 }
 
-/// The mesh that a table names; nothing where a key that places it was refused.
+/// Returns the mesh that a table names; `None` if a key of its position was refused.
 fn named(doc: &Walked, table: &Value, path: &str) -> Option<Named> {
     let is_refused = |key: &&str| table[*key].is_null() && doc.is_written(&format!("{path}.{key}"));
     if ["axes", "position_mm"].iter().any(is_refused) {
@@ -67,13 +67,13 @@ fn named(doc: &Walked, table: &Value, path: &str) -> Option<Named> {
     Some(Named { file: table["file"].as_str()?.to_owned(), coordinates: Coordinates { in_mm, axes } })
 }
 
-/// What was read, or its refusal where the file is named.
+/// Returns the mesh, or adds an issue at the key `file`.
 fn accept<T>(doc: &mut Walked, path: &str, allowed: Phrase, read: Result<T, Phrase>) -> Option<T> {
     read.map_err(|why| doc.refuse(&format!("{path}.file"), why, allowed)).ok()
 }
 
 impl MeshShelf<'_> {
-    /// Finds a mesh, reads it and keeps its bytes.
+    /// Finds a mesh, reads it and stores its bytes.
     fn read<T>(
         &mut self,
         Named { file, .. }: &Named,
@@ -89,7 +89,7 @@ impl MeshShelf<'_> {
     }
 }
 
-/// Which keys a shape needs; it may have no others of these.
+/// Keys that each shape requires; the keys of other shapes are refused.
 const SHAPE_KEYS: [(&str, &[&str]); 4] = [
     ("sphere", &["radius_mm"]),
     ("capsule", &["radius_mm", "half_axis_mm"]),

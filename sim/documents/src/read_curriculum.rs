@@ -1,4 +1,5 @@
-//! Reads a curriculum with its exercises: prerequisites without cycles, then the typed document.
+//! Reads a curriculum with its exercises: checks for cycles in the prerequisites, then deserialises
+//! the typed document.
 
 use phrase::{Phrase, phrase};
 use serde::Deserialize;
@@ -11,7 +12,7 @@ use crate::source::Source;
 use crate::walk::{NamedError, Walked};
 use crate::wording::{Wording, settle_wordings};
 
-/// A curriculum as its keys stand in TOML.
+/// A curriculum with the keys of its TOML document.
 #[derive(Deserialize)]
 struct RawCurriculum {
     id: String,
@@ -34,7 +35,7 @@ struct RawMastery {
     within: Option<u32>,
 }
 
-/// Attempts within which the alpha of an LC-CUSUM holds, where a course does not say.
+/// Default number of attempts within which the alpha of an LC-CUSUM holds.
 const WITHIN: u32 = 50;
 
 #[derive(Deserialize)]
@@ -52,10 +53,10 @@ pub(crate) struct NamedExercise<E> {
     pub exercise: E,
 }
 
-/// Reads a curriculum; `read_exercise` turns each path it names into an exercise.
+/// Reads a curriculum; `read_exercise` loads the exercise at each path.
 ///
 /// # Errors
-/// Every issue found, in the curriculum, its exercises and their scenes.
+/// Every issue found in the curriculum, its exercises and their scenes.
 pub(crate) fn read_curriculum<E>(
     source: Source,
     read_exercise: impl Fn(&str) -> Result<NamedExercise<E>, NamedError>,
@@ -81,7 +82,7 @@ pub(crate) fn read_curriculum<E>(
     Ok((curriculum(raw, ids, sha256), exercises))
 }
 
-/// Unique ids, prerequisites that exist, and none that needs itself.
+/// Checks that ids are unique, that prerequisites exist, and that no exercise depends on itself.
 fn check_order(doc: &mut Walked, entries: &[Value], ids: &[&str]) {
     let mut needs: Vec<Vec<usize>> = Vec::new();
     for (at, entry) in entries.iter().enumerate() {
@@ -109,7 +110,7 @@ fn check_order(doc: &mut Walked, entries: &[Value], ids: &[&str]) {
     }
 }
 
-/// A path from an exercise along its prerequisites back to itself, if there is one.
+/// Returns a path from an exercise along its prerequisites back to itself, if there is one.
 fn find_cycle(needs: &[Vec<usize>]) -> Option<Vec<usize>> {
     let mut done = vec![false; needs.len()];
     (0..needs.len()).find_map(|start| visit(needs, start, &mut Vec::new(), &mut done))
@@ -129,7 +130,7 @@ fn visit(needs: &[Vec<usize>], at: usize, path: &mut Vec<usize>, done: &mut [boo
     cycle
 }
 
-/// Which keys a rule needs; it may have no others.
+/// Checks that a rule has the keys that it requires and no others.
 fn check_mastery(doc: &mut Walked) {
     const COUNTS: [&str; 2] = ["passes", "of"];
     const RATES: [&str; 4] = ["p0", "p1", "alpha", "beta"];

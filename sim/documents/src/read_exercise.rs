@@ -1,4 +1,5 @@
-//! Reads an exercise with its scene: what relates its fields to each other and to the scene, then the typed document.
+//! Reads an exercise with its scene: checks its fields against each other and against the scene,
+//! then deserialises the typed document.
 
 use law::Skin;
 use phrase::{Phrase, phrase};
@@ -16,7 +17,7 @@ use crate::source::{Find, Source};
 use crate::walk::{NamedError, Walked};
 use crate::wording::{Wording, settle_wordings};
 
-/// An exercise as its keys stand in TOML.
+/// An exercise with the keys of its TOML document.
 #[derive(Deserialize)]
 struct RawExercise {
     id: String,
@@ -37,13 +38,13 @@ struct RawExercise {
     picture: Vec<ExercisePicture>,
 }
 
-/// An exercise with what was read beside it.
+/// An exercise with its scene and pictures.
 pub(crate) struct ExerciseParts<S> {
     /// The exercise.
     pub exercise: Exercise,
-    /// Its scene, and whatever belongs to that.
+    /// Its scene, with the caller's data.
     pub scene: S,
-    /// Its pictures, where they were asked for.
+    /// Its pictures, if requested.
     pub pictures: Vec<PictureFile>,
 }
 
@@ -60,11 +61,11 @@ struct RawTarget {
     depth_mm: f64,
 }
 
-/// Reads an exercise; `read_scene` turns the path it names into a scene and whatever belongs to it. Its pictures are read where
-/// `find_picture` says how: whoever judges an attempt needs none.
+/// Reads an exercise; `read_scene` loads the scene at a path. Pictures are read only if
+/// `find_picture` is given: judging an attempt does not need them.
 ///
 /// # Errors
-/// Every issue found, in the exercise, its pictures and its scene.
+/// Every issue found in the exercise, its pictures and its scene.
 pub(crate) fn read_exercise<S>(
     source: Source,
     read_scene: impl FnOnce(&str) -> Result<S, NamedError>,
@@ -110,7 +111,7 @@ fn check(doc: &mut Walked, scene: Option<&Scene>) {
     }
 }
 
-/// Checks the names of its pictures: each ends as pictures do, and is there once.
+/// Checks that the names of pictures have a supported extension and are unique.
 fn check_picture_names(doc: &mut Walked) {
     for (at, row) in doc.tables("picture").iter().enumerate() {
         let Some(file) = row["file"].as_str() else { continue };
@@ -137,7 +138,7 @@ fn read_pictures(doc: &mut Walked, find: Find<'_>) -> Vec<PictureFile> {
 /// Finds a picture and reads it.
 ///
 /// # Errors
-/// What is wrong with it, in words that name it.
+/// The reason for refusing the picture, with its name.
 pub(crate) fn find_and_read(find: Find<'_>, file: &str) -> Result<PictureFile, Phrase> {
     let named = |why: Phrase| phrase!("{file}: {why}", file = Phrase::quoted(file), why = why);
     find(file).and_then(|bytes| picture::read_picture(file, bytes)).map_err(named)
@@ -160,7 +161,7 @@ fn check_metric(doc: &mut Walked, table: &Value, path: &str, scene: Option<&Scen
     }
 }
 
-/// The layer to be reached is one of the scene's.
+/// Checks that the layer to be reached exists in the scene.
 fn check_reached(doc: &mut Walked, scene: Option<&Scene>) {
     let Some(scene) = scene else { return };
     let Some(layer) = doc.value["required"]["reached"].as_str().map(str::to_owned) else { return };
@@ -170,7 +171,7 @@ fn check_reached(doc: &mut Walked, scene: Option<&Scene>) {
     }
 }
 
-/// Fills in and checks where a coaching rule arms again: never above the limit at which it speaks.
+/// Fills in the default of `rearm_below` and checks that it does not exceed `above`.
 fn check_coaching(doc: &mut Walked) {
     for (at, rule) in doc.tables("coaching").iter().enumerate() {
         let Some(above) = rule["above"].as_f64() else { continue };

@@ -1,4 +1,5 @@
-//! Reads an instrument: what its parts say of each other, then the typed document.
+//! Reads an instrument: checks the references between its parts, then deserialises the typed
+//! document.
 
 use phrase::{Phrase, phrase};
 use serde_json::Value;
@@ -9,7 +10,7 @@ use crate::instrument::Instrument;
 use crate::source::Source;
 use crate::walk::Walked;
 
-/// What a kind of scale needs, and what else it may have.
+/// Required and optional keys of each kind of scale.
 const KEYS: [(&str, &[&str], &[&str]); 7] = [
     ("likert", &["points"], &["labels", "first", "last", "relevant_from"]),
     ("slider", &["min", "max", "step"], &["first", "last"]),
@@ -21,7 +22,7 @@ const KEYS: [(&str, &[&str], &[&str]); 7] = [
 ];
 
 impl Instrument {
-    /// Reads an instrument from the bytes of a document; `name` is what errors call it.
+    /// Reads an instrument from the bytes of a document; errors refer to it as `name`.
     ///
     /// # Errors
     /// Every issue found.
@@ -48,12 +49,13 @@ pub(crate) fn read_instrument(source: Source) -> Result<Instrument, DocumentErro
     Ok(Instrument { sha256, ..instrument })
 }
 
-/// Texts of a list at a key.
+/// Returns the texts of a list.
 fn texts<'v>(value: &'v Value, key: &str) -> Vec<&'v str> {
     value[key].as_array().into_iter().flatten().filter_map(Value::as_str).collect()
 }
 
-/// The languages are known and unique, and every text is there in each of them and in no other.
+/// Checks that the languages are known and unique, and that every text exists in each of them and
+/// in no other.
 fn check_languages(doc: &mut Walked) {
     let value = doc.value.clone();
     let languages = texts(&value, "languages");
@@ -69,7 +71,7 @@ fn check_languages(doc: &mut Walked) {
     collect_words(&value, "", &mut found);
     for (path, words) in found {
         for language in languages.iter().filter(|language| words[**language].is_null()) {
-            // A text that was refused is written, and already has its issue.
+            // A refused text is present and already has its issue.
             if !doc.is_written(&format!("{path}.{language}")) {
                 let allowed = phrase!("a text is needed in each of the languages");
                 doc.refuse(&format!("{path}.{language}"), phrase!("missing"), allowed);
@@ -85,7 +87,7 @@ fn check_languages(doc: &mut Walked) {
     }
 }
 
-/// Every text in languages below a value: the keys that hold one, wherever they stand.
+/// Collects every multilingual text below a value, identified by its key.
 fn collect_words<'v>(value: &'v Value, path: &str, found: &mut Vec<(String, &'v Value)>) {
     const WORDS: [&str; 6] = ["title", "intro", "text", "name", "first", "last"];
     match value {
@@ -214,7 +216,8 @@ fn check_pair(doc: &mut Walked, path: &str, item: &Value, items: &[Value], scale
     }
 }
 
-/// A form without scripts knows an answer only when its section was sent: conditions look back to earlier sections.
+/// A form without scripts receives an answer only when its section is submitted, so conditions may
+/// only refer to earlier sections.
 fn check_condition(doc: &mut Walked, path: &str, when: &Value, section: Option<usize>) {
     let Some(asked) = when["item"].as_str() else { return };
     let (sections, items, scales) = (doc.tables("section"), doc.tables("item"), doc.tables("scale"));

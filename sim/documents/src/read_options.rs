@@ -1,4 +1,4 @@
-//! What relates the options of version 3 of the law to each other and to the rest of a scene.
+//! Checks the options of version 3 of the law against each other and against the rest of a scene.
 
 use phrase::{Phrase, phrase};
 use serde_json::Value;
@@ -6,7 +6,7 @@ use serde_json::Value;
 use crate::describe::measure;
 use crate::walk::Walked;
 
-/// Keys of a layer that only version 3 has.
+/// Keys of a layer that require version 3.
 const LAYER_KEYS: [&str; 6] = [
     "stiffening_n_per_m2",
     "relaxation",
@@ -15,10 +15,10 @@ const LAYER_KEYS: [&str; 6] = [
     "fracture_energy_j_per_m2",
     "fibres",
 ];
-/// Keys of a needle that only version 3 has.
+/// Keys of a needle that require version 3.
 const NEEDLE_KEYS: [&str; 2] = ["breakaway_mm", "friction_rest_s"];
 
-/// Checks all of it.
+/// Runs all checks.
 pub(crate) fn check_options(doc: &mut Walked) {
     check_version(doc);
     check_rate(doc);
@@ -28,7 +28,8 @@ pub(crate) fn check_options(doc: &mut Walked) {
     check_fibres(doc);
 }
 
-/// Options are refused where the law does not know them: a scene that named them in vain would be felt without them.
+/// Refuses options that the law's version does not support; otherwise they would be silently
+/// ignored.
 fn check_version(doc: &mut Walked) {
     let Some(law) = doc.value["law"].as_i64().filter(|law| *law < 3) else { return };
     let layers = doc.tables("layer").len();
@@ -46,7 +47,7 @@ fn relaxes(layer: &Value) -> bool {
     layer["relaxation"].as_array().is_some_and(|branches| !branches.is_empty())
 }
 
-/// What gives way at a dent differs from what gives way at a force by its branches alone.
+/// Refuses "dent" without relaxation: the two criteria differ only if the boundary relaxes.
 fn check_criterion(doc: &mut Walked) {
     let in_vain = |layer: &Value| layer["gives_way_at"] == "dent" && !relaxes(layer);
     let Some(at) = doc.tables("layer").iter().position(in_vain) else { return };
@@ -55,7 +56,7 @@ fn check_criterion(doc: &mut Walked) {
     doc.refuse(&format!("layer[{at}].gives_way_at"), Phrase::Data("\"dent\"".to_owned()), allowed);
 }
 
-/// How a boundary that relaxes depends on speed follows from its branches.
+/// Refuses `rate` together with relaxation: the branches already determine the speed dependence.
 fn check_rate(doc: &mut Walked) {
     let Some(at) = doc.tables("layer").iter().position(relaxes) else { return };
     if doc.is_written("rate") {
@@ -66,7 +67,8 @@ fn check_rate(doc: &mut Walked) {
     }
 }
 
-/// Static friction is no less than kinetic, and the needle says when it ends.
+/// Checks that static friction is at least kinetic friction, and that the needle defines when it
+/// ends.
 fn check_static_friction(doc: &mut Walked) {
     let layers = doc.tables("layer");
     let has_breakaway = doc.is_written("needle.breakaway_mm");
@@ -99,7 +101,8 @@ fn check_static_friction(doc: &mut Walked) {
     }
 }
 
-/// The tip's threshold is written or follows from the fracture energy, which takes a modulus and a sharp tip.
+/// Checks that the tip's threshold is given or derived from a fracture energy, which requires a
+/// modulus and a sharp tip.
 fn check_fracture(doc: &mut Walked) {
     let is_blunt = doc.value["needle"]["tip"] == "blunt";
     for (at, layer) in doc.tables("layer").iter().enumerate() {
@@ -129,7 +132,8 @@ fn check_fracture(doc: &mut Walked) {
     }
 }
 
-/// Fibres ask for an edge, and for a stiffness of their own to add the tension to.
+/// Checks fibres: they require an edge and, for pretension, a boundary stiffness that the field
+/// does not set.
 fn check_fibres(doc: &mut Walked) {
     let tip = doc.value["needle"]["tip"].as_str().unwrap_or_default().to_owned();
     let is_coupled = doc.value["tissue"]["coupling"] == "field";

@@ -1,4 +1,5 @@
-//! Reads a scene: what relates its fields and meshes to each other, then the typed document.
+//! Reads a scene: checks its fields and meshes against each other, then deserialises the typed
+//! document.
 
 use law::Skin;
 use law::axial::{ForceLaw, RateDependence};
@@ -18,7 +19,7 @@ use crate::read_options::check_options;
 use crate::source::{Files, Find, Source};
 use crate::walk::Walked;
 
-/// A scene as its keys stand in TOML.
+/// A scene with the keys of its TOML document.
 #[derive(Deserialize)]
 struct RawScene {
     id: String,
@@ -69,25 +70,25 @@ struct RawStructure {
     poisson_ratio: Option<f64>,
 }
 
-/// A scene as it was read.
+/// A scene with its files.
 pub(crate) struct ReadScene {
     /// The scene.
     pub scene: Scene,
     /// The files of its meshes.
     pub files: Files,
-    /// The document that the scene's anatomy became, where it names one.
+    /// The expansion of the scene's anatomy, if it names one.
     pub expanded: Option<ExpandedScene>,
 }
 
-/// What an anatomy became.
+/// The expansion of an anatomy.
 pub(crate) struct ExpandedScene {
     /// The document with layers, structures and skin.
     pub bytes: Vec<u8>,
-    /// How the needle is planned to go in.
+    /// The planned needle.
     pub planned: PlannedNeedle,
 }
 
-/// Reads a scene and the meshes it names, or makes them of its anatomy.
+/// Reads a scene and the meshes it names, or expands its anatomy.
 ///
 /// # Errors
 /// Every issue found.
@@ -105,7 +106,8 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<ReadScene, Do
     check_skin(&mut doc);
     check_tissue(&mut doc);
     let shapes = read_anatomy(&mut doc, find);
-    // Told where the document names the anatomy, should it come to nothing.
+    // Create this issue before `finish` consumes the document; it is reported if the expansion
+    // fails.
     let allowed = phrase!("allowed: another patient, entry or angle");
     let unsound = doc.issue("anatomy", phrase!("layers in which no thresholds are sound"), allowed);
     let raw: RawScene = doc.finish()?;
@@ -115,7 +117,7 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<ReadScene, Do
     }
 }
 
-/// The scene that an anatomy becomes; none where its layers have no sound thresholds.
+/// Expands an anatomy; returns `None` if its layers have no sound thresholds.
 fn expand(
     source: &Source,
     anatomy: &SceneAnatomy,
@@ -164,11 +166,12 @@ fn scene(raw: RawScene, shapes: Anatomy, sha256: String) -> Scene {
     }
 }
 
-/// Bore of a needle as a share of its diameter where the scene states none: an 18 gauge cannula of regular wall has
+/// Default bore of a needle as a fraction of its diameter: an 18 gauge cannula of regular wall has
 /// 0.838 mm in 1.270 mm (ISO 9626).
 const BORE: f64 = 0.66;
 
-/// A needle has no rim and a trocar has one, whose distance is 2 mm if left out; a rim needs its thresholds.
+/// A needle has no rim. A trocar has one, by default 2 mm behind the tip; a rim requires
+/// thresholds.
 fn check_needle(doc: &mut Walked) {
     let needle = &doc.value["needle"];
     let is_trocar = needle["kind"] == "trocar";
@@ -211,7 +214,7 @@ fn check_needle(doc: &mut Walked) {
     }
 }
 
-/// Version 1 of the law knows no window of speed.
+/// Checks that a speed window is not used with version 1 of the law.
 fn check_speed_window(doc: &mut Walked) {
     let window_ms = doc.value["needle"]["speed_window_ms"].as_f64().unwrap_or_default();
     if doc.value["law"] == 1 && window_ms > 0.0 {
@@ -220,7 +223,7 @@ fn check_speed_window(doc: &mut Walked) {
     }
 }
 
-/// Before version 5 of the law damping is a dashpot alone.
+/// Before version 5 of the law, damping is a dashpot alone.
 fn check_damping_time(doc: &mut Walked) {
     let time_ms = doc.value["needle"]["damping_time_ms"].as_f64().unwrap_or_default();
     if let Some(law) = doc.value["law"].as_i64().filter(|law| *law < 5 && time_ms > 0.0) {
@@ -229,7 +232,8 @@ fn check_damping_time(doc: &mut Walked) {
     }
 }
 
-/// A wall has a stiffness and a threshold; bone never gives way, and a target is a place, not a thing.
+/// A wall has a stiffness and a threshold; bone never ruptures, and a target is a place, not an
+/// object.
 fn check_walls(doc: &mut Walked) {
     for (at, structure) in doc.tables("structure").into_iter().enumerate() {
         let keys = ["wall_stiffness_n_per_m", "wall_rupture_n"];
@@ -252,7 +256,7 @@ fn check_walls(doc: &mut Walked) {
     }
 }
 
-/// What can lie in the layers and be of another stiffness is round: a field knows no other.
+/// Checks that a structure with its own stiffness is round: the field supports no other inclusion.
 fn check_elastic(doc: &mut Walked) {
     for (at, structure) in doc.tables("structure").into_iter().enumerate() {
         let [modulus, ratio] = ["youngs_modulus_pa", "poisson_ratio"].map(|key| structure[key].as_f64());
@@ -268,10 +272,11 @@ fn check_elastic(doc: &mut Walked) {
     }
 }
 
-/// A body is as thick as its layers, so a skin is bent around at least so much, in parts of their thickness.
+/// Minimum radius of curvature of the skin, relative to the total thickness of the layers.
 const LEAST_BEND: f64 = 1.25;
 
-/// A skin has a mesh, a radius, or both; a radius needs what it is of and goes around the layers.
+/// Checks that a skin has a mesh, a radius or both; a radius requires a shape and must enclose the
+/// layers.
 fn check_skin(doc: &mut Walked) {
     if !doc.is_written("skin") {
         return;
@@ -327,12 +332,12 @@ fn skin_shape(raw: &RawSkin) -> Skin {
     }
 }
 
-/// Density of what lies in the layers, in kg/m³. No field of an attempt moves by its mass.
+/// Density of inclusions, in kg/m³. The field of an attempt is static and does not depend on it.
 const DENSITY_KG_PER_M3: f64 = 1050.0;
-/// Poisson ratio of it where the scene states none.
+/// Default Poisson ratio of inclusions.
 const POISSON_RATIO: f64 = 0.45;
 
-/// Only a field can set the boundaries' stiffness.
+/// Refuses coupling without a model: only a field can set the boundaries' stiffness.
 fn check_tissue(doc: &mut Walked) {
     let tissue = &doc.value["tissue"];
     if tissue["coupling"] == "field" && tissue["model"] == "none" {

@@ -1,4 +1,5 @@
-//! Puts fitted layers into the text of a scene. Comments, order, needle and structures stay as their author wrote them.
+//! Writes fitted layers into the text of a scene. Comments, order, needle and structures are
+//! preserved.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -12,7 +13,7 @@ use crate::model::{Scene, SceneLayer};
 use crate::source::Source;
 use crate::walk;
 
-/// Digits of a written number: a fit knows fewer, and people read them.
+/// Significant digits of written numbers; the fit is less precise, and the file stays readable.
 const DIGITS: usize = 6;
 
 /// A replacement in the text.
@@ -21,11 +22,12 @@ struct Edit {
     with: String,
 }
 
-/// The text of a scene with another id, and the numbers of a law's layers in the document's terms: for the reference needle.
-/// `source` says of each layer where they come from; a layer that has them already keeps what it says.
+/// Returns the text of a scene with another id and the numbers of a law's layers, converted to the
+/// reference needle. `source` becomes the source of each layer; a layer whose numbers do not change
+/// keeps its own.
 ///
 /// # Errors
-/// Text that is not TOML.
+/// If the text is not TOML.
 pub fn rewrite_document(
     text: &str,
     scene: &Scene,
@@ -59,7 +61,7 @@ pub fn rewrite_document(
     Ok(rewritten)
 }
 
-/// What a fit has changed of the needle, as it is written.
+/// Returns the needle's numbers that the fit has changed, formatted.
 fn needle_numbers(scene: &Scene, spec: &AxialSpec) -> Vec<(&'static str, String)> {
     let (was, slid_mm) = (&scene.needle, spec.breakaway.map(|breakaway| breakaway.slid_m * 1e3));
     let presliding =
@@ -71,13 +73,13 @@ fn needle_numbers(scene: &Scene, spec: &AxialSpec) -> Vec<(&'static str, String)
     numbers.map(|(key, now, _)| (key, format!("{:?}", rounded_number(now)))).collect()
 }
 
-/// What a fit changes of a layer, as it is written. Options are where the layer has them.
+/// Returns a layer's numbers that a fit sets, formatted. Includes the options that the layer has.
 fn rewrite_numbers(layer: &SceneLayer, has_rim: bool) -> Vec<(&'static str, String)> {
     let rim = has_rim.then_some(("rim_rupture_n", layer.rim_rupture_n));
     let options = &layer.options;
     let stiffening =
         (options.stiffening_n_per_m2 > 0.0).then_some(("stiffening_n_per_m2", options.stiffening_n_per_m2));
-    // A scene without damping stays without: the fit has none for it.
+    // A scene without damping keeps none: the fit does not estimate it.
     let damping = (layer.damping_n_s_per_m2 > 0.0).then_some(("damping_n_s_per_m2", layer.damping_n_s_per_m2));
     let sticking = options.static_friction_n_per_m.map(|value| ("static_friction_n_per_m", value));
     let branch = |branch: &MaxwellBranch| {
@@ -111,7 +113,8 @@ fn rewrite_value<'d, 'i>(table: &'d DeTable<'i>, key: &str) -> Option<&'d Spanne
     table.iter().find(|(name, _)| name.get_ref() == key).map(|(_, value)| value)
 }
 
-/// A value in the place of another, or a new key below the layer's name or the needle's kind.
+/// Returns an edit that replaces a value, or inserts a new key below the layer's name or the
+/// needle's kind.
 fn edit_document(table: &DeTable<'_>, key: &str, with: &str) -> Option<Edit> {
     if let Some(old) = rewrite_value(table, key) {
         return Some(Edit { at: old.span(), with: with.to_owned() });
@@ -120,20 +123,20 @@ fn edit_document(table: &DeTable<'_>, key: &str, with: &str) -> Option<Edit> {
     Some(Edit { at: below..below, with: format!("\n{key} = {with}") })
 }
 
-/// A number with so many significant digits.
+/// Rounds a number to [`DIGITS`] significant digits.
 fn rounded_number(value: f64) -> f64 {
     let text = format!("{value:.*e}", DIGITS - 1);
     text.parse().unwrap_or(value)
 }
 
-/// A TOML string on one line.
+/// Formats a single-line TOML string.
 fn quoted_string(text: &str) -> String {
     let mut quoted = String::from("\"");
     for c in text.chars() {
         match c {
             '"' | '\\' => quoted.extend(['\\', c]),
             c if c.is_control() => {
-                // Writing to a string has no way to fail.
+                // Writing to a string cannot fail.
                 let _ = write!(quoted, "\\u{:04x}", u32::from(c));
             }
             c => quoted.push(c),

@@ -1,8 +1,9 @@
-//! From a scene's numbers to those of its needle, tissue and patient.
+//! Scales a scene's numbers to its needle, tissue and patient.
 //!
-//! The tables hold at 2.0 mm diameter, diamond tip, lubrication 1 and toughness 1. With another needle, stiffness,
-//! damping, stiffening and friction go with the diameter, thresholds and cutting with its power p; the tip is a factor on the
-//! thresholds, lubrication on friction, and toughness on thresholds, friction and cutting.
+//! The tables hold for 2.0 mm diameter, diamond tip, lubrication 1 and toughness 1. For another
+//! needle, stiffness, damping, stiffening and friction are proportional to the diameter, thresholds
+//! and cutting to its power p; the tip is a factor on the thresholds, lubrication on friction, and
+//! toughness on thresholds, friction and cutting.
 
 use law::axial::{AxialSpec, Breakaway, FibrousSheet, Layer, LayerOptions, RateDependence, tense_stiffness_n_per_m};
 use law::beam::tube_n_m2;
@@ -14,7 +15,7 @@ use crate::model::{Needle, Scene, SceneFibres, SceneLayer, SceneLayerOptions};
 use crate::patient::Patient;
 use crate::planned::PlannedNeedle;
 
-/// Diameter at which the scenes' numbers hold, in mm.
+/// Diameter for which the scenes' numbers hold, in mm.
 const REFERENCE_DIAMETER_MM: f64 = 2.0;
 
 /// Factors of a needle, each 1 at the reference needle.
@@ -27,7 +28,7 @@ struct Factors {
     tip: f64,
     /// On friction.
     lubrication: f64,
-    /// The needle's radius, in m: no factor, and for what follows from mechanics.
+    /// The needle's radius, in m; not a factor, but used by the mechanical formulas.
     radius_m: f64,
 }
 
@@ -64,7 +65,7 @@ impl Factors {
                 static_friction_n_per_m: layer.options.static_friction_n_per_m.map(|c| c * friction),
                 sheet: layer.options.fibres.as_ref().map(|fibres| {
                     let angle_rad = fibres.angle_deg.to_radians();
-                    // Pretension pulls alike all round, so it is no part of what the edge changes.
+                    // Pretension acts equally in all directions, so the edge does not change it.
                     let along_n_per_m = stiffness_n_per_m * fibres.along_stiffness + tense_n_per_m;
                     FibrousSheet {
                         fibres: [libm::cos(angle_rad), libm::sin(angle_rad)],
@@ -76,14 +77,16 @@ impl Factors {
         }
     }
 
-    /// What a sheet under tension adds to the stiffness of its boundary, in N/m; 0 for a layer that is no sheet.
+    /// Returns the stiffness that a sheet's pretension adds to its boundary, in N/m; 0 for a layer
+    /// without a sheet.
     fn pretension_n_per_m(&self, layer: &SceneLayer) -> f64 {
         let Some(SceneFibres { pretension_n_per_m, held_radius_mm, .. }) = layer.options.fibres else { return 0.0 };
         tense_stiffness_n_per_m(pretension_n_per_m, held_radius_mm / 1e3, self.radius_m)
     }
 
-    /// The threshold of a sharp tip that follows from the fracture energy, in N, where the layer names one. The diameter enters by
-    /// mechanics, so neither its power nor the tip's factor does.
+    /// Returns a sharp tip's threshold derived from the fracture energy, in N, if the layer gives
+    /// one. The diameter enters through the mechanics, so neither its power nor the tip's factor
+    /// applies.
     fn torn_n(&self, layer: &SceneLayer) -> Option<f64> {
         let (fracture, modulus_pa) = layer.options.fracture_energy_j_per_m2.zip(layer.youngs_modulus_pa)?;
         let shear_modulus_pa = modulus_pa / (2.0 * (1.0 + layer.poisson_ratio));
@@ -91,7 +94,7 @@ impl Factors {
         Some(punch.threshold_n() * layer.toughness_factor)
     }
 
-    /// What must be written for [`Factors::layer`] to yield `met`.
+    /// Returns the layer for which [`Factors::layer`] yields `met`.
     fn undone(&self, written: &SceneLayer, met: &Layer) -> SceneLayer {
         let threshold = self.diameter_power * self.tip * written.toughness_factor;
         SceneLayer {
@@ -117,15 +120,16 @@ impl Factors {
 }
 
 impl Scene {
-    /// The scene's layers as they would have to be written for [`Scene::axial_spec`] to yield `spec`: the factors undone.
-    /// What a specification does not hold (density, texture, spread, …) stays.
+    /// Returns the scene's layers for which [`Scene::axial_spec`] yields `spec`: the inverse of the
+    /// scaling. Properties that a specification does not contain (density, texture, spread, …) are
+    /// unchanged.
     pub(crate) fn layers_of(&self, spec: &AxialSpec) -> Vec<SceneLayer> {
         let factors = Factors::new(&self.needle);
         self.layers.iter().zip(&spec.layers).map(|(written, met)| factors.undone(written, met)).collect()
     }
 }
 
-/// Factor of a tip on the thresholds.
+/// Returns the factor of a tip on the thresholds.
 fn tip_factor(tip: &str) -> f64 {
     match tip {
         "bevel" => 0.85,
@@ -136,12 +140,12 @@ fn tip_factor(tip: &str) -> f64 {
 }
 
 impl Needle {
-    /// When static friction ends; none where the needle names no length.
+    /// Returns when static friction ends; `None` if the needle gives no sliding distance.
     fn breakaway(&self) -> Option<Breakaway> {
         self.breakaway_mm.map(|slid_mm| Breakaway { slid_m: slid_mm / 1e3, rest_s: self.friction_rest_s })
     }
 
-    /// Bending stiffness EI of the shaft, in N·m²; none for a rigid one.
+    /// Returns the bending stiffness EI of the shaft, in N·m²; `None` for a rigid shaft.
     fn bending_n_m2(&self) -> Option<f64> {
         let (outer_m, inner_m) = (self.diameter_mm / 1e3, self.inner_diameter_mm / 1e3);
         self.flexible.then(|| tube_n_m2(self.youngs_modulus_pa, outer_m, inner_m))
@@ -149,15 +153,15 @@ impl Needle {
 }
 
 impl Scene {
-    /// The specification of a patient to puncture, scaled for the needle and the tissue, in SI; its field is that of a needle that
-    /// goes in as planned.
+    /// Returns the specification for puncturing a patient, scaled for the needle and the tissue, in
+    /// SI; its field is that of the planned needle.
     #[must_use]
     pub fn specimen_spec(&self, patient: &Patient, planned: impl Into<PlannedNeedle>) -> SpecimenSpec {
         let puncture = self.puncture_spec(patient);
         SpecimenSpec { tissue: self.tissue_under(&puncture.axial, &planned.into()), puncture }
     }
 
-    /// The law's part of it, with the scene's own stiffnesses.
+    /// Returns the law's part of the specification, with the scene's own stiffnesses.
     #[must_use]
     pub fn puncture_spec(&self, patient: &Patient) -> PunctureSpec {
         PunctureSpec {
@@ -171,10 +175,10 @@ impl Scene {
         }
     }
 
-    /// The axial law for a patient, with the scene's own stiffnesses.
+    /// Returns the axial law for a patient, with the scene's own stiffnesses.
     ///
-    /// P∞ of a rate dependence is a threshold too: it is scaled for the needle, so that P/P∞ does not depend on it.
-    /// A layer that the patient lacks has its nominal thickness.
+    /// P∞ of a rate dependence is a threshold too: it is scaled for the needle, so that P/P∞ does
+    /// not depend on it. A layer that is missing in `patient` has its nominal thickness.
     #[must_use]
     pub fn axial_spec(&self, patient: &Patient) -> AxialSpec {
         let factors = Factors::new(&self.needle);

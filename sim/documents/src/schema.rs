@@ -1,4 +1,4 @@
-//! JSON Schema (draft 2020-12) of a document, from the same description that its reader uses.
+//! JSON Schema (draft 2020-12) of a document, derived from the description that its reader uses.
 
 use serde_json::{Map, Value, json};
 
@@ -7,10 +7,10 @@ use crate::describe::{
 };
 use crate::load::DocumentKind;
 
-/// The schema of a kind of document.
+/// Returns the schema of a kind of document.
 ///
-/// It states what each field may be. What relates fields or files to each other (unique names, metric ids, cycles,
-/// sound thresholds) only `stylet check` can tell.
+/// It covers single fields. Relations between fields or files (unique names, metric ids, cycles,
+/// sound thresholds) are checked only by `stylet check`.
 #[must_use]
 pub fn document_schema(kind: DocumentKind) -> Value {
     let (name, description) = match kind {

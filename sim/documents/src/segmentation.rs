@@ -1,4 +1,4 @@
-//! What the labels of a segmentation mean: `labels.toml` of `stylet anatomy import`.
+//! Labels of a segmentation: `labels.toml` of `stylet anatomy import`.
 
 use law::structures::StructureKind;
 use nalgebra::{Point3, Vector3};
@@ -10,19 +10,19 @@ use crate::error::DocumentError;
 use crate::source::Source;
 use crate::walk::Walked;
 
-/// What the labels of a map mean, and where the needle enters.
+/// The labels of a segmentation, and the needle's entry.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct SegmentationLabels {
-    /// Title of the scene that is made.
+    /// Title of the resulting scene.
     pub title: String,
-    /// Where the needle enters.
+    /// The needle's entry.
     pub entry: SegmentationEntry,
     /// The labels.
     #[serde(rename = "label")]
     pub labels: Vec<SegmentationLabel>,
 }
 
-/// Where the needle enters, in the image's own world.
+/// The needle's entry in the image's world coordinates.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct SegmentationEntry {
     point_mm: [f64; 3],
@@ -32,29 +32,29 @@ pub struct SegmentationEntry {
 /// A label.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct SegmentationLabel {
-    /// The number that its voxels have.
+    /// Voxel value.
     pub number: u16,
     /// Name of the structure or layer.
     pub name: String,
-    /// What it is, as the document says it: a structure's kind, `skin` or `layer`.
+    /// The kind as the document gives it: a structure's kind, `skin` or `layer`.
     kind: String,
     tissue: Option<String>,
-    /// How far smoothing may move the mesh, in voxels.
+    /// Largest displacement of the mesh by smoothing, in voxels.
     pub smoothing_voxels: f64,
-    /// Stiffness of its wall, in N/m, where it has one.
+    /// Stiffness of its wall, in N/m, if it has one.
     pub wall_stiffness_n_per_m: Option<f64>,
-    /// Force at which its wall gives way, in N.
+    /// Rupture force of its wall, in N.
     pub wall_rupture_n: Option<f64>,
 }
 
 impl SegmentationEntry {
-    /// The place that the document states, in m.
+    /// Returns the entry point, in m.
     #[must_use]
     pub fn point_m(&self) -> Point3<f64> {
         Point3::from(self.point_mm.map(|mm| mm / 1e3))
     }
 
-    /// The direction out of the body that the document states.
+    /// Returns the direction out of the body, if the document gives one.
     #[must_use]
     pub fn up(&self) -> Option<Vector3<f64>> {
         self.up.map(Vector3::from)
@@ -62,13 +62,13 @@ impl SegmentationEntry {
 }
 
 impl SegmentationLabel {
-    /// What it is to the exercise; nothing for a layer.
+    /// Returns the kind of structure; `None` for a layer.
     #[must_use]
     pub fn structure(&self) -> Option<StructureKind> {
         serde_json::from_value(self.kind.as_str().into()).ok()
     }
 
-    /// The tissue of a layer; nothing for a structure.
+    /// Returns the tissue of a layer; `None` for a structure.
     #[must_use]
     pub fn tissue(&self) -> Option<&str> {
         match self.kind.as_str() {
@@ -78,7 +78,7 @@ impl SegmentationLabel {
         }
     }
 
-    /// Its kind in the document's word.
+    /// Returns the kind as the document gives it.
     #[must_use]
     pub fn kind(&self) -> &str {
         &self.kind
@@ -86,7 +86,7 @@ impl SegmentationLabel {
 }
 
 impl SegmentationLabels {
-    /// Reads it from the bytes of a document; `name` is what errors call it.
+    /// Reads the labels from the bytes of a document; errors refer to it as `name`.
     ///
     /// # Errors
     /// Every issue found.
@@ -111,7 +111,8 @@ fn check_numbers(doc: &mut Walked) {
     }
 }
 
-/// A layer has a tissue and no wall, bone and targets have no wall, and a wall has both its numbers.
+/// Checks that a layer has a tissue and no wall, that bone and targets have no wall, and that a
+/// wall has both numbers.
 fn check_kinds(doc: &mut Walked) {
     for (at, label) in doc.tables("label").iter().enumerate() {
         let kind = label["kind"].as_str().unwrap_or_default();

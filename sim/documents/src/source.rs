@@ -1,4 +1,4 @@
-//! The text of a document and the places in it.
+//! The text of a document and positions in it.
 
 use std::collections::BTreeSet;
 
@@ -9,13 +9,14 @@ use toml::{Table, Value};
 
 use crate::error::{DocumentError, Issue};
 
-/// Most bytes of a document: bounds the work that a hostile one, full of mistakes, can ask for.
+/// Maximum size of a document, in bytes; bounds the work caused by a malicious document full of
+/// errors.
 pub const MOST_BYTES: usize = 256 * 1024;
 
-/// A document's text, with the name people know it by.
+/// A document's text and its file name.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
-    /// The file as it was named to us.
+    /// The file name as the caller passed it.
     pub file: String,
     text: String,
     /// Lower-case hexadecimal SHA-256 of the bytes.
@@ -23,7 +24,7 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    /// The text of a document's bytes.
+    /// Decodes a document's bytes.
     ///
     /// # Errors
     /// Too many bytes, or bytes that are not UTF-8.
@@ -51,13 +52,13 @@ impl Source {
         &self.text
     }
 
-    /// An issue at a byte offset.
+    /// Creates an issue at a byte offset.
     pub(crate) fn issue(&self, offset: usize, field: &str, found: Phrase, allowed: Phrase) -> Issue {
         let (line, column) = find_position(&self.text, offset);
         Issue { file: self.file.clone(), line, column, field: field.to_owned(), found, allowed }
     }
 
-    /// What is written in a range of bytes, cut to one short line.
+    /// Returns the text in a range of bytes, cut to one short line.
     pub(crate) fn excerpt(&self, span: std::ops::Range<usize>) -> String {
         let written = self.text.get(span).unwrap_or_default();
         let line = written.lines().next().unwrap_or_default();
@@ -66,14 +67,15 @@ impl Source {
     }
 }
 
-/// Line and column of a byte offset, both from 1, the column in characters.
+/// Returns line and column of a byte offset, both from 1, the column in characters.
 pub(crate) fn find_position(text: &str, offset: usize) -> (usize, usize) {
     let before = text.get(..offset).unwrap_or(text);
     let start = before.rfind('\n').map_or(0, |at| at + 1);
     (1 + before.matches('\n').count(), 1 + before[start..].chars().count())
 }
 
-/// Every text that stands in a document as a value, a file's name among them; none where it is no TOML.
+/// Returns every text value in a document, which includes all file names; empty if the document is
+/// not TOML.
 #[must_use]
 pub fn list_named_texts(document: &[u8]) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
@@ -93,15 +95,15 @@ fn collect_texts(value: &Value, found: &mut BTreeSet<String>) {
     }
 }
 
-/// Finds the bytes of a file that a document names, or says why not.
+/// Loads a file that a document names, or returns the reason why it cannot.
 pub(crate) type Find<'f> = &'f dyn Fn(&str) -> Result<Vec<u8>, Phrase>;
 
-/// The files that a document named, with their bytes.
+/// The files that a document names, with their content.
 pub(crate) type Files = Vec<(String, Vec<u8>)>;
 
 #[cfg(test)]
 mod tests {
-    //! Would fail if columns counted bytes, or lines were off by one.
+    //! Columns count characters, not bytes; lines and columns start at 1.
 
     use super::find_position;
 

@@ -1,11 +1,11 @@
-//! Layers, structures and targets by the names that scenes give them.
+//! Translatable names of layers, structures and targets.
 //!
-//! A scene's author names them in one language. The names of the scenes that come along are sentences, which other languages know; any
-//! other is the same in every language.
+//! A scene's author names them in one language. The names in the shipped scenes are translated; all
+//! other names are the same in every language.
 
 use phrase::{Phrase, sentence};
 
-/// Names in the scenes that come along.
+/// Names in the shipped scenes.
 pub const SHIPPED_STRUCTURE_NAMES: [&str; 26] = [
     sentence!("skin"),
     sentence!("fat"),
@@ -35,7 +35,7 @@ pub const SHIPPED_STRUCTURE_NAMES: [&str; 26] = [
     sentence!("vertebra L5"),
 ];
 
-/// A layer's or a structure's name, for whoever has another language.
+/// Returns the name of a layer or structure, translated if it is a shipped one.
 #[must_use]
 pub fn name_structure(name: &str) -> Phrase {
     let shipped = SHIPPED_STRUCTURE_NAMES.into_iter().find(|shipped| *shipped == name);

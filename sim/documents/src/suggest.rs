@@ -1,8 +1,10 @@
-//! The known key nearest to an unknown one, so that a slip of a unit or a letter is answered with the right key.
+//! Finds the known key nearest to an unknown one, so that the error for a wrong unit or a typo
+//! suggests the right key.
 
 use crate::describe::{DescribedField, DescribedTable};
 
-/// The field whose key is nearest to `key`: close in spelling, or with the same first word (`thickness_m`).
+/// Returns the field whose key is nearest to `key`: similar in spelling, or with the same first
+/// word (`thickness_m`).
 pub(crate) fn find_nearest_key<'t>(key: &str, table: &'t DescribedTable) -> Option<&'t DescribedField> {
     let distance = |f: &&DescribedField| (first_word(f.key) != first_word(key), edit_distance(f.key, key));
     let field = table.fields.iter().min_by_key(distance)?;
@@ -14,7 +16,7 @@ fn first_word(key: &str) -> &str {
     key.split('_').next().unwrap_or(key)
 }
 
-/// Levenshtein's distance, in characters.
+/// Returns the Levenshtein distance, in characters.
 fn edit_distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();
@@ -32,7 +34,8 @@ fn edit_distance(a: &str, b: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    //! Would fail if a wrong unit led to another quantity's key, or a stranger to any key at all.
+    //! A wrong unit must not suggest another quantity's key, and an unrelated key must not suggest
+    //! any.
 
     use super::{edit_distance, find_nearest_key};
     use crate::describe::{DescribedTable, FieldKind, SCENE};

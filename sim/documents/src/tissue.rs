@@ -1,4 +1,4 @@
-//! From a scene to the tissue that its field is made of.
+//! Derives the tissue of the field from a scene.
 
 use law::Skin;
 use law::axial::AxialSpec;
@@ -12,20 +12,23 @@ use crate::model::{Scene, SceneLayer, SceneStructure};
 use crate::patient::Patient;
 use crate::planned::PlannedNeedle;
 
-/// A patient's body is held this far from the needle, in m. The field models only what the needle moves of it.
+/// Distance from the needle at which the body is fixed, in m. The field covers only tissue that the
+/// needle moves.
 const BODY_RADIUS_M: f64 = 0.25;
 
 impl Scene {
-    /// The tissue of a patient under a needle that goes in as planned, in SI; none where the scene names no model, or no layer of the patient has a thickness.
+    /// Returns a patient's tissue under a planned needle, in SI; `None` if the scene uses no model
+    /// or no layer of the patient has a thickness.
     ///
-    /// Young's modulus is that of a flat punch with the needle's footprint, E = k(1 − ν²)/(2a) with the needle's own k and
-    /// a = D/2, unless the scene states it (physics section 4). Since k goes with D, E does not depend on the needle.
+    /// Young's modulus is that of a flat punch with the needle's footprint, E = k(1 − ν²)/(2a) with
+    /// the needle's own k and a = D/2, unless the scene states it (physics section 4). Since k is
+    /// proportional to D, E does not depend on the needle.
     #[must_use]
     pub fn tissue_spec(&self, patient: &Patient, planned: impl Into<PlannedNeedle>) -> Option<TissueSpec> {
         self.tissue_under(&self.axial_spec(patient), &planned.into())
     }
 
-    /// The tissue of layers that were scaled for the needle.
+    /// Returns the tissue of layers that are already scaled for the needle.
     pub(crate) fn tissue_under(&self, axial: &AxialSpec, planned: &PlannedNeedle) -> Option<TissueSpec> {
         if self.tissue.model == "none" || axial.layers.iter().all(|layer| layer.thickness_m <= 0.0) {
             return None;
@@ -61,11 +64,11 @@ impl Scene {
         })
     }
 
-    /// The axial law of a patient with the stiffnesses that it uses: the scene's, or those of the field where it is coupled,
-    /// under a needle that goes in as planned.
+    /// Returns a patient's axial law with the stiffnesses in use: the scene's, or those of the
+    /// field if it is coupled, under a planned needle.
     ///
     /// # Errors
-    /// When no model of a coupled tissue can be had.
+    /// If no model of a coupled tissue can be built.
     pub fn coupled_spec(&self, patient: &Patient, planned: impl Into<PlannedNeedle>) -> Result<AxialSpec, FollowError> {
         let mut axial = self.axial_spec(patient);
         if let Some(tissue) = self.tissue_under(&axial, &planned.into()).filter(|tissue| tissue.coupled) {
@@ -74,7 +77,7 @@ impl Scene {
         Ok(axial)
     }
 
-    /// The skin in the frame of a planned entry, whose x is where the needle leans to.
+    /// Returns the skin in the frame of a planned entry, with x in the direction of the lean.
     fn skin_under(&self, planned: &PlannedNeedle) -> Skin {
         match (self.skin_shape, self.skin_shape.line()) {
             (Skin::Cylinder { radius_m, .. }, Some(line)) => {
@@ -85,7 +88,8 @@ impl Scene {
         }
     }
 
-    /// What lies in the layers and is made of something else, in the frame of a planned entry.
+    /// Returns the structures with a material of their own as inclusions, in the frame of a planned
+    /// entry.
     fn list_inclusions(&self, planned: &PlannedNeedle) -> Vec<Inclusion> {
         let within = |place: Point3<f64>| planned.seen_from_entry_m(&self.skin_shape, &place);
         let inclusion = |structure: &SceneStructure| {
@@ -104,14 +108,14 @@ impl Scene {
         self.structures.iter().filter_map(inclusion).collect()
     }
 
-    /// Whether the field sets the stiffness of the boundaries.
+    /// Returns whether the field sets the stiffness of the boundaries.
     #[must_use]
     pub fn is_coupled(&self) -> bool {
         self.tissue.coupling == "field"
     }
 }
 
-/// The model that a scene names; none where the planner chooses.
+/// Returns the model that a scene names; `None` if the planner chooses.
 fn model(name: &str) -> Option<Model> {
     [Model::Axisymmetric, Model::MassSpring, Model::Volumetric].into_iter().find(|model| model.name() == name)
 }

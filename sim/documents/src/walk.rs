@@ -1,7 +1,7 @@
-//! From TOML to a checked document, collecting every issue on the way.
+//! Converts TOML to a checked document and collects every issue on the way.
 //!
-//! The checked document is JSON with every default filled in, so that the typed documents deserialise from it without
-//! a second list of keys or defaults.
+//! The checked document is JSON with every default filled in, so that the typed documents
+//! deserialise from it without a second list of keys or defaults.
 
 use std::collections::BTreeMap;
 
@@ -16,27 +16,27 @@ use crate::error::{DocumentError, Issue};
 use crate::source::Source;
 use crate::suggest::find_nearest_key;
 
-/// A document that was walked: its values, where they stand, and what is wrong so far.
+/// A document checked against its description: values, positions and issues so far.
 #[derive(Debug)]
 pub(crate) struct Walked {
-    /// Where it came from.
+    /// Source text.
     pub source: Source,
-    /// Values by key, defaults filled in; what was refused is absent.
+    /// Values by key, defaults filled in; refused values are absent.
     pub value: Value,
     places: BTreeMap<String, usize>,
     issues: Vec<Issue>,
 }
 
-/// Why a document that another names cannot be had.
+/// The reason why a document that another names could not be loaded.
 #[derive(Debug)]
 pub(crate) enum NamedError {
-    /// Its file cannot be read.
+    /// The file could not be read.
     Missing(Phrase),
-    /// It was read and refused.
+    /// The document was refused.
     Refused(DocumentError),
 }
 
-/// Parses TOML; every syntax error is an issue.
+/// Parses TOML; every syntax error becomes an issue.
 pub(crate) fn parse_document(source: &Source) -> Result<DeTable<'_>, DocumentError> {
     let (table, errors) = DeTable::parse_recoverable(source.text());
     let issues: Vec<Issue> = errors
@@ -50,10 +50,11 @@ pub(crate) fn parse_document(source: &Source) -> Result<DeTable<'_>, DocumentErr
 }
 
 impl Walked {
-    /// Walks a document along its description.
+    /// Checks a document against its description.
     ///
     /// # Errors
-    /// Text that is not TOML. What the description refuses is kept for [`Walked::finish`].
+    /// If the text is not TOML. Issues found by the description are collected for
+    /// [`Walked::finish`].
     pub(crate) fn new(source: Source, description: &'static DescribedTable) -> Result<Self, DocumentError> {
         let (value, walker) = {
             let table = parse_document(&source)?;
@@ -65,13 +66,14 @@ impl Walked {
         Ok(Self { source, value, places, issues })
     }
 
-    /// Adds an issue at a field; a field that is not written down is placed where its nearest parent is.
+    /// Adds an issue at a field; a field that is missing in the text is placed at its nearest
+    /// parent.
     pub(crate) fn refuse(&mut self, field: &str, found: Phrase, allowed: Phrase) {
         let issue = self.issue(field, found, allowed);
         self.issues.push(issue);
     }
 
-    /// An issue at a field, not added.
+    /// Creates an issue at a field without adding it.
     pub(crate) fn issue(&self, field: &str, found: Phrase, allowed: Phrase) -> Issue {
         let mut place = field;
         while !place.is_empty() && !self.places.contains_key(place) {
@@ -80,12 +82,13 @@ impl Walked {
         self.source.issue(self.places.get(place).copied().unwrap_or(0), field, found, allowed)
     }
 
-    /// Whether a field stands in the document, refused or not.
+    /// Returns whether the document contains a field, refused or not.
     pub(crate) fn is_written(&self, field: &str) -> bool {
         self.places.contains_key(field)
     }
 
-    /// A document that a field names, or its issues: a missing file is one of the field.
+    /// Returns a document that a field names, or adds its issues; a missing file is an issue of the
+    /// field.
     pub(crate) fn accept<T>(&mut self, field: &str, named: Result<T, NamedError>) -> Option<T> {
         match named {
             Ok(document) => return Some(document),
@@ -97,12 +100,12 @@ impl Walked {
         None
     }
 
-    /// The tables of an array, or none.
+    /// Returns the tables of an array; empty without one.
     pub(crate) fn tables(&self, key: &str) -> Vec<Value> {
         self.value[key].as_array().cloned().unwrap_or_default()
     }
 
-    /// Refuses the second of two equal texts at `key` in the tables of an array.
+    /// Refuses duplicate texts at `key` in the tables of an array.
     pub(crate) fn refuse_duplicates(&mut self, array: &str, key: &str) {
         let mut seen: BTreeMap<String, usize> = BTreeMap::new();
         for (at, table) in self.tables(array).iter().enumerate() {
@@ -117,7 +120,7 @@ impl Walked {
         }
     }
 
-    /// The typed document.
+    /// Deserialises the typed document.
     ///
     /// # Errors
     /// Every issue found so far, in document order, those of this document first.
@@ -134,7 +137,7 @@ impl Walked {
     }
 }
 
-/// A path of keys, safe to print on one line.
+/// Joins a path of keys; control characters are replaced so that it prints on one line.
 fn join_key_path(parent: &str, key: &str) -> String {
     let key: String = key.chars().map(|c| if c.is_control() { '�' } else { c }).collect();
     if parent.is_empty() { key } else { format!("{parent}.{key}") }
@@ -262,7 +265,7 @@ impl Walker<'_> {
     }
 }
 
-/// What to say of an unknown key.
+/// Suggests a known key for an unknown one.
 fn suggest_key(key: &str, table: &DescribedTable) -> Phrase {
     match find_nearest_key(key, table) {
         Some(field) if !field.unit().is_empty() => {
@@ -278,13 +281,13 @@ fn suggest_key(key: &str, table: &DescribedTable) -> Phrase {
 
 fn default_number(field: &DescribedField, number: f64) -> Option<Value> {
     match field.kind {
-        // A default is a small whole number here, so the cast is exact.
+        // Integer defaults are small whole numbers, so the cast is exact.
         FieldKind::Integer { .. } => Some(Value::from(number as i64)),
         _ => serde_json::Number::from_f64(number).map(Value::Number),
     }
 }
 
-/// A finite number within the ends; NaN and infinities are in no range.
+/// Returns a finite number from `min` to `max`; NaN and infinities are in no range.
 fn number_value(found: &DeValue<'_>, min: f64, max: f64) -> Option<Value> {
     let number = match found {
         DeValue::Float(f) => f.as_str().parse::<f64>().ok()?,

@@ -1,7 +1,8 @@
-//! Texts that people read, in the languages of their document.
+//! User-facing texts in the languages of their document.
 //!
-//! A text is written plainly, in the document's own language, or as a table with a text for each language: `title = { en = "…", de = "…" }`.
-//! A document with such a table names its `languages`, its own first. A plain text means what it always meant.
+//! A text is either a plain string in the document's own language, or a table with a text for each
+//! language: `title = { en = "…", de = "…" }`. A document with such a table lists its `languages`,
+//! its own first. The meaning of plain strings has not changed.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -12,13 +13,13 @@ use serde_json::{Map, Value};
 
 use crate::walk::Walked;
 
-/// The key of a text in its document's own language, once the document was read.
+/// Key of the text in the document's own language, after reading.
 const OWN: &str = "own";
 
-/// The keys of texts that may be written in several languages.
+/// Keys of the texts that may be multilingual.
 const KEYS: [&str; 7] = ["title", "briefing", "description", "why", "message", "alt", "caption"];
 
-/// A text in the language of its document, and in others.
+/// A text in the language of its document, with translations.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(from = "StoredWording")]
 pub struct Wording {
@@ -26,7 +27,7 @@ pub struct Wording {
     others: BTreeMap<String, String>,
 }
 
-/// A text as it is stored: plain, or with the texts of other languages beside its own.
+/// The serialised form: a plain string, or a table of texts by language.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum StoredWording {
@@ -35,37 +36,38 @@ enum StoredWording {
 }
 
 impl Wording {
-    /// A text with what it is in other languages, by their codes.
+    /// Creates a text with translations by language code.
     #[must_use]
     pub const fn new(own: String, others: BTreeMap<String, String>) -> Self {
         Self { own, others }
     }
 
-    /// The text in a language; where it is not written in that, in the document's own.
+    /// Returns the text in a language, or in the document's own language if there is no
+    /// translation.
     #[must_use]
     pub fn in_language(&self, language: &str) -> &str {
         self.others.get(language).map_or(&self.own, String::as_str)
     }
 
-    /// The text in the document's own language: what is hashed, recorded and compared.
+    /// Returns the text in the document's own language, which is hashed, recorded and compared.
     #[must_use]
     pub fn own(&self) -> &str {
         &self.own
     }
 
-    /// What it is in other languages, by their codes.
+    /// Returns the translations by language code.
     #[must_use]
     pub const fn others(&self) -> &BTreeMap<String, String> {
         &self.others
     }
 
-    /// The same without the space around it.
+    /// Removes leading and trailing white space.
     pub(crate) fn trimmed(self) -> Self {
         let trim = |text: String| text.trim().to_owned();
         Self { own: trim(self.own), others: self.others.into_iter().map(|(code, text)| (code, trim(text))).collect() }
     }
 
-    /// Writes the text in its own language alone.
+    /// Serialises only the text in the document's own language.
     ///
     /// # Errors
     /// Those of the serializer.
@@ -118,14 +120,14 @@ impl Serialize for Wording {
     }
 }
 
-/// What is wrong with a text in several languages.
+/// An invalid multilingual text.
 struct WordingFault {
     field: String,
     found: Phrase,
     allowed: Phrase,
 }
 
-/// Checks every text that is written in several languages, and turns it into one that [`Wording`] reads.
+/// Checks every multilingual text and converts it to the form that [`Wording`] deserialises.
 pub(crate) fn settle_wordings(doc: &mut Walked) {
     let languages: Vec<String> =
         doc.value["languages"].as_array().into_iter().flatten().filter_map(|l| l.as_str().map(str::to_owned)).collect();
@@ -138,7 +140,7 @@ pub(crate) fn settle_wordings(doc: &mut Walked) {
     }
     settle_value(&mut doc.value, "", &languages, &mut faults);
     for WordingFault { field, found, allowed } in faults {
-        // A text that was refused is written, and already has its issue.
+        // A refused text is present and already has its issue.
         if !(doc.is_written(&field) && field.rsplit('.').next() == languages.first().map(String::as_str)) {
             doc.refuse(&field, found, allowed);
         }
@@ -195,7 +197,8 @@ fn settle_texts(texts: &mut Map<String, Value>, path: &str, languages: &[String]
 
 #[cfg(test)]
 mod tests {
-    //! A document of before languages means what it meant, and a reader gets their language or the document's own.
+    //! Documents written before translations keep their meaning, and a reader gets their own
+    //! language or the document's.
 
     use super::*;
     use crate::{Curriculum, DocumentError};

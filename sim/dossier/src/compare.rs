@@ -1,4 +1,4 @@
-//! What a scene gives beside each figure.
+//! Computes a scene's value for each figure and compares the two.
 
 use documents::Scene;
 use law::puncture::{PunctureParams, PunctureSpec};
@@ -7,77 +7,79 @@ use phrase::sentence;
 use crate::figures::{FIGURES, MeasuredQuantity, PublishedFigure, PublishedRange};
 use crate::insertion::{ProbeInsertion, ProbeMoment, greatest_n, hold_at, insert_at, layers_alone};
 
-/// Speed of an insertion, in m/s.
+/// Insertion speed, in m/s.
 const SPEED_M_PER_S: f64 = 5e-3;
-/// How long a needle is held, in s.
+/// Duration of a hold, in s.
 const HELD_S: f64 = 8.0;
-/// How far behind a boundary a loss is looked for, in m.
+/// Distance behind a boundary within which a loss of force is searched, in m.
 const BEHIND_M: f64 = 5e-3;
 
-/// The least rise that a test tells apart, as a part (choice): two standard errors of 40 specimens whose forces spread by a sixth.
+/// Smallest relative increase that a test can detect (choice): two standard errors of 40 specimens
+/// whose forces have a relative standard deviation of one sixth.
 pub(crate) const TOLD_APART: f64 = 0.05;
 
-/// Why a figure and a scene are not held beside each other.
+/// The reason why a scene cannot be compared with a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Incomparable {
     /// The scene has no such layer.
     NoLayer(&'static str),
-    /// The needle did not come so far: a boundary of this layer did not open.
+    /// The needle did not get far enough: a boundary of this layer did not open.
     NotReached(&'static str),
-    /// The publication gives no values.
+    /// The publication contains no values.
     NoValues,
-    /// The figure is of something else; why, as a sentence.
+    /// The figure measures something else; the reason, as a sentence.
     Stated(&'static str),
 }
 
-/// How a scene stands to a figure.
+/// The result of comparing a scene with a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Agreement {
-    /// Within what was published.
+    /// Within the published range.
     Inside,
-    /// Below it, or above it.
+    /// Below or above the published range.
     Outside,
-    /// One value was published, without a spread: the scene's over it.
+    /// A single value was published, without a spread: only the ratio is given.
     Beside {
-        /// The scene's value over the published one.
+        /// The scene's value divided by the published value.
         ratio: f64,
     },
-    /// Not to be compared.
+    /// Not comparable.
     Incomparable(Incomparable),
 }
 
-/// A scene beside a figure.
+/// A scene compared with a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DossierLine {
     /// The figure.
     pub figure: &'static PublishedFigure,
-    /// What the scene gives, in the figure's unit.
+    /// The scene's value, in the figure's unit.
     pub value: Option<f64>,
-    /// How it stands to what was published.
+    /// The result of the comparison.
     pub agreement: Agreement,
-    /// The scene was fitted to this very figure.
+    /// Whether the scene was fitted to this figure.
     pub fitted: bool,
 }
 
-/// A scene beside every figure.
+/// A scene compared with every figure.
 #[derive(Clone, Debug)]
 pub struct SceneDossier {
     /// The scene's id.
     pub scene: String,
-    /// A line for each figure, in their order.
+    /// A line for each figure, in the order of [`FIGURES`](crate::FIGURES).
     pub lines: Vec<DossierLine>,
 }
 
-/// Holds scenes beside every figure.
+/// Compares each scene with every figure.
 #[must_use]
 pub fn make_dossiers(scenes: &[Scene]) -> Vec<SceneDossier> {
     scenes.iter().map(|scene| SceneDossier { scene: scene.id.clone(), lines: compare_scene(scene) }).collect()
 }
 
-/// Holds a scene beside every figure, in the figures' order. Forces are those of the layers, felt by a needle that goes straight in.
+/// Compares a scene with every figure, in the figures' order. Forces are those of the layers on a
+/// needle inserted perpendicularly.
 ///
 /// # Panics
-/// Never for a scene that was read: reading checks what the law asks.
+/// Never for a scene that was read: reading checks the law's requirements.
 #[must_use]
 #[expect(clippy::expect_used, reason = "reading a scene checks what the law asks")]
 pub fn compare_scene(scene: &Scene) -> Vec<DossierLine> {
@@ -106,7 +108,7 @@ fn judge(value: f64, range: &PublishedRange) -> Agreement {
     if inside { Agreement::Inside } else { Agreement::Outside }
 }
 
-/// A scene and what an insertion into it gave.
+/// A scene and the insertion simulated in it.
 struct ProbedScene<'a> {
     scene: &'a Scene,
     params: PunctureParams,
@@ -190,14 +192,14 @@ impl ProbedScene<'_> {
     }
 }
 
-/// Where the work of an insertion went; together 1.
+/// Shares of the work of an insertion; their sum is 1.
 struct WorkShares {
     tearing: f64,
     spreading: f64,
     friction: f64,
 }
 
-/// Slope of the line of least squares through force against displacement, in N/m.
+/// Returns the slope of the least-squares line through force against displacement, in N/m.
 fn slope_n_per_m(moments: &[ProbeMoment]) -> f64 {
     let count = moments.len() as f64;
     let mean = |of: fn(&ProbeMoment) -> f64| moments.iter().map(of).sum::<f64>() / count;

@@ -1,4 +1,4 @@
-//! The figures, as they were published.
+//! The published figures.
 
 use phrase::sentence;
 
@@ -7,12 +7,14 @@ use crate::sources::{
     LIVER_KIDNEY, LIVER_TOUGHNESS, MeasurementSource, RENAL_ACCESS, RESPONSE_TIMES, TUOHY_PORCINE, VERESS,
 };
 
-/// What was measured, and how it is read off a scene. The needle goes in perpendicularly at 5 mm/s unless it says otherwise.
+/// A measured quantity and its definition for a scene. The needle is inserted perpendicularly at 5
+/// mm/s unless stated otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MeasuredQuantity {
-    /// Greatest axial force from when the boundary above has opened until this layer's has, in N.
+    /// Largest axial force between the opening of the boundary above and that of this layer's
+    /// boundary, in N.
     OpeningForce {
-        /// The layer whose upper boundary is meant.
+        /// The layer below the boundary.
         layer: &'static str,
     },
     /// Displacement of the tip when this layer's boundary opens, in m.
@@ -20,19 +22,20 @@ pub enum MeasuredQuantity {
         /// The layer.
         layer: &'static str,
     },
-    /// Greatest axial force until the layer's boundary opens, in N.
+    /// Largest axial force until the layer's boundary opens, in N.
     PeakUntil {
         /// The layer.
         layer: &'static str,
     },
-    /// Fall of the axial force within 5 mm after this layer's boundary opened, in N.
+    /// Decrease of the axial force within 5 mm after this layer's boundary opened, in N.
     LossBehind {
         /// The layer.
         layer: &'static str,
     },
-    /// Slope of the straight line through force against displacement from the skin to the last boundary, in N/m.
+    /// Slope of the least-squares line through force against displacement from the skin to the last
+    /// boundary, in N/m.
     OverallSlope,
-    /// Opening force at the faster over that at the slower speed.
+    /// Opening force at the faster speed divided by that at the slower speed.
     SpeedRatio {
         /// The layer.
         layer: &'static str,
@@ -41,39 +44,41 @@ pub enum MeasuredQuantity {
         /// The faster speed, in m/s.
         fast_m_per_s: f64,
     },
-    /// Share of the work of an insertion that tore tissue: ruptures and cutting.
+    /// Share of an insertion's work spent on tearing tissue: ruptures and cutting.
     TearingShare,
-    /// Share that spread tissue: what is stored in it and its viscosity.
+    /// Share spent on spreading tissue: stored elastic energy and viscosity.
     SpreadingShare,
-    /// Share that friction along the shaft took.
+    /// Share dissipated by friction along the shaft.
     FrictionShare,
-    /// Fall of a held force as a share of it, in 8 s.
+    /// Relative decrease of a held force within 8 s.
     HeldFall {
-        /// The layer that is pressed.
+        /// The layer under load.
         layer: &'static str,
-        /// Speed of the needle on its way in, in m/s.
+        /// Insertion speed, in m/s.
         speed_m_per_s: f64,
-        /// How far in it is held, in m.
+        /// Depth of the hold, in m.
         depth_m: f64,
     },
-    /// Opening force under a bevel's edge across the layer's fibres over that under one along them.
+    /// Opening force under a bevel's edge across the layer's fibres divided by that under an edge
+    /// along them.
     EdgeRatio {
         /// The layer.
         layer: &'static str,
     },
-    /// No scene gives it; why.
+    /// No scene models this quantity.
     OfNoScene {
         /// The unit of the figure.
         unit: &'static str,
-        /// Why, as a sentence.
+        /// The reason, as a sentence.
         why: &'static str,
     },
 }
 
-/// The values that a publication states, in the quantity's unit.
+/// The published values, in the quantity's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PublishedRange {
-    /// Between two values, both of them in it: a range, or what was measured at least and at most.
+    /// Between two values, both included: a published range, or the smallest and largest
+    /// measurement.
     Between {
         /// The lower end.
         low: f64,
@@ -82,34 +87,35 @@ pub enum PublishedRange {
     },
     /// Above a value.
     Above(f64),
-    /// Above a value by as much as the study's test told apart; by how much was not published.
+    /// Above a value by at least the amount that the study's test could detect; the amount was not
+    /// published.
     ToldApart(f64),
-    /// One value, without a spread.
+    /// A single value, without a spread.
     Single(f64),
-    /// A direction or a test alone.
+    /// No value: only a direction or a test result.
     Unstated,
 }
 
-/// A figure that was published.
+/// A published figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PublishedFigure {
-    /// Its name for tables that programs read.
+    /// Its id in machine-readable tables.
     pub id: &'static str,
-    /// What it is, as a sentence.
+    /// Its title, as a sentence.
     pub title: &'static str,
-    /// On what it was measured, and how, as a sentence.
+    /// Specimen and method, as a sentence.
     pub conditions: &'static str,
-    /// What was measured.
+    /// The measured quantity.
     pub quantity: MeasuredQuantity,
-    /// The values.
+    /// The published values.
     pub range: PublishedRange,
-    /// Where it was published.
+    /// The publication.
     pub source: MeasurementSource,
-    /// Ids of the scenes that were fitted to it: their agreement proves nothing.
+    /// Ids of the scenes that were fitted to it: their agreement is no evidence.
     pub fitted: &'static [&'static str],
 }
 
-/// The weight of a gram, in N.
+/// The weight of one gram, in N.
 const GRAM_N: f64 = 9.806_65e-3;
 const EPIDURAL: &[&str] = &["epidural-71kg"];
 
@@ -137,7 +143,7 @@ const fn share(id: &'static str, title: &'static str, quantity: MeasuredQuantity
     }
 }
 
-/// Every figure, in the order in which it is shown.
+/// Every figure, in display order.
 pub const FIGURES: &[PublishedFigure] = &[
     PublishedFigure {
         id: "skin_opening_force",
@@ -324,7 +330,7 @@ pub const FIGURES: &[PublishedFigure] = &[
 ];
 
 impl MeasuredQuantity {
-    /// The SI unit of its values; empty for a number without one.
+    /// Returns the SI unit of the values; empty for a dimensionless number.
     #[must_use]
     pub const fn unit(&self) -> &'static str {
         match self {
@@ -341,7 +347,7 @@ impl MeasuredQuantity {
         }
     }
 
-    /// Its values are parts of a whole, from 0 to 1.
+    /// Returns whether the values are fractions from 0 to 1.
     #[must_use]
     pub const fn is_share(&self) -> bool {
         matches!(self, Self::TearingShare | Self::SpreadingShare | Self::FrictionShare | Self::HeldFall { .. })

@@ -1,4 +1,5 @@
-//! A needle that goes straight in at a constant speed, and what the hand felt.
+//! Simulates a needle inserted perpendicularly at a constant speed and records the force on the
+//! hand.
 
 use documents::{Patient, Scene};
 use law::axial::{Contactor, ParamError};
@@ -7,14 +8,14 @@ use law::operator::needle_pose;
 use law::puncture::{PunctureEvent, PunctureInput, PunctureParams, PunctureScratch, PunctureState, step};
 use nalgebra::{Point3, Vector3};
 
-/// Time of a tick, in s.
+/// Shortest duration of a tick, in s.
 const DT: f64 = 1e-3;
-/// Way of a tick at most, in m: slow insertions have longer ticks.
+/// Smallest displacement per tick, in m: a slow insertion has longer ticks.
 const WAY_M: f64 = 5e-6;
-/// How far beyond the last boundary a needle goes at most, in m: boundaries tent before they open.
+/// Largest travel beyond the last boundary, in m: boundaries tent before they open.
 const BEYOND_M: f64 = 0.04;
 
-/// A moment of an insertion.
+/// One tick of an insertion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeMoment {
     /// Displacement of the tip, in m.
@@ -23,28 +24,28 @@ pub struct ProbeMoment {
     pub force_n: f64,
 }
 
-/// An insertion until every boundary was open, or the needle's end.
+/// An insertion until every boundary was open or the needle's length was used up.
 #[derive(Clone, Debug)]
 pub struct ProbeInsertion {
-    /// Moments in order, from the contact on.
+    /// Ticks in order, starting at contact.
     pub moments: Vec<ProbeMoment>,
-    /// For each boundary, the place in `moments` at which the tip opened it.
+    /// For each boundary, the index in `moments` at which the tip opened it.
     pub opened: Vec<Option<usize>>,
-    /// Where the work went.
+    /// Energy ledger.
     pub ledger: Ledger,
 }
 
-/// A scene's law, with nothing but its layers: structures lie elsewhere than a study's needle went.
+/// Returns the law for a scene's layers without its structures, which a study's needle did not hit.
 ///
 /// # Errors
-/// When the law refuses what the scene says, which reading it has checked.
+/// If the law refuses the scene; reading the scene has checked this.
 pub fn layers_alone(scene: &Scene) -> Result<PunctureParams, ParamError> {
     let mut spec = scene.puncture_spec(&Patient::nominal(scene));
     spec.structures.clear();
     PunctureParams::new(spec)
 }
 
-/// A needle that is moved along the normal of the skin.
+/// A needle that moves along the normal of the skin.
 struct Probe<'a> {
     params: &'a PunctureParams,
     state: PunctureState,
@@ -57,7 +58,7 @@ impl<'a> Probe<'a> {
         Self { params, state: PunctureState::new(params), scratch: PunctureScratch::new(params), t_s: 0.0 }
     }
 
-    /// Goes to a displacement and gives the force there, in N.
+    /// Moves to a displacement and returns the axial force, in N.
     fn go(&mut self, x_m: f64, dt_s: f64) -> f64 {
         self.t_s += dt_s;
         let patient_from_needle = needle_pose(&Point3::new(0.0, 0.0, -x_m), &-Vector3::z());
@@ -65,7 +66,7 @@ impl<'a> Probe<'a> {
         step(self.params, &mut self.state, &mut self.scratch, &input).axial.total_n()
     }
 
-    /// Boundaries that the tip has opened in the last step, with the tip's own force just before.
+    /// Returns the boundaries that the tip opened in the last step.
     fn opened(&self) -> impl Iterator<Item = usize> + '_ {
         self.scratch.events.iter().filter_map(|event| match event {
             PunctureEvent::Rupture(rupture) if rupture.contactor == Contactor::Tip => Some(rupture.boundary),
@@ -74,7 +75,7 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// Goes in at a speed in m/s until every boundary is open, or the needle ends.
+/// Inserts at a speed in m/s until every boundary is open or the needle's length is used up.
 #[must_use]
 pub fn insert_at(params: &PunctureParams, speed_m_per_s: f64) -> ProbeInsertion {
     let layers = &params.spec().axial.layers;
@@ -95,7 +96,8 @@ pub fn insert_at(params: &PunctureParams, speed_m_per_s: f64) -> ProbeInsertion 
     ProbeInsertion { moments, opened, ledger: probe.state.ledger().clone() }
 }
 
-/// Presses to a displacement at a speed in m/s and holds there for a time in s: the share by which the force fell.
+/// Presses to a displacement at a speed in m/s, holds there for a time in s, and returns the
+/// relative decrease of the force.
 #[must_use]
 pub fn hold_at(params: &PunctureParams, speed_m_per_s: f64, hold_m: f64, hold_s: f64) -> f64 {
     let dt_s = DT.max(WAY_M / speed_m_per_s);
@@ -114,18 +116,19 @@ pub fn hold_at(params: &PunctureParams, speed_m_per_s: f64, hold_m: f64, hold_s:
 }
 
 impl ProbeInsertion {
-    /// The moments from when the boundary above opened until this one did; none where it never did.
+    /// Returns the ticks between the opening of the boundary above and that of this boundary;
+    /// `None` if it never opened.
     #[must_use]
     pub fn stretch(&self, boundary: usize) -> Option<&[ProbeMoment]> {
         let end = self.opened[boundary]?;
         let above = boundary.checked_sub(1).and_then(|above| self.opened[above]);
-        // Where a boundary below opened first, its moments are of both.
+        // If a lower boundary opened first, the ticks belong to both.
         let begin = above.filter(|above| *above < end).map_or(0, |above| above + 1);
         Some(&self.moments[begin.min(end.saturating_sub(1))..end])
     }
 }
 
-/// The greatest force of some moments, in N.
+/// Returns the largest force of the given ticks, in N.
 #[must_use]
 pub fn greatest_n(moments: &[ProbeMoment]) -> f64 {
     moments.iter().map(|moment| moment.force_n).fold(0.0, f64::max)

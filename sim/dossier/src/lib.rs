@@ -1,7 +1,9 @@
-//! Measurements that others have published, and what a scene gives beside each: inside, outside, or not to be compared, and why.
+//! Compares scenes with published measurements: inside the range, outside, or not comparable, with
+//! the reason.
 //!
-//! Nothing is tuned here. A figure stays in the list whether a scene agrees with it or not, and says whether its source was read or
-//! recalled. Everything is in SI units unless a name says otherwise.
+//! No parameter is tuned here. A figure stays in the list whether or not a scene agrees with it,
+//! and its source states whether it was read or recalled. Everything is in SI units unless a name
+//! contains another unit.
 
 mod compare;
 mod figures;

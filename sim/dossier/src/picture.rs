@@ -1,4 +1,5 @@
-//! The dossier as a picture in SVG: a row for each figure, the published range as a bar, a point for each scene.
+//! Draws the dossier as SVG: a row for each figure, with the published range as a bar and a point
+//! for each scene.
 
 use std::fmt::Write as _;
 
@@ -6,7 +7,8 @@ use crate::compare::{SceneDossier, TOLD_APART};
 use crate::figures::{FIGURES, PublishedFigure, PublishedRange};
 use crate::words::say_range;
 
-/// Colours that colour-blind readers can tell apart (Okabe and Ito), the yellow left out as too light on white.
+/// Colours that colour-blind readers can distinguish (Okabe and Ito), without yellow, which is too
+/// light on white.
 const COLOURS: [&str; 8] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#808080"];
 const INK: &str = "#3C3C3C";
 const WIDTH: f64 = 960.0;
@@ -15,17 +17,18 @@ const HEIGHT_OF_ROW: f64 = 44.0;
 const TITLE: f64 = 44.0;
 /// Height of the axis below the rows.
 const AXIS: f64 = 46.0;
-/// Height of a line of the legend, and its number of scenes.
+/// Height of a line of the legend, and the number of scenes on it.
 const LEGEND_LINE: f64 = 26.0;
 const SCENES_PER_LINE: usize = 4;
 /// Left and right end of the axis.
 const PLOT: (f64, f64) = (396.0, 944.0);
-/// Least and greatest ratio that is drawn.
+/// Smallest and largest ratio on the axis.
 const SHOWN: (f64, f64) = (0.05, 20.0);
 /// Ratios with a line and a label.
 const MARKED: [f64; 3] = [0.1, 1.0, 10.0];
 
-/// The middle of the published range, and its ends divided by the middle. `None` if no values are published.
+/// Returns the middle of the published range, and its ends divided by the middle. `None` if no
+/// values are published.
 fn bar_of(figure: &PublishedFigure) -> Option<(f64, f64, f64)> {
     match figure.range {
         PublishedRange::Between { low, high } => {
@@ -39,7 +42,8 @@ fn bar_of(figure: &PublishedFigure) -> Option<(f64, f64, f64)> {
     }
 }
 
-/// Draws the figures that at least one scene can be compared with; every value is divided by the middle of its published range.
+/// Draws the figures for which at least one scene has a value; every value is divided by the middle
+/// of its published range.
 #[must_use]
 pub fn draw_dossier(dossiers: &[SceneDossier]) -> String {
     let compared = |place: &usize| dossiers.iter().any(|dossier| dossier.lines[*place].value.is_some());
@@ -68,7 +72,7 @@ pub fn draw_dossier(dossiers: &[SceneDossier]) -> String {
 
 fn draw_axis(svg: &mut String, bottom: f64) {
     let (left, right) = PLOT;
-    // Writing to a text cannot fail, here and below.
+    // Writing to a string cannot fail, here and below.
     let _ = writeln!(svg, "<path d=\"M{left} {bottom}H{right}\" stroke=\"#000000\"/>");
     for ratio in MARKED {
         let (x, label) = (place_of_ratio(ratio), bottom + 18.0);
@@ -96,7 +100,7 @@ fn draw_row(svg: &mut String, dossiers: &[SceneDossier], place: usize, y: f64) {
     draw_label(svg, &say_range(figure), 16.0, y + 13.0);
 }
 
-/// The place of a ratio on the logarithmic axis; of the nearest end, if it lies beyond.
+/// Returns the position of a ratio on the logarithmic axis, clamped to its ends.
 fn place_of_ratio(ratio: f64) -> f64 {
     let part = libm::log(ratio.clamp(SHOWN.0, SHOWN.1) / SHOWN.0) / libm::log(SHOWN.1 / SHOWN.0);
     PLOT.0 + part * (PLOT.1 - PLOT.0)

@@ -1,4 +1,4 @@
-//! The shipped scenes, built in, so that every copy of the program reads the same.
+//! The shipped scenes, embedded in the program so that every copy reads the same text.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ pub const SHIPPED_SCENES: [&str; 15] = [
 /// Reads every shipped scene.
 ///
 /// # Errors
-/// When a document built in is refused.
+/// If an embedded document is refused.
 pub fn read_shipped_scenes() -> Result<Vec<Scene>, DocumentError> {
     SHIPPED_SCENES.iter().map(|text| documents::load::read_scene_text(Path::new("shipped scene"), text)).collect()
 }

@@ -1,20 +1,20 @@
-//! Where the figures were published.
+//! The publications of the figures.
 
 use phrase::sentence;
 
-/// How a source came to be known here.
+/// Provenance of a figure in this list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HowKnown {
-    /// Its abstract was read, and holds the figure.
+    /// The abstract was read and contains the figure.
     Abstract,
-    /// A record of the measurement was read, and gives the figure.
+    /// A record of the measurement was read and contains the figure.
     Record,
-    /// The figure was handed down without the text: it may be wrong.
+    /// The figure was recalled without reading the publication and may be wrong.
     Recalled,
 }
 
 impl HowKnown {
-    /// In words.
+    /// Describes the provenance in words.
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
@@ -28,11 +28,11 @@ impl HowKnown {
 /// A publication.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeasurementSource {
-    /// Authors, year, title and where, as far as they are known.
+    /// Authors, year, title and journal, as far as known.
     pub citation: &'static str,
-    /// Its DOI; empty where there is none or it is not known.
+    /// DOI; empty if unknown.
     pub doi: &'static str,
-    /// How it is known.
+    /// Provenance.
     pub known: HowKnown,
 }
 

@@ -1,4 +1,4 @@
-//! The dossier as a table for programs.
+//! The dossier as a machine-readable table.
 
 use crate::compare::{Agreement, DossierLine, SceneDossier};
 use crate::figures::PublishedRange;
@@ -21,10 +21,10 @@ const COLUMNS: [&str; 14] = [
     "known",
 ];
 
-/// The dossier as CSV, a row for each scene and figure.
+/// Writes the dossier as CSV, a row for each scene and figure.
 ///
 /// # Errors
-/// When memory cannot be written to, which does not happen.
+/// Only if writing to memory fails.
 pub fn write_dossier_table(dossiers: &[SceneDossier]) -> csv::Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(COLUMNS)?;

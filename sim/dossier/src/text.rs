@@ -1,4 +1,4 @@
-//! The dossier in Markdown: published figures, and the value of each scene next to them.
+//! The dossier in Markdown: published figures, each with the value of every scene.
 
 use std::fmt::Write as _;
 
@@ -6,12 +6,12 @@ use crate::compare::{Agreement, DossierLine, SceneDossier};
 use crate::figures::{FIGURES, PublishedFigure};
 use crate::words::{first_upper, say_range, say_value, say_verdict, say_why};
 
-/// The scenes and figures of the README's six lines.
+/// The scenes and figures of the six table rows in the README.
 const README_SCENES: [&str; 2] = ["lower-back-training", "epidural-71kg"];
 const README_FIGURES: [&str; 6] =
     ["skin_opening_force", "overall_slope", "veress_peak", "flavum_speed", "tearing_share", "friction_share"];
 
-/// The six lines of the README: what was published beside two scenes.
+/// Returns the six table rows of the README: published values next to those of two scenes.
 #[must_use]
 pub fn list_readme_lines(dossiers: &[SceneDossier]) -> Vec<String> {
     let line = |id: &&str| {
@@ -26,7 +26,7 @@ pub fn list_readme_lines(dossiers: &[SceneDossier]) -> Vec<String> {
     README_FIGURES.iter().filter_map(line).collect()
 }
 
-/// The dossier in Markdown, without its picture.
+/// Writes the dossier in Markdown, without its picture.
 #[must_use]
 pub fn write_dossier_text(dossiers: &[SceneDossier]) -> String {
     let mut text = format!(
@@ -56,7 +56,8 @@ pub fn write_dossier_text(dossiers: &[SceneDossier]) -> String {
     text
 }
 
-/// A figure, and the scenes beside it; scenes that are not comparable for the same reason in one line.
+/// Writes a figure and the scenes' values; scenes that are not comparable for the same reason share
+/// a line.
 fn write_figure<'a>(
     text: &mut String,
     figure: &PublishedFigure,

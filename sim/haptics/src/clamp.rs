@@ -1,12 +1,12 @@
-//! The norm of the force is clamped, its direction kept. A clamp of each axis would turn the force.
+//! Clamps the norm of a force and keeps its direction. Clamping each axis would turn the force.
 
 use nalgebra::Vector3;
 
-/// The nearest force of the same direction whose norm is at most `max_n`, both in N, and whether it is another one.
-/// A force that is not finite becomes zero.
+/// Returns `force_n` scaled to a norm of at most `max_n`, both in N, and whether it was changed. A
+/// force that is not finite becomes zero.
 #[must_use]
 pub fn norm(force_n: &Vector3<f64>, max_n: f64) -> (Vector3<f64>, bool) {
-    // Huge parts would overflow when squared: the largest part brings them down first.
+    // Large components would overflow when squared, so divide by the largest one first.
     let largest_n = force_n.amax();
     if !largest_n.is_finite() || force_n.iter().any(|part| part.is_nan()) {
         return (Vector3::zeros(), true);
@@ -21,7 +21,8 @@ pub fn norm(force_n: &Vector3<f64>, max_n: f64) -> (Vector3<f64>, bool) {
 
 #[cfg(test)]
 mod tests {
-    //! A clamp that turns the force, or lets go above the limit, is felt exactly when contact is hard.
+    //! A clamp that turns the force, or drops it above the limit, would be felt exactly at hard
+    //! contact.
 
     use proptest::prelude::*;
 

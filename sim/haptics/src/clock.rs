@@ -1,18 +1,19 @@
-//! The only clock of this crate. Everything else is told the time.
+//! The only clock of this crate. All other code receives the time as an argument.
 
 use std::sync::LazyLock;
 use std::time::Instant;
 
-/// When this program first asked for the time.
+/// The origin of [`now_s`]: the first time that this process read the clock.
 static START: LazyLock<Instant> = LazyLock::new(instant);
 
-/// Monotonic time, to pace threads and to measure how long something takes.
+/// Monotonic time, for pacing threads and measuring durations.
 #[expect(clippy::disallowed_methods, reason = "this is where the crate reads the monotonic clock")]
 pub fn instant() -> Instant {
     Instant::now()
 }
 
-/// Monotonic time since this program first asked, in s: one axis for every device and thread.
+/// Monotonic time since the first reading in this process, in s. All devices and threads share this
+/// time axis.
 pub fn now_s() -> f64 {
     START.elapsed().as_secs_f64()
 }

@@ -1,7 +1,8 @@
-//! Haptic devices behind one trait, the servo loop that reads and drives them, and the safety chain between force law and motors.
+//! Haptic devices behind one trait, the servo loop that reads and drives them, and the safety chain
+//! between the force law and the motors.
 //!
-//! [`servo::start`] takes a force law and a device, and gives back what the recorder and the picture read. Whatever happens then,
-//! the device's last force is zero.
+//! [`servo::start`] takes a force law and a device and returns the handles for the recorder and the
+//! display. However the servo ends, the last force sent to the device is zero.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -31,10 +32,10 @@
 //! #     skin: law::Skin::Flat, structures: Vec::new() };
 //! let params = Arc::new(PunctureParams::new(spec)?);
 //! let rate_hz = 1000.0;
-//! // A hand that the mouse moves. A real device would be opened here.
+//! // A hand that the mouse moves. Open a real device here instead.
 //! let (hand, mut aim) = VirtualHand::new("mouse", &VirtualHand::braced(), rate_hz);
 //! let driven = Driven::ByTimer(Box::new(hand));
-//! // Wherever the handle is first read, the needle is 20 mm above the planned entry.
+//! // At the first reading of the handle, the needle is 20 mm above the planned entry.
 //! let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.02);
 //! let mapping = Mapping::at_home(home, Pointing::Planned);
 //! let setup = Setup::new(params, mapping, driven.info(), 0.015, rate_hz);
@@ -44,7 +45,7 @@
 //! // The window moves the set-point...
 //! aim.write(Aim { position_m: Vector3::new(0.0, -0.03, 0.0), ..Aim::default() });
 //! # std::thread::sleep(std::time::Duration::from_millis(50));
-//! // ...the picture reads the latest tick...
+//! // ...the display reads the latest tick...
 //! if let Some(latest) = started.latest.read() {
 //!     println!("{:.2} N at {:.1} mm", latest.output.force_n.norm(), latest.output.x_m * 1e3);
 //! }

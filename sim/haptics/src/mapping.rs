@@ -1,24 +1,25 @@
-//! From the device's workspace to the patient, and forces back again.
+//! Maps the device's workspace to the patient, and forces back to the device.
 //!
-//! Device frame: x to the right, y up, z towards the person. Patient frame: z out of the body, x to the right, y away from the
-//! person, who stands beside the patient. Lengths are one to one, so that stiffness is felt as it is; what the workspace lacks
-//! the clutch gives.
+//! Device frame: x to the right, y up, z towards the user. Patient frame: z out of the body, x to
+//! the right, y away from the user, who stands next to the patient. Lengths are mapped one to one,
+//! so that stiffness is rendered unscaled; the clutch extends the workspace.
 
 use nalgebra::{Isometry3, Point3, Quaternion, Unit, UnitQuaternion, Vector3};
 
 use crate::device::{Reading, buttons};
 
-/// Where the needle starts in an exercise.
+/// Start pose of the needle in an exercise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Home {
-    /// The tip, in m, patient frame.
+    /// Position of the tip, in m, patient frame.
     pub tip_m: Point3<f64>,
-    /// The needle's direction from hub to tip, patient frame.
+    /// Direction of the needle from hub to tip, patient frame.
     pub axis: Unit<Vector3<f64>>,
 }
 
 impl Home {
-    /// Above a planned entry (in m) by a distance in m, against the planned direction.
+    /// The pose at a distance `approach_m` above the planned entry, both in m, against the planned
+    /// direction.
     #[must_use]
     pub fn above(entry_m: Point3<f64>, axis: Unit<Vector3<f64>>, approach_m: f64) -> Self {
         Self { tip_m: entry_m - axis.into_inner() * approach_m, axis }
@@ -43,28 +44,29 @@ impl Default for Placement {
 /// What turns the needle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pointing {
-    /// The handle does.
+    /// The orientation of the handle.
     Handle,
-    /// Nothing: it points along the home's axis. For devices that measure no orientation.
+    /// The home axis, constant. For devices that do not measure orientation.
     Planned,
 }
 
-/// How device and patient lie to each other.
+/// The relation between the device frame and the patient frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mapping {
     rotation: UnitQuaternion<f64>,
-    /// A place of the handle and the tip's place there, both in m, patient frame; unknown until the next reading.
+    /// A handle position and the tip position that corresponds to it, both in m, patient frame;
+    /// `None` until the next reading.
     anchor: Option<(Vector3<f64>, Vector3<f64>)>,
     /// Motion of the needle per motion of the handle.
     motion: f64,
     home: Home,
     pointing: Pointing,
-    /// Where the needle's tip is, in m: it stays there through a clutch.
+    /// Position of the needle's tip, in m; a clutch keeps it.
     tip_m: Vector3<f64>,
     clutched: bool,
 }
 
-/// The pose of a needle as a recording keeps it, to the bit.
+/// The pose of a needle, bit for bit as a recording stores it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NeedlePose {
     /// Tip, in m, patient frame.
@@ -74,12 +76,13 @@ pub struct NeedlePose {
 }
 
 impl NeedlePose {
-    /// A recording does not keep the sign of a zero: adding 0 clears it before the force law can see it.
+    /// A recording does not store the sign of a zero: adding 0 clears it before the force law can
+    /// see it.
     fn new(tip_m: &Vector3<f64>, rotation: &UnitQuaternion<f64>) -> Self {
         Self { position_m: tip_m.map(|c| c + 0.0).into(), orientation: rotation.coords.map(|c| c + 0.0).into() }
     }
 
-    /// The same for the force law. Not normalised again, which would change the last bit.
+    /// The same pose for the force law. Not normalised again, which would change the last bit.
     #[must_use]
     pub fn isometry(&self) -> Isometry3<f64> {
         let rotation = UnitQuaternion::new_unchecked(Quaternion::from(self.orientation));
@@ -88,7 +91,7 @@ impl NeedlePose {
 }
 
 impl Mapping {
-    /// For a handle in its workspace: wherever it is first read, the needle is at home.
+    /// A mapping for a handle in its workspace: the first reading places the needle at `home`.
     #[must_use]
     pub fn at_home(home: Home, pointing: Pointing) -> Self {
         // z of the device (towards the person) is −y of the patient, y of the device (up) is z.
@@ -103,7 +106,8 @@ impl Mapping {
         Self { rotation: turn * self.rotation, motion: placement.motion, ..self }
     }
 
-    /// For a device that speaks the patient's frame, as virtual operators and recorded trajectories do.
+    /// A mapping for a device that uses the patient frame: virtual operators and recorded
+    /// trajectories.
     #[must_use]
     pub fn in_patient_frame() -> Self {
         let home = Home { tip_m: Point3::origin(), axis: -Vector3::z_axis() };
@@ -118,8 +122,8 @@ impl Mapping {
         }
     }
 
-    /// The needle as a reading has it. Held by the clutch it stays where it is, but not inside the body, where a hand that lets
-    /// go of the needle would leave the tissue's force standing.
+    /// Returns the pose of the needle for a reading. The clutch freezes the needle outside the body
+    /// only: inside, releasing the needle would leave the tissue's force unbalanced.
     pub fn needle(&mut self, reading: &Reading, inside: bool) -> NeedlePose {
         self.clutched = reading.buttons & buttons::CLUTCH != 0 && !inside;
         if self.clutched {
@@ -131,24 +135,24 @@ impl Mapping {
         NeedlePose::new(&self.tip_m, &self.patient_from_handle(reading))
     }
 
-    /// Lets the needle stay where it is and takes the handle from wherever it is next read.
+    /// Keeps the needle where it is and re-anchors the handle at its next reading.
     pub fn let_go(&mut self) {
         self.anchor = None;
     }
 
-    /// The clutch holds the needle.
+    /// Whether the clutch holds the needle.
     #[must_use]
     pub fn clutched(&self) -> bool {
         self.clutched
     }
 
-    /// A force in the patient's frame, in the device's; same unit.
+    /// Rotates a force from the patient frame to the device frame; same unit.
     #[must_use]
     pub fn device_from_patient(&self, force_n: &Vector3<f64>) -> Vector3<f64> {
         self.rotation.inverse_transform_vector(force_n)
     }
 
-    /// A force in the device's frame, in the patient's; same unit.
+    /// Rotates a force from the device frame to the patient frame; same unit.
     #[must_use]
     pub fn patient_from_device(&self, force_n: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * force_n
@@ -165,7 +169,8 @@ impl Mapping {
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "what is kept must be kept to the bit")]
 mod tests {
-    //! A needle that starts elsewhere than at home, jumps at a clutch or is pushed sideways by a straight force is felt at once.
+    //! A needle that starts away from home, jumps at a clutch or is pushed sideways by a straight
+    //! force would be felt at once.
 
     use super::*;
 
@@ -224,7 +229,8 @@ mod tests {
 
     #[test]
     fn a_handle_held_upright_points_the_needle_down() {
-        // The handle's z points from its back to its tip: a quarter turn about x brings it from z to −y, downwards.
+        // The handle's z points from its back to its tip: a quarter turn about x brings it from z
+        // to −y, downwards.
         let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f64::consts::FRAC_PI_2);
         let mut mapping = Mapping::at_home(home(), Pointing::Handle);
         let pose = mapping.needle(&Reading { orientation: upright, ..reading(0.0, 0.0, 0.0, 0) }, false);

@@ -196,10 +196,12 @@ fn tip_pops_n(spec: &AxialSpec) -> Vec<f64> {
     pops_n
 }
 
-/// Largest elastic force at which one of the first boundaries gives way, with the friction that the shaft then has, in N.
+/// Largest elastic force at which one of the first boundaries ruptures, plus the friction on the
+/// shaft at that point, in N.
 ///
-/// What comes at a tent's peak: nothing cuts, and viscosity is small at the speeds of a puncture. Tents that relax give way at other
-/// places to a slow needle than to a fast one, and sheets of fibres to one that is turned: the largest counts.
+/// Counts the terms at the peak of a tent: no cutting, and viscosity is small at the speeds of a
+/// puncture. Tents that relax rupture at other displacements for a slow needle than for a fast one,
+/// and fibrous sheets for a rotated one: the largest force counts.
 fn peak_n(spec: &AxialSpec, boundaries: usize) -> f64 {
     let speeds: &[f64] = if spec.relaxes() { &[0.0, 1.0] } else { &[0.0] };
     let at_speeds = |turned: AxialSpec| -> Vec<_> {
@@ -210,14 +212,15 @@ fn peak_n(spec: &AxialSpec, boundaries: usize) -> f64 {
     met.map(|rupture| rupture.force_before_n + friction_n(&spec.layers, rupture.boundary)).fold(0.0, f64::max)
 }
 
-/// Friction of a shaft that has gone through the layers above a boundary, in N, before it has broken away.
+/// Breakaway friction of a shaft that has passed the layers above a boundary, in N.
 fn friction_n(layers: &[Layer], boundary: usize) -> f64 {
     layers.iter().take(boundary).map(|layer| layer.static_friction_n_per_m() * layer.thickness_m).sum()
 }
 
 #[cfg(test)]
 mod tests {
-    //! The factor must bring the whole way to the target within the device, and the words must be those that people are promised.
+    //! The factor must bring the forces on the whole way to the target within the device's limits,
+    //! and the description must match the documented text.
 
     use law::axial::{ForceLaw, LayerOptions};
 
@@ -237,7 +240,7 @@ mod tests {
         }
     }
 
-    /// A flavum of 12.1 N at 970 N/m over a dura of 4000 N/m.
+    /// A ligamentum flavum of 12.1 N at 970 N/m over a dura of 4000 N/m.
     fn epidural() -> AxialSpec {
         AxialSpec {
             law: ForceLaw::Version2,

@@ -1,4 +1,5 @@
-//! Closed forms of physics that the tests and the documents quote: rupture positions and forces of a monotonic insertion.
+//! Closed forms of the physics that the tests and the documents quote: rupture positions and forces
+//! of a monotonic insertion.
 
 use crate::axial::{AxialSpec, Contactor, Open, PLAIN_EDGE, Path, RuptureCriterion, lay_boundaries};
 use crate::skin::Incidence;
@@ -6,13 +7,13 @@ use crate::skin::Incidence;
 /// A rupture predicted in closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PredictedRupture {
-    /// Which contactor.
+    /// The contactor.
     pub contactor: Contactor,
-    /// Which boundary, from 0 at the surface.
+    /// Index of the boundary, from 0 at the surface.
     pub boundary: usize,
     /// Axial displacement of the tip at the rupture, in m.
     pub x_m: f64,
-    /// Elastic force on the hand just before, in N. The members of a cascade share it.
+    /// Elastic force on the hand just before, in N. Shared by the members of a cascade.
     pub force_before_n: f64,
     /// Elastic force on the hand just after the whole cascade at this position, in N.
     pub force_after_n: f64,
@@ -22,18 +23,22 @@ pub struct PredictedRupture {
     pub energy_after_j: f64,
 }
 
-/// Ruptures of a slow monotonic perpendicular insertion, in order; those of a cascade stand at the same position.
+/// Predicts the ruptures of a slow monotonic perpendicular insertion, in order; those of a cascade
+/// have the same position.
 ///
-/// Tip i opens at x = max(previous tip, D_i + P_tip,i/k_i), rim i at
-/// max(previous rim, tip i, D_i + L + P_rim,i/k_i); a tent that stiffens at the root of k w + κ w² = P. A tent that relaxes has done so:
-/// this is the limit of infinite slowness. [`predict_held_ruptures`] has the others.
+/// Tip i opens at x = max(previous tip, D_i + P_tip,i/k_i), rim i at max(previous rim, tip i, D_i +
+/// L + P_rim,i/k_i); a tent that stiffens at the root of k w + κ w² = P. A tent that relaxes is
+/// fully relaxed: this is the limit of infinite slowness. [`predict_held_ruptures`] covers other
+/// speeds.
 #[must_use]
 pub fn predict_ruptures(spec: &AxialSpec) -> Vec<PredictedRupture> {
     predict_held_ruptures(spec, 0.0)
 }
 
-/// The same for an insertion in which so much of the branches' force, from 0 to 1, is there when a boundary gives way: 0 is infinitely slow,
-/// 1 infinitely fast. What takes over has relaxed. The needle's edge is as [`PLAIN_EDGE`]; [`AxialSpec::under_edge`] turns it.
+/// Predicts the ruptures of an insertion in which the fraction `held` of the branches' force, from
+/// 0 to 1, remains at a rupture: 0 is infinitely slow, 1 infinitely fast. The contactor that takes
+/// over finds a relaxed tent. The needle's edge is [`PLAIN_EDGE`]; [`AxialSpec::under_edge`]
+/// rotates it.
 #[must_use]
 pub fn predict_held_ruptures(spec: &AxialSpec, held: f64) -> Vec<PredictedRupture> {
     let plain = spec.has_sheets().then(|| spec.under_edge(PLAIN_EDGE));
@@ -61,22 +66,24 @@ pub fn predict_held_ruptures(spec: &AxialSpec, held: f64) -> Vec<PredictedRuptur
     predicted
 }
 
-/// Where a contactor opens a boundary.
+/// The opening of a boundary by a contactor.
 pub(crate) struct Opening {
     pub x_m: f64,
     pub contactor: Contactor,
     boundary: usize,
-    /// Dent that the contactor found when it took the boundary over, in m: so much of it has relaxed.
+    /// Dent of the boundary when the contactor took it over, in m: this part of it has relaxed.
     found_m: f64,
 }
 
-/// Every rupture with its position, sorted by position; at one position tips come before rims, each in boundary order.
+/// All ruptures with their positions, sorted by position; at one position tips come before rims,
+/// each in boundary order.
 pub(crate) fn predict_positions(spec: &AxialSpec, boundaries_m: &[f64], held: f64) -> Vec<Opening> {
     let lag_m = spec.tip_to_rim_m;
     let (mut tip_m, mut rim_m) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     let (mut tips, mut rims) = (Vec::new(), Vec::new());
     for (boundary, (layer, depth_m)) in spec.layers.iter().zip(boundaries_m).enumerate() {
-        // The branches beside what was found work from there on, as if the threshold were higher by what they would have held.
+        // Beyond the inherited dent the branches act as if the threshold were higher by the force
+        // that they would have held.
         let held = match layer.options.gives_way_at {
             RuptureCriterion::Force => held,
             RuptureCriterion::Dent => 0.0,
@@ -99,7 +106,8 @@ pub(crate) fn predict_positions(spec: &AxialSpec, boundaries_m: &[f64], held: f6
     tips
 }
 
-/// The tents before and after a cascade, with so much of the branches' force beside what was tented before it.
+/// The tents before and after a cascade, with the remaining fraction of the branches' force on the
+/// tents that existed before it.
 struct HeldPath<'a> {
     path: &'a Path<'a>,
     held: f64,
@@ -115,7 +123,7 @@ struct Load {
 }
 
 impl HeldPath<'_> {
-    /// What both tents come to.
+    /// Load of both tents.
     fn load(&self, open: Open, x_m: f64) -> Load {
         let Self { path, before, .. } = *self;
         let had_rim = before.rim < before.tip;
@@ -130,7 +138,8 @@ impl HeldPath<'_> {
         }
     }
 
-    /// What the branches beside a tent that was there before come to: q = held g k (w − w₀), q²/(2 g k), w₀ the dent that was found.
+    /// Load of the branches of a tent that existed before: q = held g k (w − w₀), q²/(2 g k), with
+    /// w₀ the inherited dent.
     fn branches(&self, contactor: Contactor, boundary: usize, dent_m: f64) -> Load {
         let Some(layer) = self.path.layers.get(boundary) else { return Load::default() };
         let opening = self.events.iter().find(|event| (event.contactor, event.boundary) == (contactor, boundary));

@@ -1,27 +1,30 @@
-//! The force at which a sharp tip goes on through soft tissue, from how much energy the tissue's fracture takes.
+//! The force at which a sharp tip advances through soft tissue, from the fracture energy of the
+//! tissue.
 //!
-//! The balance is that of Shergold and Fleck (2004) for a sharp punch: it opens a slit of length 2a ahead of itself and forces the slit open
-//! around its shaft of radius R. Per length of advance
+//! The balance is that of Shergold and Fleck (2004) for a sharp punch: it opens a slit of length 2a
+//! ahead of itself and forces the slit open around its shaft of radius R. Per length of advance
 //!
 //! ```text
 //! P = 2a J + S(a)
 //! ```
 //!
-//! with the fracture energy J of the slit's faces and the energy S that the tissue around the shaft holds. The slit is taken for a round hole of
-//! the same rim, 4a = 2πA, in an incompressible neo-Hookean solid of shear modulus μ that the shaft opens from A to R in plane strain, for which
+//! with the fracture energy J of the slit's faces and the energy S stored in the tissue around the
+//! shaft. The slit is replaced by a round hole with the same rim, 4a = 2πA, in an incompressible
+//! neo-Hookean solid of shear modulus μ that the shaft opens from A to R in plane strain, for which
 //!
 //! ```text
 //! S = πμ (R² − A²) ln(R/A)
 //! ```
 //!
-//! The tip takes the slit that costs it least. With s = A/R and j = J/(μR):
+//! The slit minimises the energy. With s = A/R and j = J/(μR):
 //!
 //! ```text
 //! j = 1/s − s − 2 s ln s,   P = πμR² (j s + (1 − s²) ln(1/s))
 //! ```
 //!
-//! Left out: friction on the shaft (the law has it apart), bending and yielding of the faces, what strengthens when it is stretched (an Ogden
-//! solid of a higher exponent, as skin, asks for more), and that a crack must be begun. A blunt tip tears a ring and is not of this kind.
+//! Not included: friction on the shaft (the law has it separately), bending and yielding of the
+//! faces, strengthening under stretch (an Ogden solid of a higher exponent, such as skin, requires
+//! more), and the initiation of a crack. A blunt tip tears a ring and is not covered.
 
 use core::f64::consts::PI;
 
@@ -36,11 +39,12 @@ pub struct SharpPunch {
     pub fracture_energy_j_per_m2: f64,
 }
 
-/// Halvings that bring the slit's length to round-off.
+/// Number of halvings that reduce the slit's length to round-off.
 const HALVINGS: u32 = 64;
 
 impl SharpPunch {
-    /// The least force that pays for slit and opening, in N. All numbers must be above 0.
+    /// The smallest force that supplies the energy of slit and opening, in N. All numbers must be
+    /// above 0.
     #[must_use]
     pub fn threshold_n(&self) -> f64 {
         let Self { radius_m, shear_modulus_pa, fracture_energy_j_per_m2 } = *self;
@@ -50,7 +54,8 @@ impl SharpPunch {
     }
 }
 
-/// s = A/R where j = 1/s − s − 2 s ln s. The right side falls from ∞ to 0 as s goes from 0 to 1, and is above j at 1/(1 + j).
+/// s = A/R where j = 1/s − s − 2 s ln s. The right side falls from ∞ to 0 as s goes from 0 to 1,
+/// and is above j at 1/(1 + j).
 fn slit_share(j: f64) -> f64 {
     let (mut low, mut high) = (1.0 / (1.0 + j), 1.0);
     for _ in 0..HALVINGS {

@@ -1,40 +1,44 @@
-//! How bone holds a needle's tip, from version 4 of the law.
+//! Contact of a needle's tip with bone, from version 4 of the law.
 //!
-//! The tip rides on a place of the bone's surface, which slides along it without friction to where the tip pushes straight at it, and the bone
-//! pushes the tip back towards that place. So the way out is never the far side, however thin a plate is or however hard one pushes
-//! (Zilles and Salisbury 1995, the god-object), and an edge is rounded by what is far below what anybody feels (Ruspini, Kolarov and Khatib
-//! 1997, the virtual proxy).
+//! The tip is coupled to a point of the bone's surface, which slides along it without friction to
+//! where the tip pushes perpendicularly, and the bone pushes the tip back towards that point. So
+//! the tip never exits on the far side, however thin a plate is or however hard the push (Zilles
+//! and Salisbury 1995, the god-object), and an edge is rounded by an imperceptible radius (Ruspini,
+//! Kolarov and Khatib 1997, the virtual proxy).
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::structures::{BONE_N_PER_M, Structure};
 
-/// Edges are as round as that, in m.
+/// Radius of rounded edges, in m.
 const ROUND_M: f64 = 2e-5;
-/// The place slides so far in a step beyond what the tip itself moved, in m: 25 mN of bone, so that it lets go behind an edge without a blow.
+/// Maximum sliding of the point per step beyond the motion of the tip, in m: 25 mN of bone, so that
+/// it releases behind an edge without a jolt.
 const SLIDE_M: f64 = 1e-5;
-/// A place slides in parts of this length, in m, and in so many parts a step at most: 0.8 mm, beyond what a hand moves in a millisecond.
+/// Length of the sub-steps of a slide, in m, and their maximum number per step: 0.8 mm, more than a
+/// hand moves in a millisecond.
 const PART_M: f64 = 1e-4;
 const PARTS: usize = 8;
-/// So near its place along the surface, in m, a tip that is out is let go.
+/// Distance along the surface, in m, within which a tip outside the bone is released.
 const LOOSE_M: f64 = 2e-6;
-/// Farther from its place than this, in m, a tip was not pushed but put there, and nothing holds it.
+/// Distance between tip and point, in m, beyond which the tip was not pushed but repositioned, and
+/// is not held.
 const FARTHEST_M: f64 = 0.05;
 
-/// The place of a bone's surface on which a tip rides.
+/// The point of a bone's surface that holds a tip.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Hold {
-    /// The place, in the patient frame, in m.
+    /// The point, in the patient frame, in m.
     at_m: Point3<f64>,
-    /// The way out there, of unit length.
+    /// Outward direction there, of unit length.
     out: Vector3<f64>,
-    /// Where the tip was, in m.
+    /// The last tip position, in m.
     tip_m: Point3<f64>,
 }
 
 impl Hold {
-    /// The hold of a bone on a tip after it moved; none where it is outside.
+    /// The hold of a bone on a tip after a motion; `None` if the tip is outside.
     pub fn follow(before: Option<&Self>, bone: &Structure, tip_m: &Point3<f64>) -> Option<Self> {
         match before {
             Some(before) => before.slide(bone, tip_m),
@@ -42,7 +46,7 @@ impl Hold {
         }
     }
 
-    /// The nearest place, of a tip that has just come inside.
+    /// Begins at the point nearest to a tip that has just entered.
     fn begin(bone: &Structure, tip_m: &Point3<f64>) -> Option<Self> {
         let outward_m = bone.outward_m(tip_m);
         let out = outward_m.try_normalize(0.0)?;
@@ -66,17 +70,17 @@ impl Hold {
         (!lets_go && (tip_m - hold.at_m).norm() <= FARTHEST_M).then_some(hold)
     }
 
-    /// How far the tip is out of the bone as its place has it, in m; negative inside.
+    /// Height of the tip above the surface at its point, in m; negative inside.
     fn height_m(&self) -> f64 {
         (self.tip_m - self.at_m).dot(&self.out)
     }
 
-    /// From its place to the tip along the surface, in m.
+    /// Displacement from the point to the tip along the surface, in m.
     fn along_m(&self) -> Vector3<f64> {
         self.tip_m - self.at_m - self.out * self.height_m()
     }
 
-    /// Takes the place of the surface that is nearest to a point beside it, in m.
+    /// Moves to the point of the surface nearest to a given point, in m.
     fn place(&mut self, bone: &Structure, beside_m: &Point3<f64>) {
         let nearest = bone.nearest(beside_m);
         let away_m = if nearest.inside { nearest.at_m - beside_m } else { beside_m - nearest.at_m };
@@ -84,7 +88,7 @@ impl Hold {
         self.out = away_m.try_normalize(0.0).unwrap_or(self.out);
     }
 
-    /// Force of the bone on the tip, in N: towards its place, but never inwards.
+    /// Force of the bone on the tip, in N: towards its point, but never inwards.
     pub fn force_n(&self) -> Vector3<f64> {
         (self.out * (-self.height_m()).max(0.0) - self.along_m()) * BONE_N_PER_M
     }

@@ -1,8 +1,9 @@
-//! What the mass of the tissue adds to the force on a needle: a calculation, and no part of the law, because of what it comes to.
+//! The contribution of the tissue's mass to the force on a needle: a calculation that is not part
+//! of the law, because the contribution is small.
 //!
-//! A boundary that a needle dents is a small disc on an elastic half-space. Lysmer's analogue of 1966 gives what waves carry away from
-//! one that moves at a speed v, and the tissue that rides along has the mass of a dent that falls off like a/r down to the depth d of what it
-//! rests on:
+//! A boundary that a needle dents is a small disc on an elastic half-space. Lysmer's analogue of
+//! 1966 gives the radiation damping of one that moves at a speed v, and the tissue that moves along
+//! has the mass of a dent that falls off like a/r down to the depth d of the supporting structure:
 //!
 //! ```text
 //! F_wave = 3.4 a² √(ρG)/(1 − ν) v,   F_mass = 2πρa²d v̇
@@ -21,12 +22,12 @@ pub struct MovedTissue {
     pub poisson_ratio: f64,
     /// Density ρ, in kg/m³.
     pub density_kg_per_m3: f64,
-    /// Depth d of the tissue down to what does not move, in m.
+    /// Depth d of the tissue down to the rigid support, in m.
     pub depth_m: f64,
 }
 
 impl MovedTissue {
-    /// What waves add for each m/s, in N·s/m.
+    /// Radiation damping, in N·s/m.
     #[must_use]
     pub fn wave_drag_n_s_per_m(&self) -> f64 {
         let shear_pa = self.youngs_modulus_pa / (2.0 * (1.0 + self.poisson_ratio));
@@ -34,7 +35,7 @@ impl MovedTissue {
         3.4 * self.radius_m * self.radius_m * impedance / (1.0 - self.poisson_ratio)
     }
 
-    /// Mass that rides along, in kg.
+    /// Mass that moves along, in kg.
     #[must_use]
     pub fn riding_mass_kg(&self) -> f64 {
         TAU * self.density_kg_per_m3 * self.radius_m * self.radius_m * self.depth_m

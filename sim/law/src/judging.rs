@@ -1,15 +1,17 @@
-//! The ways in which a field's error was judged. The format of recordings names them, so they stand where the format can see them.
+//! The ways in which a field's error was judged. They are defined here because the recording format
+//! names them.
 
 use serde::{Deserialize, Serialize};
 
-/// How the error of a field's mesh is judged. A recording names the way it was made by, and re-simulates by it.
+/// How the error of a field's mesh is judged. A recording names the way by which it was made, and
+/// is re-simulated with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Judging {
-    /// Axial displacement alone, by the same mesh with higher orders; an attempt by a push on the skin. Recordings that name no
-    /// way are of this one.
+    /// Axial displacement only, by the same mesh with higher orders; an attempt by a push on the
+    /// skin. Used for recordings that name no way.
     First,
-    /// Axial and radial displacement, by a mesh that shares nothing with what it judges; an attempt by every load, on the whole
-    /// body.
+    /// Axial and radial displacement, by an independent mesh; an attempt by every load, on the
+    /// whole body.
     Second,
     /// As the second; and an attempt's field is that of the angle at which the needle goes in, not of the exercise's.
     Third,
@@ -19,7 +21,7 @@ pub enum Judging {
 }
 
 impl Judging {
-    /// The number that recordings name it by.
+    /// The number in recordings.
     #[must_use]
     pub fn number(self) -> u32 {
         match self {
@@ -30,7 +32,7 @@ impl Judging {
         }
     }
 
-    /// The way of a number; none that is not known.
+    /// The way with a number; `None` if unknown.
     #[must_use]
     pub fn of_number(number: u32) -> Option<Self> {
         [Self::First, Self::Second, Self::Third, Self::Fourth].into_iter().find(|judging| judging.number() == number)

@@ -1,28 +1,33 @@
-//! The law along a curve: slowly, without viscosity, and without ticks.
+//! The law along a curve: quasistatic, without viscosity and without ticks.
 //!
-//! A measured needle does not move in steps from sample to sample: it opens a boundary somewhere between two of them and drags its
-//! presliding springs from there. Between ruptures tents are functions of the displacement and the springs piecewise linear in it, so a walk from event to event is
-//! exact at any spacing of the samples; [`crate::axial::step`] on ever shorter ticks tends to it, which a test shows.
+//! A measured needle does not move in steps from sample to sample: it opens a boundary somewhere
+//! between two samples and drags its presliding springs from there. Between ruptures tents are
+//! functions of the displacement and the springs piecewise linear in it, so stepping from event to
+//! event is exact at any spacing of the samples; [`crate::axial::step`] converges to it with
+//! decreasing ticks, as a test shows.
 //!
-//! Of version 3 it knows tents that stiffen. A tent that relaxes is taken to have done so, which holds for a needle so slow that every branch
-//! lets go on the way; a sheet of fibres is met by an edge as [`PLAIN_EDGE`]; the peak of static friction before it breaks away is left out. Whoever needs those asks the step.
+//! Of version 3 it supports tents that stiffen. A tent that relaxes is treated as fully relaxed,
+//! which holds for a needle so slow that every branch relaxes on the way; a sheet of fibres is met
+//! by the edge [`PLAIN_EDGE`]; the peak of static friction before breakaway is ignored. Use the
+//! step if these matter.
 
 use crate::axial::{AxialSpec, Contactor, Open, PLAIN_EDGE, Path, lay_boundaries};
 use crate::closed_form::{Opening, predict_positions};
 use crate::skin::Incidence;
 
-/// A needle on its way along a curve.
+/// State of a needle along a curve.
 struct Walk<'p> {
     path: Path<'p>,
     presliding_n_per_m: f64,
     open: Open,
     x_m: f64,
     friction_n: f64,
-    /// Where the tip has cut to; none before the skin is open.
+    /// Position of the cutting front; `None` before the skin is open.
     front_m: Option<f64>,
 }
 
-/// The law's force at every displacement of a track, in N. The needle comes from the skin; depths in m, in the order measured.
+/// The law's force at every displacement of a track, in N. The needle starts from the skin; depths
+/// in m, in the order measured.
 #[must_use]
 pub fn quasistatic_forces_n(spec: &AxialSpec, track_m: &[f64]) -> Vec<f64> {
     let plain = spec.has_sheets().then(|| spec.under_edge(PLAIN_EDGE));
@@ -50,7 +55,7 @@ pub fn quasistatic_forces_n(spec: &AxialSpec, track_m: &[f64]) -> Vec<f64> {
 }
 
 impl Walk<'_> {
-    /// Goes to where a boundary gives way, and opens it.
+    /// Advances to a rupture, and opens the boundary.
     fn pass(&mut self, event: &Opening) {
         if event.x_m > self.x_m {
             self.go(event.x_m);
@@ -62,7 +67,8 @@ impl Walk<'_> {
         self.front_m = self.front_m.or(Some(self.x_m));
     }
 
-    /// Drags the presliding springs along. Their caps change linearly on the way, and by less than the springs' own stiffness.
+    /// Drags the presliding springs along. Their caps change linearly on the way, and by less than
+    /// the springs' own stiffness.
     fn go(&mut self, x_m: f64) {
         let trial_n = self.friction_n + self.presliding_n_per_m * (x_m - self.x_m);
         self.x_m = x_m;

@@ -1,24 +1,27 @@
-//! The skin's shape, and how layers that follow it lie along a straight needle.
+//! The skin's shape, and the positions of layers that follow it along a straight needle.
 //!
-//! Layers are concentric with the skin. In the plane across a skin of radius R let a needle enter at an angle θ to the normal and lie with a part
-//! t of its direction, squared, along the skin in the direction in which it bends (sin²θ on a sphere, less on a cylinder). After a way s it
-//! is R − d from the centre, (R − d)² = (R − s cos θ)² + s² t, so that with κ = 1/R
+//! Layers are concentric with the skin. In the plane across a skin of radius R let a needle enter
+//! at an angle θ to the normal, and let t be the square of the component of its direction along the
+//! skin in the direction of curvature (sin²θ on a sphere, less on a cylinder). After a distance s
+//! it is R − d from the centre, (R − d)² = (R − s cos θ)² + s² t, so that with κ = 1/R
 //!
 //! ```text
 //! s(d) = (2d − κd²) / (cos θ + √(cos²θ − κ (cos²θ + t) (2d − κd²)))
 //! ```
 //!
-//! which is d/cos θ where nothing bends.
+//! which is d/cos θ for a flat skin.
 
 use core::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// cos 80°. A needle lying flatter on the skin, or on a layer below it, is taken for one at 80°: its path would otherwise have no end.
+/// cos 80°. A needle at a flatter angle to the skin, or to a layer below it, is treated as one at
+/// 80°: its path would otherwise have no end.
 pub(crate) const MIN_COS: f64 = 0.173_648_177_666_930_33;
 
-/// Shape of the skin; the layers follow it. It touches z = 0 at the origin of the patient frame and bends away from the outside.
+/// Shape of the skin; the layers follow it. It touches z = 0 at the origin of the patient frame and
+/// curves towards the inside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Skin {
     /// The plane z = 0.
@@ -33,20 +36,22 @@ pub enum Skin {
     Cylinder {
         /// Radius, in m.
         radius_m: f64,
-        /// Direction of its line in the plane z = 0, from +x towards +y, in rad.
+        /// Direction of its axis in the plane z = 0, from +x towards +y, in rad.
         along_rad: f64,
     },
 }
 
-/// How a straight needle meets layers that follow the skin.
+/// Incidence of a straight needle on layers that follow the skin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Incidence {
-    /// 1/cos θ at the skin: how much longer a needle's path through a thin layer is than the layer is thick, from 1 to that at 80°.
+    /// 1/cos θ at the skin: the length of a needle's path through a thin layer divided by its
+    /// thickness, from 1 to the value at 80°.
     pub path_factor: f64,
-    /// Curvature of the skin, in 1/m; 0 where it is flat.
+    /// Curvature of the skin, in 1/m; 0 if it is flat.
     #[serde(default)]
     pub curvature_per_m: f64,
-    /// The square of the part of the needle's direction that lies along the skin where it bends, from 0 to sin²θ.
+    /// The square of the component of the needle's direction along the skin in the direction of
+    /// curvature, from 0 to sin²θ.
     #[serde(default)]
     pub along_bend: f64,
 }
@@ -58,7 +63,7 @@ impl Skin {
         Self::Cylinder { radius_m, along_rad: FRAC_PI_2 }
     }
 
-    /// Its radius, in m; none where it is flat.
+    /// Its radius, in m; `None` if it is flat.
     #[must_use]
     pub fn radius_m(&self) -> Option<f64> {
         match *self {
@@ -67,7 +72,8 @@ impl Skin {
         }
     }
 
-    /// The part of a place in plan that the skin bends along, and the rest: both of it on a sphere.
+    /// The component of a horizontal position in the direction of curvature, and the rest: all of
+    /// it on a sphere.
     fn across_and_along(&self, place: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let level = Vector3::new(place.x, place.y, 0.0);
         match *self {
@@ -81,7 +87,7 @@ impl Skin {
         }
     }
 
-    /// Direction of a cylinder's line, of unit length; none of what is no cylinder.
+    /// Direction of a cylinder's axis, of unit length; `None` for other shapes.
     #[must_use]
     pub fn line(&self) -> Option<Vector3<f64>> {
         match *self {
@@ -90,7 +96,7 @@ impl Skin {
         }
     }
 
-    /// Where the point x, y along the skin and z above it lies once the skin is bent, in m.
+    /// Maps a point x, y along the flat skin and z above it to the curved skin, in m.
     #[must_use]
     pub fn bend(&self, flat: &Point3<f64>) -> Point3<f64> {
         let Some(radius_m) = self.radius_m() else { return *flat };
@@ -99,13 +105,15 @@ impl Skin {
         let angle = arc_m / radius_m;
         // sin(angle)/arc, and its limit on the axis.
         let per_metre = if angle > 0.0 { libm::sin(angle) / arc_m } else { 1.0 / radius_m };
-        // R(1 − cos) as 2R sin²(angle/2): the difference would lose all digits of a nearly flat skin.
+        // R(1 − cos) as 2R sin²(angle/2): the difference would lose all digits of a nearly flat
+        // skin.
         let half = libm::sin(0.5 * angle);
         let z = flat.z - 2.0 * (radius_m + flat.z) * half * half;
         Point3::from(across * ((radius_m + flat.z) * per_metre) + along + Vector3::z() * z)
     }
 
-    /// Where a point lies once the skin is laid flat, in m: what [`Skin::bend`] undoes. Its z is the height above the skin.
+    /// Maps a point to the flattened skin, in m: the inverse of [`Skin::bend`]. Its z is the height
+    /// above the skin.
     #[must_use]
     pub fn flatten(&self, bent: &Point3<f64>) -> Point3<f64> {
         let Some(radius_m) = self.radius_m() else { return *bent };
@@ -120,13 +128,13 @@ impl Skin {
         Point3::from(arc + along + Vector3::z() * height_m)
     }
 
-    /// How far a point is above the skin, in m; negative in the body.
+    /// Height of a point above the skin, in m; negative in the body.
     #[must_use]
     pub fn height_m(&self, point: &Point3<f64>) -> f64 {
         self.flatten(point).z
     }
 
-    /// The way out of the body at a point, of unit length.
+    /// Outward direction at a point, of unit length.
     #[must_use]
     pub fn outward(&self, point: &Point3<f64>) -> Vector3<f64> {
         let Some(radius_m) = self.radius_m() else { return Vector3::z() };
@@ -134,7 +142,7 @@ impl Skin {
         from_line.try_normalize(0.0).unwrap_or_else(Vector3::z)
     }
 
-    /// The place of the skin that is nearest to a point.
+    /// The point of the skin nearest to a point.
     #[must_use]
     pub fn nearest(&self, point: &Point3<f64>) -> Point3<f64> {
         match self {
@@ -143,7 +151,8 @@ impl Skin {
         }
     }
 
-    /// The place of the skin above or below a place in plan, in m; the farthest that there is where the skin does not reach so far.
+    /// The point of the skin above or below a horizontal position, in m; the outermost point if the
+    /// skin does not extend so far.
     #[must_use]
     pub fn above(&self, x_m: f64, y_m: f64) -> Point3<f64> {
         let place = Vector3::new(x_m, y_m, 0.0);
@@ -156,7 +165,8 @@ impl Skin {
         Point3::from(reached + along - Vector3::z() * down_m)
     }
 
-    /// How a needle whose line passes a point meets the skin there. `axis` is of unit length, from hub to tip.
+    /// Incidence at the skin of a needle whose line passes through a point. `axis` is of unit
+    /// length, from hub to tip.
     #[must_use]
     pub fn incidence(&self, point: &Point3<f64>, axis: &Vector3<f64>) -> Incidence {
         let cosine = self.cosine(point, axis);
@@ -168,7 +178,7 @@ impl Skin {
         }
     }
 
-    /// cos θ between an axis and the inward normal, never less than that of 80°.
+    /// cos θ between an axis and the inward normal, at least that of 80°.
     fn cosine(&self, point: &Point3<f64>, axis: &Vector3<f64>) -> f64 {
         (-axis.dot(&self.outward(point))).max(MIN_COS)
     }
@@ -184,15 +194,16 @@ impl Skin {
         (bending - out * bending.dot(&out)).norm_squared()
     }
 
-    /// Way along a needle from where its line meets the skin to a tip, in m; negative above it. A line that passes the skin by, or meets it
-    /// flatter than at 80°, is taken for one at 80°.
+    /// Distance along a needle from the intersection of its line with the skin to a tip, in m;
+    /// negative above it. A line that misses the skin, or meets it flatter than at 80°, is treated
+    /// as one at 80°.
     #[must_use]
     pub fn displacement_m(&self, tip_m: &Point3<f64>, axis: &Vector3<f64>) -> f64 {
         let Some(radius_m) = self.radius_m() else { return -tip_m.z / self.cosine(tip_m, axis) };
         let height_m = self.height_m(tip_m);
         let flattest_m = -height_m / MIN_COS;
         let cosine = -axis.dot(&self.outward(tip_m));
-        // From the tip it is (r − s cos)² + s² t = R² for the way s still to go, r = R + height.
+        // With s the remaining distance from the tip, (r − s cos)² + s² t = R², r = R + height.
         let from_centre_m = radius_m + height_m;
         let over_m2 = height_m * (from_centre_m + radius_m);
         let toward_m = from_centre_m * cosine;
@@ -204,7 +215,7 @@ impl Skin {
         if height_m > 0.0 { way_m.max(flattest_m) } else { way_m.min(flattest_m) }
     }
 
-    /// Where a tip that went from a place above the skin to one below it passed through.
+    /// The intersection with the skin of a tip's path from a point above to a point below it.
     pub(crate) fn crossing(&self, above_m: &Point3<f64>, below_m: &Point3<f64>) -> Point3<f64> {
         let (above, below) = (self.height_m(above_m), self.height_m(below_m));
         self.nearest(&(above_m + (below_m - above_m) * (above / (above - below))))
@@ -222,10 +233,10 @@ impl Default for Incidence {
 }
 
 impl Incidence {
-    /// A needle at right angles to flat layers.
+    /// A needle perpendicular to flat layers.
     pub const UPRIGHT: Self = Self::of_factor(1.0);
 
-    /// A needle through flat layers, on whose path they are so much thicker.
+    /// A needle through flat layers whose path is longer by a factor.
     #[must_use]
     pub const fn of_factor(path_factor: f64) -> Self {
         Self { path_factor, curvature_per_m: 0.0, along_bend: 0.0 }
@@ -249,11 +260,13 @@ impl Incidence {
             && (0.0..=1.0).contains(&self.along_bend)
     }
 
-    /// Way from which on the needle lies flatter than at 80° on the layers below, and is taken for one at 80°, in m.
+    /// Distance from which on the needle is flatter than 80° to the layers below, and is treated as
+    /// one at 80°, in m.
     fn flattest_m(&self) -> f64 {
         let (cosine, square) = (self.cosine(), MIN_COS * MIN_COS);
         let whole = cosine * cosine + self.along_bend;
-        // cos − κ s w = m √(1 − 2κ s cos + κ² s² w), squared: w σ² − 2 cos σ + (cos² − m²)/(w − m²) = 0 for σ = κ s, w = cos² + t.
+        // cos − κ s w = m √(1 − 2κ s cos + κ² s² w), squared: w σ² − 2 cos σ + (cos² − m²)/(w − m²)
+        // = 0 for σ = κ s, w = cos² + t.
         let over = (cosine * cosine - square) / (whole - square);
         let root = cosine * cosine - whole * over;
         if over.is_finite() && over > 0.0 && root >= 0.0 {
@@ -263,7 +276,8 @@ impl Incidence {
         }
     }
 
-    /// Depth below the skin after a way along the needle, along the skin's normal there; both in m.
+    /// Depth below the skin after a distance along the needle, along the skin's normal there; both
+    /// in m.
     #[must_use]
     pub fn depth_m(&self, way_m: f64) -> f64 {
         if self.is_flat() {
@@ -279,7 +293,7 @@ impl Incidence {
         sunk_m / (1.0 + libm::sqrt((1.0 - self.curvature_per_m * sunk_m).max(0.0)))
     }
 
-    /// Way along the needle to a depth below the skin, both in m.
+    /// Distance along the needle to a depth below the skin, both in m.
     #[must_use]
     pub fn way_m(&self, depth_m: f64) -> f64 {
         if self.is_flat() {
@@ -297,7 +311,8 @@ impl Incidence {
         sunk_m / (cosine + libm::sqrt(root.max(0.0)))
     }
 
-    /// Writes where layers of these thicknesses begin along the needle, and the far side of the last, in m.
+    /// Writes the start of each layer with these thicknesses along the needle, and the far side of
+    /// the last, in m.
     pub fn lay_layers(&self, thicknesses_m: impl IntoIterator<Item = f64>, boundaries_m: &mut Vec<f64>) {
         boundaries_m.clear();
         boundaries_m.push(0.0);

@@ -3,15 +3,15 @@
 use crate::axial::{AxialSpec, Contactor};
 use crate::closed_form::{PredictedRupture, predict_held_ruptures};
 
-/// A threshold too high for its stiffness: its rupture would create energy or force.
+/// A threshold that is too high for its stiffness: its rupture would create energy or force.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("boundary {boundary} ({layer}): the {} rupture at {threshold_n} N raises the force by {force_rise_n} N and the elastic energy by {energy_rise_mj} mJ; the largest sound threshold is {largest_sound_n} N", match .contactor { Contactor::Tip => "tip", Contactor::Rim => "rim" })]
 pub struct Unsound {
-    /// Which boundary, from 0.
+    /// Index of the boundary, from 0.
     pub boundary: usize,
-    /// Its layer's name.
+    /// Name of its layer.
     pub layer: String,
-    /// Which contactor's threshold.
+    /// The contactor of the threshold.
     pub contactor: Contactor,
     /// The threshold, in N.
     pub threshold_n: f64,
@@ -19,32 +19,37 @@ pub struct Unsound {
     pub force_rise_n: f64,
     /// Rise of the elastic energy over the whole cascade, in mJ (0 when it falls).
     pub energy_rise_mj: f64,
-    /// The largest threshold of this contactor and boundary that would be sound, others unchanged, in N.
+    /// The largest threshold of this contactor and boundary that would be sound, others unchanged,
+    /// in N.
     pub largest_sound_n: f64,
 }
 
-/// A rise below this part of the larger value is round-off: two equal boundaries at one depth hand over without a rise.
+/// A rise below this fraction of the larger value is round-off: two equal boundaries at one depth
+/// hand over without a rise.
 const ROUND_OFF: f64 = 1e-9;
-/// How finely smaller thresholds are tried before the edge is bisected. The sound ones need not be an interval (a threshold
-/// high enough may open the next boundary in the same cascade), so a bisection alone could miss the largest.
+/// Number of smaller thresholds that are tried before the edge is bisected. The sound ones need not
+/// form an interval (a sufficiently high threshold may open the next boundary in the same cascade),
+/// so a bisection alone could miss the largest.
 const TRIES: u32 = 1000;
-/// Halvings of one try: brings the edge to round-off.
+/// Number of halvings of one try: reduces the interval to round-off.
 const HALVINGS: u32 = 45;
 
-/// How finely the speeds of a scene that relaxes are tried, from infinitely slow to infinitely fast: in so many steps of the force that its
-/// branches still have when a boundary gives way.
+/// Number of speeds tried for a scene that relaxes, from infinitely slow to infinitely fast, as
+/// fractions of the branches' force that remain at a rupture.
 const SPEEDS: u32 = 16;
 
-/// How much of the branches' force is there at the speeds that a scene is judged at: one that does not relax gives way alike at all.
+/// Fractions of the branches' force at the speeds for which a scene is checked: ruptures of a scene
+/// that does not relax do not depend on speed.
 fn held_parts(spec: &AxialSpec) -> impl Iterator<Item = f64> + use<> {
     let most = if spec.relaxes() { SPEEDS } else { 0 };
     (0..=most).map(|part| f64::from(part) / f64::from(SPEEDS))
 }
 
-/// How many ways the edge is turned for a scene with sheets of fibres, over half a turn.
+/// Number of rotations of the edge over half a turn, for a scene with sheets of fibres.
 const EDGES: u32 = 12;
 
-/// The tissue under the edges that a scene is judged with, all round: one that has no sheets is alike under all.
+/// The tissue under the edges for which a scene is checked, over half a turn: one without sheets
+/// does not depend on the edge.
 pub fn turned_specs(spec: &AxialSpec) -> impl Iterator<Item = AxialSpec> + '_ {
     let edges = if spec.has_sheets() { EDGES } else { 1 };
     (0..edges).map(|turn| {
@@ -53,11 +58,14 @@ pub fn turned_specs(spec: &AxialSpec) -> impl Iterator<Item = AxialSpec> + '_ {
     })
 }
 
-/// Every unsound rupture of a scene, each once, in the order met at the slowest speed that shows it; empty for a sound scene.
+/// Finds every unsound rupture of a scene, each once, in the order met at the slowest speed that
+/// shows it; empty for a sound scene.
 ///
-/// A cascade is judged as a whole and named by the rupture that sets it off. Where boundaries relax, a needle opens them the sooner the faster
-/// it is, so that one may find a cascade where another does not: each is judged, and at speeds between them; and so is each turn of the edge
-/// where there are sheets of fibres. Forces and energies are those of the first turn that shows it, thresholds those across the fibres.
+/// A cascade is checked as a whole and identified by the rupture that triggers it. If boundaries
+/// relax, a faster needle opens them sooner, so that cascades depend on speed: the extremes and
+/// speeds between them are checked; and so is each rotation of the edge if there are sheets of
+/// fibres. Forces and energies are those of the first rotation that shows it, thresholds those
+/// across the fibres.
 #[must_use]
 pub fn find_unsound_ruptures(spec: &AxialSpec) -> Vec<Unsound> {
     let mut found: Vec<Unsound> = Vec::new();
@@ -107,7 +115,8 @@ fn rupture_threshold(spec: &AxialSpec, contactor: Contactor, boundary: usize) ->
     })
 }
 
-/// The largest threshold below the stated one at which this rupture, in whatever cascade it then falls, is sound; 0 if none is.
+/// The largest threshold below the stated one at which this rupture, in whichever cascade contains
+/// it, is sound; 0 if no threshold is.
 fn largest_sound_n(spec: &AxialSpec, trigger: &PredictedRupture, stated_n: f64) -> f64 {
     let mut trial = spec.clone();
     let mut sound_at = |threshold_n: f64| {
@@ -133,7 +142,7 @@ fn largest_sound_n(spec: &AxialSpec, trigger: &PredictedRupture, stated_n: f64) 
     sound_n
 }
 
-/// Whether the same rupture is sound in a tissue with so much of the branches' force.
+/// Whether the same rupture is sound with the fraction `held` of the branches' force.
 fn is_sound_at(spec: &AxialSpec, held: f64, trigger: &PredictedRupture) -> bool {
     let predicted = predict_held_ruptures(spec, held);
     let same =

@@ -1,37 +1,42 @@
-//! How the boundaries stand beside a needle, so that a picture agrees with where the needle is.
+//! Positions of the boundaries around a needle, so that the display agrees with the needle's
+//! position.
 //!
-//! The force law and the field are two models of one tissue. Left to itself the field dents by what its own stiffness makes of the
-//! law's force, and that is where the law's tip is only where the two stiffnesses agree. What is shown is therefore held to what the
-//! law knows: which boundaries tip and rim have opened, and how far they have come. The field has its way between those bounds.
+//! The force law and the field are two models of one tissue. The field alone is dented by the law's
+//! force divided by its own stiffness, which agrees with the law's tip only if the two stiffnesses
+//! agree. The displayed dents are therefore constrained by the law's state: the boundaries that tip
+//! and rim have opened, and their positions. Within these bounds the field determines the dents.
 
-/// How far a needle has come, along itself.
+/// Position of a needle along its axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Intrusion {
-    /// Way of the tip from where its line meets the resting skin, in m; negative above it.
+    /// Distance of the tip from the intersection of its line with the resting skin, in m; negative
+    /// above it.
     pub tip_m: f64,
-    /// From the tip back to the cannula's rim, in m; 0 for a needle without one.
+    /// Distance from the tip back to the cannula's rim, in m; 0 for a needle without one.
     pub tip_to_rim_m: f64,
-    /// Boundaries that the tip has opened, from the surface down.
+    /// Number of boundaries that the tip has opened, from the surface down.
     pub tip_open: usize,
-    /// Boundaries that the rim has opened, from the surface down.
+    /// Number of boundaries that the rim has opened, from the surface down.
     pub rim_open: usize,
 }
 
-/// A boundary that tip or rim presses on.
+/// A boundary pressed by tip or rim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pressed {
-    /// Which one, from 0 at the surface.
+    /// Index of the boundary, from 0 at the surface.
     pub boundary: usize,
-    /// How far it is pressed in along the needle, in m.
+    /// Dent along the needle, in m.
     pub dent_m: f64,
 }
 
-/// A layer between two boundaries keeps this share of its thickness where nothing presses it flatter.
+/// Minimum thickness of a layer between two boundaries, as a fraction, unless a contactor presses
+/// it flatter.
 const KEPT: f64 = 0.125;
 
 impl Intrusion {
-    /// The boundaries that the tip and the rim press on: the first that each has not opened, once it has come that far. `rest_m` holds the
-    /// way along the needle to each resting boundary, in m, from the surface down.
+    /// The boundaries pressed by the tip and the rim: the first that each has not opened, if it has
+    /// reached it. `rest_m` holds the distance along the needle to each resting boundary, in m,
+    /// from the surface down.
     #[must_use]
     pub fn pressed(&self, rest_m: &[f64]) -> [Option<Pressed>; 2] {
         let by = |boundary: usize, at_m: f64| {
@@ -55,8 +60,8 @@ impl Intrusion {
         self.tip_m.is_finite() && self.tip_to_rim_m.is_finite()
     }
 
-    /// Between which dents a boundary can stand, in m. They rise with the boundary's resting place, so that what is brought between
-    /// them in order stays in order.
+    /// Bounds of the dent of a boundary, in m. They increase with the boundary's resting position,
+    /// so that clamping keeps the order.
     fn bounds_m(&self, boundary: usize, rest_m: &[f64]) -> [f64; 2] {
         let Some(&own_m) = rest_m.get(boundary) else { return [f64::NEG_INFINITY, f64::INFINITY] };
         let pressed = self.pressed(rest_m);
@@ -64,7 +69,7 @@ impl Intrusion {
             return [held.dent_m; 2];
         }
         let tip = boundary_front(self.tip_m - own_m, boundary < self.tip_open, pressed[0]);
-        // The rim meets only what the tip is through.
+        // The rim meets only boundaries that the tip has opened.
         if !self.has_rim() || boundary >= self.tip_open || own_m > self.tip_m {
             return tip;
         }
@@ -73,21 +78,24 @@ impl Intrusion {
     }
 }
 
-/// Between which dents a boundary can stand beside a contactor that is `ahead_m` beyond its resting place, in m. The law lets a contactor
-/// meet each boundary at its resting place, so a boundary moves no farther than the contactor is from there, and stands on its own side.
+/// Bounds of the dent of a boundary for a contactor that is `ahead_m` beyond its resting position,
+/// in m. In the law a contactor meets each boundary at its resting position, so a boundary moves no
+/// farther than the contactor is from there, and stays on its own side.
 fn boundary_front(ahead_m: f64, opened: bool, pressed: Option<Pressed>) -> [f64; 2] {
     match (opened, ahead_m > 0.0) {
-        // Carried along by the boundary that is pressed, no farther than it.
+        // Carried along by the pressed boundary, no farther than it.
         (false, true) => [ahead_m, pressed.map_or(ahead_m, |pressed| pressed.dent_m.max(ahead_m))],
-        // Not pressed yet: what is pressed above it may push it as far as itself.
+        // Not pressed yet: the pressed boundary above may push it as far as itself.
         (false, false) => [ahead_m, pressed.map_or(-ahead_m, |pressed| pressed.dent_m.max(-ahead_m))],
         (true, _) => [-ahead_m.abs(), ahead_m.abs()],
     }
 }
 
-/// Brings the dents of all boundaries, in m along the needle and positive into the body, to where the needle is: what tip and rim press on
-/// ends at them, what they are through lies behind them, what they have not met lies before them, and no boundary passes another. Without a
-/// needle in the tissue only the order is kept. `rest_m` is as in [`Intrusion::pressed`]. Never allocates; what is no number becomes 0.
+/// Adjusts the dents of all boundaries, in m along the needle and positive into the body, to the
+/// needle's position: pressed boundaries end at tip and rim, opened ones lie behind them, others in
+/// front of them, and no boundary passes another. Without a needle in the tissue only the order is
+/// kept. `rest_m` is as in [`Intrusion::pressed`]. Never allocates; values that are not finite
+/// become 0.
 pub fn settle_dents(needle: Option<&Intrusion>, rest_m: &[f64], dents_m: &mut [f64]) {
     for dent_m in dents_m.iter_mut().filter(|dent_m| !dent_m.is_finite()) {
         *dent_m = 0.0;
@@ -112,7 +120,8 @@ fn hold_boundaries(needle: Option<&Intrusion>, rest_m: &[f64], dents_m: &mut [f6
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "what stands where the needle is stands exactly there")]
 mod tests {
-    //! A boundary beside the tip that presses it, one that has passed another, or one that jumps as it is met, shows what did not happen.
+    //! A boundary off the tip that presses it, one that has passed another, or one that jumps at
+    //! contact would be a display error.
 
     use proptest::prelude::*;
 
@@ -155,7 +164,7 @@ mod tests {
             dents_mm in proptest::array::uniform4(-20.0..40.0_f64),
         ) {
             let tip_to_rim_m = if rim { 2e-3 } else { 0.0 };
-            // A contactor opens only what it has reached.
+            // A contactor opens only boundaries that it has reached.
             let reached = REST_M.iter().filter(|rest_m| **rest_m <= tip_mm * 1e-3).count();
             let (tip_open, rim_open) = (opened.0, opened.0.min(opened.1));
             let needle = Intrusion { tip_m: tip_mm * 1e-3, tip_to_rim_m, tip_open, rim_open };

@@ -1,4 +1,4 @@
-//! Shapes inside the body, through parry3d. The only module that sees parry3d's types.
+//! Shapes inside the body, through parry3d. The only module that uses parry3d's types.
 
 use std::collections::BTreeSet;
 
@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::axial::{Domain, ParamError};
 
-/// What a structure is to the exercise.
+/// Role of a structure in the exercise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StructureKind {
-    /// Where the needle should go.
+    /// The target of the needle.
     Target,
     /// A vessel to avoid.
     Vessel,
@@ -27,10 +27,10 @@ pub enum StructureKind {
 }
 
 impl StructureKind {
-    /// How documents call them, in their order.
+    /// Names in documents, in their order.
     pub const WORDS: [&str; 5] = ["target", "vessel", "nerve", "bone", "organ"];
 
-    /// How documents call it.
+    /// Name in documents.
     #[must_use]
     pub const fn word(self) -> &'static str {
         Self::WORDS[self as usize]
@@ -40,7 +40,7 @@ impl StructureKind {
 /// A shape in the patient frame, in m.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// A ball about the structure's position.
+    /// A sphere around the structure's position.
     Sphere {
         /// Radius, in m.
         radius_m: f64,
@@ -52,12 +52,12 @@ pub enum Shape {
         /// Radius, in m.
         radius_m: f64,
     },
-    /// An axis-aligned box about the position.
+    /// An axis-aligned box around the position.
     Box {
         /// Half of each edge, in m.
         half_extents_m: Vector3<f64>,
     },
-    /// A closed triangle mesh, placed with its own origin at the position.
+    /// A closed triangle mesh, with its origin at the position.
     Mesh {
         /// Vertices, in m.
         vertices_m: Vec<Point3<f64>>,
@@ -66,39 +66,39 @@ pub enum Shape {
     },
 }
 
-/// A structure as a scene states it.
+/// Specification of a structure in a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StructureSpec {
-    /// Name shown to people.
+    /// Name shown to users.
     pub name: String,
-    /// What it is.
+    /// Its role.
     pub kind: StructureKind,
     /// Its shape.
     pub shape: Shape,
-    /// Where it is, in the patient frame, in m.
+    /// Position, in the patient frame, in m.
     pub position_m: Point3<f64>,
-    /// The wall that the tip feels before it is inside; none where nothing is felt.
+    /// The wall that the tip feels before it is inside; `None` if nothing is felt.
     pub wall: Option<Wall>,
 }
 
-/// The wall of a vessel or an organ: the tip tents it from outside until it gives way, and then it is open for the track. From
-/// inside, on the far side, nothing is felt.
+/// The wall of a vessel or an organ: the tip tents it from outside until it ruptures, after which
+/// it is open for the track. From inside, on the far side, nothing is felt.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Wall {
     /// Stiffness against the tip's penetration, in N/m.
     pub stiffness_n_per_m: f64,
-    /// Force at which it gives way, in N.
+    /// Rupture force, in N.
     pub rupture_n: f64,
 }
 
-/// Corners in m, patient frame, and triangles, counter-clockwise seen from outside.
+/// Vertices in m, patient frame, and triangles, counter-clockwise seen from outside.
 pub type Surface = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 
-/// A turn of a round shape is drawn in this many steps.
+/// Number of segments per turn when a round shape is triangulated.
 const STEPS_A_TURN: u32 = 32;
 
 impl StructureSpec {
-    /// Its surface, to be drawn.
+    /// Its surface, for display.
     #[must_use]
     pub fn surface(&self) -> Surface {
         let (corners, triangles) = match &self.shape {
@@ -120,50 +120,53 @@ impl StructureSpec {
 /// Stiffness of bone under the tip, in N/m.
 pub(crate) const BONE_N_PER_M: f64 = 2500.0;
 
-/// The part of the needle that can meet a structure: from the entry (or the tip itself, in the air) to the tip.
+/// The part of the needle that can meet a structure: from the entry (or the tip itself, in the air)
+/// to the tip.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shaft {
     pub entry_m: Point3<f64>,
     pub tip_m: Point3<f64>,
 }
 
-/// A place of a structure's surface.
+/// The point of a structure's surface nearest to a query point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NearestPlace {
-    /// The place, in the patient frame, in m.
+    /// The point, in the patient frame, in m.
     pub at_m: Point3<f64>,
-    /// Whether the point that it is nearest to is inside.
+    /// Whether the query point is inside.
     pub inside: bool,
 }
 
-/// How a needle stands to a structure.
+/// Relation of a needle to a structure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Meeting {
-    /// Least distance of the shaft, in m, or what it is at least where it was not searched; 0 where it touches.
+    /// Smallest distance of the shaft, in m, or a lower bound of it if it was not searched; 0 if it
+    /// touches.
     pub distance_m: f64,
-    /// The tip itself is inside.
+    /// Whether the tip itself is inside.
     pub tip_inside: bool,
 }
 
-/// Where a distance was last searched for, and what it was.
+/// The last search for a distance, and its result.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sighting {
     pub shaft: Shaft,
     pub distance_m: f64,
 }
 
-/// What searching for a distance may err by, in m; far above round-off, far below what anybody feels.
+/// Error bound of a distance search, in m; far above round-off, far below perception.
 const SEARCH_ERROR_M: f64 = 1e-6;
 
 impl Sighting {
-    /// What the distance of another shaft is at least, in m: no point of a segment moves farther than one of its ends.
+    /// Lower bound of the distance for another shaft, in m: no point of a segment moves farther
+    /// than one of its ends.
     pub fn least_m(&self, now: &Shaft) -> f64 {
         let moved_m = (now.tip_m - self.shaft.tip_m).norm().max((now.entry_m - self.shaft.entry_m).norm());
         self.distance_m - moved_m - SEARCH_ERROR_M
     }
 }
 
-/// A checked structure, ready for queries. Queries run in coordinates about its position.
+/// A checked structure, ready for queries. Queries run in coordinates relative to its position.
 #[derive(Debug)]
 pub(crate) struct Structure {
     kind: StructureKind,
@@ -180,12 +183,13 @@ enum Solid {
     Mesh(Box<ClosedMesh>),
 }
 
-/// A closed mesh, with a normal of its own at every vertex.
+/// A closed mesh, with a normal at every vertex.
 #[derive(Debug)]
 struct ClosedMesh {
     mesh: TriMesh,
-    /// Sums of the normals of the triangles at each vertex, each times its angle there (Bærentzen and Aanæs 2005): they tell
-    /// inside from outside where a vertex is nearest. The library's own come of the platform's arc cosine.
+    /// Sums of the normals of the triangles at each vertex, weighted by their angles there
+    /// (Bærentzen and Aanæs 2005): they decide between inside and outside if a vertex is nearest.
+    /// The library's own depend on the platform's arc cosine.
     normals: Vec<Vector>,
 }
 
@@ -204,7 +208,7 @@ impl ClosedMesh {
         Self { mesh, normals }
     }
 
-    /// The nearest point of the surface, and whether the point is inside.
+    /// The nearest point of the surface, and whether the query point is inside.
     fn project(&self, point: Vector) -> PointProjection {
         let (mut nearest, (triangle, location)) = self.mesh.project_local_point_and_get_location(point, false);
         if let TrianglePointLocation::OnVertex(corner) = location {
@@ -225,7 +229,8 @@ impl Solid {
         }
     }
 
-    /// The nearest point: of the surface, or of the whole where it is `solid`; and whether the point is inside.
+    /// The nearest point of the surface, or of the whole volume if `solid`; and whether the query
+    /// point is inside.
     fn project(&self, point: Vector, solid: bool) -> PointProjection {
         match self {
             Self::Mesh(closed) => closed.project(point),
@@ -274,7 +279,7 @@ impl Obstacles {
 }
 
 impl Structure {
-    /// Checks a structure and builds its shape; `index` only names it in the error.
+    /// Checks a structure and builds its shape; `index` is used for errors only.
     pub fn new(index: usize, spec: &StructureSpec) -> Result<Self, ParamError> {
         let name = format!("structures[{index}] ({})", spec.name);
         check_vector(&format!("{name}.position_m"), &spec.position_m.coords)?;
@@ -298,8 +303,8 @@ impl Structure {
         if nearest.is_inside {
             return Meeting { distance_m: 0.0, tip_inside: true };
         }
-        // A segment of no length has no direction for the closest-point search; the tip's own distance also
-        // bounds the shaft's from above where that search gives up.
+        // A segment of zero length has no direction for the closest-point search; the tip's own
+        // distance also bounds the shaft's from above if that search fails.
         let from_tip = (nearest.point - tip).length();
         let from_shaft = if entry == tip { from_tip } else { self.shaft_distance(Segment::new(entry, tip)) };
         Meeting { distance_m: from_shaft.min(from_tip), tip_inside: false }
@@ -310,14 +315,15 @@ impl Structure {
             .map_or(f64::INFINITY, |found| found.distance)
     }
 
-    /// The nearest place of the surface.
+    /// The nearest point of the surface.
     pub fn nearest(&self, point_m: &Point3<f64>) -> NearestPlace {
         let found = self.solid.project(parry_vector(&point_m.coords) - self.position, false);
         let at = found.point + self.position;
         NearestPlace { at_m: Point3::new(at.x, at.y, at.z), inside: found.is_inside }
     }
 
-    /// Force on a needle's tip that is inside, in N: of bone, or of a wall that is still closed; 0 for anything else.
+    /// Force on a needle's tip that is inside, in N: of bone, or of a wall that is still closed; 0
+    /// for any other structure.
     pub fn tip_force_n(&self, tip_m: &Point3<f64>, wall_open: bool) -> Vector3<f64> {
         let stiffness_n_per_m = match (self.kind, self.wall) {
             (StructureKind::Bone, _) => BONE_N_PER_M,
@@ -327,7 +333,7 @@ impl Structure {
         self.outward_m(tip_m) * stiffness_n_per_m
     }
 
-    /// Whether the tip presses on the wall with what opens it.
+    /// Whether the tip presses on the wall with at least its rupture force.
     pub fn opens_wall(&self, tip_m: &Point3<f64>) -> bool {
         self.wall.is_some_and(|wall| {
             let force_n = self.outward_m(tip_m).norm() * wall.stiffness_n_per_m;
@@ -335,12 +341,12 @@ impl Structure {
         })
     }
 
-    /// The shortest way out for a tip inside, in m; 0 for one outside.
+    /// The shortest displacement that moves a tip inside to the surface, in m; 0 for one outside.
     pub fn outward_m(&self, tip_m: &Point3<f64>) -> Vector3<f64> {
         let tip = parry_vector(&tip_m.coords) - self.position;
         let nearest = self.solid.project(tip, false);
         let outward = nearest.point - tip;
-        // At the very centre of a ball no direction is outward.
+        // At the very centre of a sphere no direction is outward.
         if nearest.is_inside && outward.is_finite() {
             Vector3::new(outward.x, outward.y, outward.z)
         } else {
@@ -379,7 +385,8 @@ fn build_solid(name: &str, shape: &Shape) -> Result<Solid, ParamError> {
     }
 }
 
-/// Builds a closed, outward-oriented mesh. Vertices at the same place are merged first: file formats such as STL repeat them.
+/// Builds a closed, outward-oriented mesh. Vertices at the same position are merged first: file
+/// formats such as STL repeat them.
 fn build_mesh(name: &str, vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<Solid, ParamError> {
     let refuse = |value: f64, unit, allowed| ParamError { field: format!("{name}.mesh"), value, unit, allowed };
     vertices_m.iter().try_for_each(|vertex| check_vector(&format!("{name}.mesh.vertices_m"), &vertex.coords))?;
@@ -405,7 +412,7 @@ fn build_mesh(name: &str, vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) ->
     Ok(Solid::Mesh(Box::new(ClosedMesh::new(mesh))))
 }
 
-/// How many directed edges occur twice, or lack the opposite one.
+/// Number of directed edges that occur twice, or lack the opposite one.
 fn open_edges(triangles: &[[u32; 3]]) -> usize {
     let edges = || triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
     let mut seen = BTreeSet::new();
@@ -413,7 +420,7 @@ fn open_edges(triangles: &[[u32; 3]]) -> usize {
     repeated + seen.iter().filter(|(a, b)| !seen.contains(&(*b, *a))).count()
 }
 
-/// Volume by the divergence theorem, in m³; negative when the triangles face inwards.
+/// Volume by the divergence theorem, in m³; negative if the triangles face inwards.
 fn signed_volume(mesh: &TriMesh) -> f64 {
     mesh.triangles().map(|triangle| triangle.a.dot(triangle.b.cross(triangle.c)) / 6.0).sum()
 }

@@ -1,38 +1,39 @@
-//! Sentences that somebody may want in another language: English words, and the values that stand in them.
+//! Translatable sentences: English text with named values.
 //!
-//! `Display` says them in English. Whoever has a catalogue looks the words up and fills in the same values.
+//! `Display` formats them in English. The crate `words` translates the text and inserts the same
+//! values.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter, Write};
 
 use serde::{Serialize, Serializer};
 
-/// Something to be said to people.
+/// A user-facing text.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Phrase {
-    /// A name, or a value as somebody wrote it: the same in every language.
+    /// A name or a literal value: the same in every language.
     Data(String),
-    /// A word that is data as well, which a language may know.
+    /// A word that is also data and may have a translation.
     Known(String),
-    /// Digits with a decimal point, for people to read: a language may write another sign. A unit may follow.
+    /// Digits with a decimal point, to be localised. A unit may follow.
     Number(String),
     /// A text that its author wrote in several languages.
     Languages {
-        /// In the language of its document.
+        /// The text in the language of its document.
         own: String,
-        /// In others, by their codes.
+        /// The other languages, by code.
         others: BTreeMap<String, String>,
     },
-    /// Words, made by [`phrase!`](crate::phrase!).
+    /// A sentence, created with [`phrase!`](crate::phrase!).
     Sentence {
-        /// In English, with the names of values in braces.
+        /// The English text, with the names of values in braces.
         words: &'static str,
-        /// What stands at each name.
+        /// The value of each name.
         values: Vec<(&'static str, Self)>,
     },
 }
 
-/// A sentence with its values by name: `phrase!("allowed: at most {most} mm", most = 200)`.
+/// Creates a sentence with named values: `phrase!("allowed: at most {most} mm", most = 200)`.
 #[macro_export]
 macro_rules! phrase {
     ($words:literal $(, $name:ident = $value:expr)* $(,)?) => {
@@ -43,7 +44,8 @@ macro_rules! phrase {
     };
 }
 
-/// Marks a sentence that is said later for the catalogues: a constant, or a word that is also data.
+/// Marks a sentence for the catalogues that is translated later: a constant, or a word that is also
+/// data.
 #[macro_export]
 macro_rules! sentence {
     ($sentence:literal) => {
@@ -52,24 +54,24 @@ macro_rules! sentence {
 }
 
 impl Phrase {
-    /// What is the same in every language.
+    /// Creates a text that is the same in every language.
     pub fn data(value: impl Display) -> Self {
         Self::Data(value.to_string())
     }
 
-    /// A sentence without values, which stands in a constant elsewhere.
+    /// Creates a sentence without values from a constant defined elsewhere.
     #[must_use]
     pub const fn sentence(words: &'static str) -> Self {
         Self::Sentence { words, values: Vec::new() }
     }
 
-    /// A text as somebody wrote it, in quotes.
+    /// Creates a quoted literal text.
     #[must_use]
     pub fn quoted(text: &str) -> Self {
         Self::Data(format!("\"{text}\""))
     }
 
-    /// A number with so many decimals.
+    /// Creates a number with `decimals` decimal places.
     #[must_use]
     pub fn number(value: f64, decimals: usize) -> Self {
         Self::Number(format!("{value:.decimals$}"))
@@ -91,7 +93,7 @@ impl Display for Phrase {
     }
 }
 
-/// As text, in English.
+/// Serialises as English text.
 impl Serialize for Phrase {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
@@ -110,7 +112,7 @@ macro_rules! from_data {
 
 from_data!(&str &String String f64 i64 u64 usize);
 
-/// Puts values where a sentence names them in braces. A name without a value stays as it is.
+/// Replaces the names in braces by their values. A name without a value is left unchanged.
 #[must_use]
 pub fn fill(sentence: &str, values: &[(&str, &dyn Display)]) -> String {
     let mut filled = String::with_capacity(sentence.len() + 16);
@@ -122,7 +124,7 @@ pub fn fill(sentence: &str, values: &[(&str, &dyn Display)]) -> String {
             .and_then(|(name, rest)| values.iter().find(|(known, _)| *known == name).map(|(_, value)| (value, rest)));
         rest = match value {
             Some((value, rest)) => {
-                // Writing into a String fails only where the value's own Display does.
+                // Writing to a String fails only if the value's own Display does.
                 let _ = write!(filled, "{value}");
                 rest
             }
@@ -137,8 +139,8 @@ pub fn fill(sentence: &str, values: &[(&str, &dyn Display)]) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! A sentence must hold its values, and read in English as it was written. Fails when a value is lost, or read again
-    //! as if it were words.
+    //! A sentence must contain its values and read in English exactly as written; values must not
+    //! be expanded again as text.
 
     use super::{Phrase, fill};
 

@@ -1,5 +1,5 @@
-//! What goes wrong, as exceptions: `StyletError`, a `ValueError`, where input is wrong, and an `OSError` of Python's own where a file cannot
-//! be read.
+//! Python exceptions: `StyletError`, a `ValueError`, for invalid input, and Python's own `OSError`
+//! for file errors.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -18,22 +18,22 @@ create_exception!(
     "Input that is refused. The message names the place (file and line, or argument and index), the value and what is allowed."
 );
 
-/// Input is refused, and why.
+/// Creates the exception for refused input.
 pub fn refuse_input(why: impl Display) -> PyErr {
     StyletError::new_err(why.to_string())
 }
 
-/// A file is refused, and why.
+/// Creates the exception for a refused file.
 pub fn refuse_file(file: &str, why: impl Display) -> PyErr {
     refuse_input(format_args!("{file}: {why}"))
 }
 
-/// A file cannot be read or written: the subclass of `OSError` that belongs to the system's own number.
+/// Creates the exception for an I/O error: the subclass of `OSError` for the error number.
 pub fn report_disk(file: &str, error: &io::Error) -> PyErr {
     match error.raw_os_error() {
         Some(number) => {
             let says = error.to_string();
-            // Python puts the number in front itself.
+            // Python adds the number itself.
             let says = says.strip_suffix(&format!(" (os error {number})")).unwrap_or(&says);
             PyOSError::new_err((number, says.to_owned(), file.to_owned()))
         }
@@ -41,7 +41,7 @@ pub fn report_disk(file: &str, error: &io::Error) -> PyErr {
     }
 }
 
-/// Opens a file that the call names.
+/// Opens a file passed by the caller.
 pub fn open_file(path: &Path) -> PyResult<File> {
     let name = path.display().to_string();
     let file = File::open(path).map_err(|error| report_disk(&name, &error))?;
@@ -54,7 +54,7 @@ pub fn open_file(path: &Path) -> PyResult<File> {
     }
 }
 
-/// A trajectory is refused, or its file cannot be read.
+/// Creates the exception for a refused or unreadable trajectory.
 pub fn refuse_trajectory(error: &TrajectoryError) -> PyErr {
     match error {
         TrajectoryError::Unreadable { file, error } => report_disk(file, error),

@@ -1,4 +1,4 @@
-//! `stylet.Field`: the tissue alone.
+//! `stylet.Field`: the tissue without a needle law.
 
 use documents::field_case::{self, FieldCase};
 use pyo3::prelude::*;
@@ -9,13 +9,13 @@ use tissue::{Judging, Model};
 
 use crate::errors::{refuse_file, refuse_input};
 
-/// Tolerances that can be asked for.
+/// Allowed tolerances.
 const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-6..=1.0;
 
-/// The models that can be asked for by name.
+/// The models that can be selected by name.
 const MODELS: [Model; 3] = [Model::Axisymmetric, Model::MassSpring, Model::Volumetric];
 
-/// Answers a case. Arrays come as bytes, load after load, depth after depth, radius after radius.
+/// Solves a case. Arrays are returned as bytes, ordered by load, then depth, then radius.
 #[pyfunction]
 pub fn answer_field<'py>(
     py: Python<'py>,

@@ -1,4 +1,4 @@
-//! `stylet.force`: the force law alone.
+//! `stylet.force`: the force law without device or recording.
 
 use std::convert::Infallible;
 
@@ -10,13 +10,15 @@ use pyo3::types::PyByteArray;
 
 use crate::errors::{refuse_file, refuse_input, refuse_trajectory};
 
-/// Columns of the answer, one after the other: speed, whole force, tip, rim, viscous, friction, cutting, depth.
+/// Number of result columns, in this order: speed, total force, tip, rim, viscous, friction,
+/// cutting, depth.
 const COLUMNS: usize = 8;
 
-/// A boundary that gave way: row of the trajectory, contactor, boundary from the surface down.
+/// A rupture: row of the trajectory, contactor, boundary counted from the surface down.
 type RuptureRow = (usize, &'static str, usize);
 
-/// What the law answers on a trajectory: the columns as bytes, what gave way, and what is unsound about the scene.
+/// Evaluates the law on a trajectory. Returns the columns as bytes, the ruptures, and the reasons
+/// why the scene is unsound.
 #[pyfunction]
 pub fn compute_force<'py>(
     py: Python<'py>,
@@ -39,7 +41,7 @@ pub fn compute_force<'py>(
     Ok((PyByteArray::new(py, bytemuck::cast_slice(&columns)), ruptures, unsound))
 }
 
-/// The columns of the answer, and what gave way.
+/// Returns the result columns and the ruptures.
 fn run_law(needle: &LoneNeedle, t_s: &[f64], x_m: &[f64]) -> (Vec<f64>, Vec<RuptureRow>) {
     let rows = t_s.len();
     let (mut columns, mut ruptures, mut row) = (vec![0.0; COLUMNS * rows], Vec::new(), 0);
@@ -67,7 +69,7 @@ fn run_law(needle: &LoneNeedle, t_s: &[f64], x_m: &[f64]) -> (Vec<f64>, Vec<Rupt
     }
 }
 
-/// A column of an array: contiguous numbers in double precision, which the Python half has seen to.
+/// Copies a column of an array: contiguous doubles, which the Python half guarantees.
 pub fn read_column(array: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     PyBuffer::<f64>::get(array)?.to_vec(array.py())
 }

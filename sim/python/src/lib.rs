@@ -1,7 +1,9 @@
-//! The native half of the Python package `stylet`: thin calls into the functions that the commands use. The other half, in `stylet/`,
-//! makes numpy arrays of the bytes that come from here, and documents them.
+//! The native half of the Python package `stylet`: thin calls into the functions that the commands
+//! use. The other half, in `stylet/`, converts the returned bytes to numpy arrays and documents
+//! them.
 //!
-//! Nothing here holds Python's lock while it computes, and nothing keeps Python's memory: columns are copied in and out as bytes.
+//! Computations release Python's lock, and no reference to Python's memory is kept: columns are
+//! copied in and out as bytes.
 
 mod clock;
 mod errors;
@@ -13,7 +15,7 @@ mod simulation;
 
 use pyo3::prelude::*;
 
-/// What the Python half imports.
+/// The module that the Python half imports.
 #[pymodule]
 #[pyo3(name = "_native")]
 mod native {

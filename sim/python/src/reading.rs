@@ -1,4 +1,4 @@
-//! `stylet.read`: a recording, its tables and what it is judged as.
+//! `stylet.read`: a recording, its tables and its score.
 
 use std::collections::BTreeMap;
 use std::io::BufReader;
@@ -14,23 +14,23 @@ use time::format_description::well_known::Rfc3339;
 use crate::errors::{open_file, refuse_file, refuse_input, report_disk};
 use crate::rows::{Packed, PackedRows};
 
-/// Columns (name, format, where it begins), bytes of a row, rows, and all of them.
+/// Columns (name, format, offset), bytes per row, number of rows, and the data.
 type PackedTable<'py> = (Vec<(String, &'static str, usize)>, usize, usize, Bound<'py, PyByteArray>);
 
 /// A recording in memory.
 #[pyclass(frozen, module = "stylet._native")]
 pub struct NativeRecording {
-    /// What errors call it.
+    /// Name in error messages.
     pub name: String,
-    /// What is in it.
+    /// The recording.
     pub recording: Recording,
-    /// The file itself, where it was made here.
+    /// The file's content, if it was simulated here.
     pub file: Option<Vec<u8>>,
-    /// What is unsound about its scene, where it was made here.
+    /// The reasons why its scene is unsound, if it was simulated here.
     pub unsound: Vec<String>,
 }
 
-/// Reads a recording, whole or cut.
+/// Reads a complete or truncated recording.
 #[pyfunction]
 pub fn read_recording(py: Python<'_>, path: PathBuf) -> PyResult<NativeRecording> {
     py.detach(|| {
@@ -40,7 +40,7 @@ pub fn read_recording(py: Python<'_>, path: PathBuf) -> PyResult<NativeRecording
     })
 }
 
-/// A recording is refused, or its file cannot be read.
+/// Creates the exception for a refused or unreadable recording.
 pub fn refuse_recording(name: &str, error: &ReadError) -> PyErr {
     match error {
         ReadError::Io(error) => report_disk(name, error),
@@ -65,7 +65,7 @@ impl NativeRecording {
         self.unsound.clone()
     }
 
-    /// The file itself, where it was made here.
+    /// Returns the file's content, if it was simulated here.
     fn content<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyBytes>> {
         self.file.as_ref().map(|file| PyBytes::new(py, file))
     }
@@ -82,7 +82,7 @@ impl NativeRecording {
         self.pack_table(py, "energy", &self.recording.energies)
     }
 
-    /// Column after column; where an event has no boundary, track or structure it is −1.
+    /// Returns the columns of the events; an absent boundary, track or structure is −1.
     fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (columns, events) = (PyDict::new(py), &self.recording.events);
         let index = |index: Option<u32>| index.map_or(-1, i64::from);
@@ -101,7 +101,7 @@ impl NativeRecording {
         Ok(columns)
     }
 
-    /// Metadata, by the names that they have in the file.
+    /// Returns the metadata under the names used in the file.
     fn session<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (told, session) = (PyDict::new(py), &self.recording.session);
         let Session { session_id, exercise_id, exercise_sha256, scene_sha256, simulator_version, .. } = session;
@@ -122,13 +122,13 @@ impl NativeRecording {
         Ok(told)
     }
 
-    /// Files that it carries, by their names.
+    /// Returns the attached files by name.
     fn attachments<'py>(&self, py: Python<'py>) -> BTreeMap<String, Bound<'py, PyBytes>> {
         let attachments = self.recording.attachments.iter();
         attachments.map(|attached| (attached.name.clone(), PyBytes::new(py, &attached.data))).collect()
     }
 
-    /// What `stylet score --json` prints.
+    /// Returns the output of `stylet score --json`.
     fn score(&self, py: Python<'_>, exercise: Option<PathBuf>) -> PyResult<String> {
         py.detach(|| {
             let bundle = match exercise {
@@ -143,7 +143,7 @@ impl NativeRecording {
         })
     }
 
-    /// What `stylet verify --json` prints.
+    /// Returns the output of `stylet verify --json`.
     fn verify(&self, py: Python<'_>) -> PyResult<String> {
         py.detach(|| {
             let verification = assessment::verify_own(&self.recording).map_err(|error| self.refuse(error))?;

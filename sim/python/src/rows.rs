@@ -1,4 +1,5 @@
-//! Rows of numbers as C lays out a struct, so that numpy reads them where they are. Columns are called as `stylet export` calls them.
+//! Rows of numbers in the layout of a C struct, which numpy reads without copying. Columns have the
+//! same names as in `stylet export`.
 
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
@@ -7,22 +8,22 @@ use recording::{Energy, Sample, Tent};
 
 use crate::errors::refuse_input;
 
-/// A column: its name, the format that numpy knows it by, where it begins in a row.
+/// A column: name, numpy format, offset in the row.
 type Field = (String, &'static str, usize);
 
-/// Rows that all have the same columns.
+/// Rows with identical columns.
 #[derive(Default)]
 pub struct PackedRows {
     fields: Vec<Field>,
     bytes: Vec<u8>,
-    /// Bytes of a row, known from the first one.
+    /// Size of a row in bytes, known after the first row.
     row_bytes: usize,
     rows: usize,
 }
 
-/// What can be written into rows.
+/// A type that can be written as a row.
 pub trait Packed {
-    /// Writes its columns, the same for every one of a table.
+    /// Writes its columns, which must be the same for all rows of a table.
     fn pack(&self, row: &mut PackedRow<'_>);
 }
 
@@ -50,7 +51,7 @@ impl PackedRow<'_> {
         "xyz".chars().zip(values).for_each(|(part, value)| self.float(|| name(part), value));
     }
 
-    /// Writes a number where numbers of its size may stand.
+    /// Writes a number, aligned to its size.
     fn put<const N: usize>(&mut self, name: impl Fn() -> String, format: &'static str, value: &[u8; N]) {
         let bytes = &mut self.rows.bytes;
         let offset = (bytes.len() - self.begin).next_multiple_of(N);
@@ -63,14 +64,14 @@ impl PackedRow<'_> {
 }
 
 impl PackedRows {
-    /// Writes rows.
+    /// Packs items as rows.
     ///
     /// # Errors
-    /// When one has other columns than the first, or they are too many: so is no recording of ours.
+    /// If a row has other columns than the first, or too many; neither occurs in our recordings.
     pub fn pack<T: Packed + Default>(table: &str, items: &[T]) -> PyResult<Self> {
         let mut rows = Self::default();
         if items.is_empty() {
-            // Without rows there are columns all the same.
+            // An empty table still has columns.
             rows = Self::pack(table, &[T::default()])?;
             rows.bytes.clear();
             rows.rows = 0;
@@ -98,7 +99,7 @@ impl PackedRows {
         Ok(rows)
     }
 
-    /// Columns, bytes of a row, rows, and all of them.
+    /// Returns columns, bytes per row, number of rows, and the data.
     pub fn tell<'py>(&self, py: Python<'py>) -> (Vec<Field>, usize, usize, Bound<'py, PyByteArray>) {
         (self.fields.clone(), self.row_bytes, self.rows, PyByteArray::new(py, &self.bytes))
     }

@@ -17,7 +17,7 @@ use crate::errors::{refuse_file, refuse_input, refuse_trajectory};
 use crate::force::read_column;
 use crate::reading::{NativeRecording, read_exercise, refuse_recording};
 
-/// Names and units of the columns of a motion.
+/// Names and units of a motion's columns.
 const MOTION_COLUMNS: [(&str, &str); 8] = [
     ("motion[:, 0]", " s"),
     ("motion[:, 1]", " m"),
@@ -29,10 +29,10 @@ const MOTION_COLUMNS: [(&str, &str); 8] = [
     ("motion[:, 7]", ""),
 ];
 
-/// What device the recording of a motion in memory names.
+/// Device name in the recording of a motion from memory.
 const MOTION_DEVICE: &str = "operator:array";
 
-/// How an attempt is made.
+/// Parameters of a simulated attempt.
 #[derive(FromPyObject)]
 pub struct SimulationWish {
     operator: Option<String>,
@@ -43,14 +43,15 @@ pub struct SimulationWish {
     trainee: String,
 }
 
-/// Who moves the needle.
+/// The hand that moves the needle.
 enum SimulatedHand {
     Named(HandChoice),
-    /// A motion in memory, column after column.
+    /// A motion from memory, one vector for each column.
     Moved(Vec<Vec<f64>>),
 }
 
-/// Lets a virtual hand perform an exercise. `motion` has the columns of a motion where `wish.operator` is none.
+/// Simulates an exercise performed by a virtual hand. `motion` contains the columns of a motion if
+/// `wish.operator` is `None`.
 #[pyfunction]
 pub fn simulate_exercise(
     py: Python<'_>,

@@ -1,4 +1,4 @@
-//! A copy of a recording with remarks that were made later, as events among its own.
+//! Copies a recording and adds later remarks as events.
 
 use std::io::Write;
 
@@ -14,20 +14,21 @@ use crate::recover::{Copy, find_records};
 use crate::wire::EventMessage;
 use crate::write::start_unix_ns;
 
-/// Something that was said about a moment.
+/// A remark about a moment of an attempt.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Annotation {
-    /// The moment since the start, in s.
+    /// Time since the start, in s.
     pub t_s: f64,
-    /// What was said, by whom: a role or a pseudonym, never a name.
+    /// The remark with its author: a role or a pseudonym, never a name.
     pub text: String,
 }
 
-/// Copies a recording into `sink` with each remark as an event of kind coaching, where its time comes. Everything else is
-/// copied message by message: forces, score and re-simulation are those of the original.
+/// Copies a recording into `sink` and inserts each remark at its time as an event of kind coaching.
+/// Everything else is copied message by message: forces, score and re-simulation are those of the
+/// original.
 ///
 /// # Errors
-/// When it is no recording, or the disk refuses.
+/// If the input is not a recording, or on an I/O error.
 pub fn annotate<W: Write>(bytes: &[u8], sink: W, remarks: &[Annotation]) -> Result<W, ReadError> {
     let recording = Recording::read(bytes)?;
     let start_ns = start_unix_ns(&recording.session).map_err(|error| ReadError::missing("started_at", error))?;
@@ -48,7 +49,7 @@ pub fn annotate<W: Write>(bytes: &[u8], sink: W, remarks: &[Annotation]) -> Resu
     copy.finish().map(|(_, sink)| sink)
 }
 
-/// The event, where the needle was at that moment.
+/// Creates the event, with the needle's state at that time.
 fn event(recording: &Recording, remark: &Annotation) -> Event {
     let before = recording.samples.partition_point(|sample| sample.t_s <= remark.t_s).saturating_sub(1);
     let sample = recording.samples.get(before).copied().unwrap_or_default();

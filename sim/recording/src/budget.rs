@@ -1,4 +1,5 @@
-//! What reading a recording may cost. A few kilobytes can unpack to gigabytes, and a few bytes become a thousand in memory.
+//! Limits on the resources used for reading a recording. A few kilobytes can decompress to
+//! gigabytes, and a few bytes can expand to a thousand in memory.
 
 use std::mem::size_of;
 
@@ -9,36 +10,36 @@ use crate::sample::{Energy, Sample};
 use crate::session::Attachment;
 use crate::tent::Tent;
 
-/// The most that a recording may cost its reader.
+/// Resource limits for reading a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
-    /// What is kept in memory, in bytes.
+    /// Memory for the result, in bytes.
     pub kept_bytes: u64,
-    /// What comes out of its chunks, in bytes.
+    /// Total size of decompressed chunks, in bytes.
     pub unpacked_bytes: u64,
     /// Messages on all topics.
     pub messages: u64,
 }
 
 impl Default for Budget {
-    /// An hour and a half at 1 kHz.
+    /// Enough for an hour and a half at 1 kHz.
     fn default() -> Self {
         Self { kept_bytes: 1 << 30, unpacked_bytes: 2 << 30, messages: 8_000_000 }
     }
 }
 
-/// Most events: an attempt has some dozens.
+/// Maximum number of events: an attempt has a few dozen.
 const MOST_EVENTS: usize = 10_000;
-/// Most attachments: exercise, scene and meshes.
+/// Maximum number of attachments: exercise, scene and meshes.
 const MOST_ATTACHMENTS: usize = 256;
-/// Longest words of an event, in bytes.
+/// Maximum length of an event's text, in bytes.
 const LONGEST_TEXT: usize = 4096;
-/// Longest name of an attachment, in bytes.
+/// Maximum length of an attachment's name, in bytes.
 const LONGEST_NAME: usize = 255;
-/// Latest moment of an attempt, in s.
+/// Largest time of a message since the start, in s.
 const LATEST_S: f64 = 1e6;
 
-/// What was spent of a budget.
+/// The remaining part of a budget.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Purse {
     left: Budget,
@@ -58,7 +59,7 @@ impl Purse {
         Self { left: whole, whole, events: 0, attachments: 0 }
     }
 
-    /// Pays for a record of so many bytes that came out of a chunk, or lay in the file.
+    /// Charges a record of `bytes` bytes, from a chunk or from the file.
     pub(crate) fn unpack(&mut self, bytes: usize) -> Result<(), String> {
         let whole = self.whole.unpacked_bytes;
         spend_budget(&mut self.left.unpacked_bytes, bytes, || format!("it unpacks to more than {whole} bytes"))
@@ -69,7 +70,7 @@ impl Purse {
         spend_budget(&mut self.left.messages, 1, || format!("more than {whole} messages"))
     }
 
-    /// Pays for what is kept.
+    /// Charges bytes that stay in memory.
     pub(crate) fn keep(&mut self, bytes: usize) -> Result<(), String> {
         let whole = self.whole.kept_bytes;
         spend_budget(&mut self.left.kept_bytes, bytes, || format!("it takes more than {whole} bytes of memory"))

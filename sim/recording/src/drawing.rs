@@ -1,4 +1,4 @@
-//! What viewers see: frames, poses, the scene and log lines, in Foxglove's schemas.
+//! Messages for viewers: frames, poses, the scene and log lines, in Foxglove's schemas.
 
 use law::puncture::PunctureSpec;
 use law::structures::{Shape, StructureKind, StructureSpec};
@@ -13,23 +13,23 @@ use crate::generated::foxglove::{
 use crate::rate::NS_PER_S;
 use crate::sample::Sample;
 
-/// Frame that viewers start from; the patient lies in it.
+/// Root frame of the viewer; the patient lies in it.
 const WORLD: &str = "world";
 const PATIENT: &str = "patient";
 const NEEDLE: &str = "needle";
-/// Width and length of the slab that stands for a layer, in m.
+/// Width and length of the slab that represents a layer, in m.
 const SLAB_M: f64 = 0.12;
-/// Thickness at which a fascia without any is drawn, in m.
+/// Thickness at which a fascia of zero thickness is drawn, in m.
 const THINNEST_SLAB_M: f64 = 2e-4;
-/// Colours of the layers from the surface down, again from the first where there are more: no two neighbours look alike.
+/// Colours of the layers from the surface down, repeated cyclically: neighbours always differ.
 const LAYER_COLOURS: [[f64; 3]; 4] = [[0.9, 0.65, 0.55], [0.95, 0.82, 0.3], [0.75, 0.85, 0.95], [0.75, 0.2, 0.2]];
-/// Opacity of a layer: the needle has to show through all of them.
+/// Opacity of a layer: the needle must be visible through all of them.
 const LAYER_ALPHA: f64 = 0.3;
-/// A mesh of more triangles is drawn as its bounding box: the scene is repeated every second and the mesh itself is
-/// attached.
+/// A mesh with more triangles is drawn as its bounding box: the scene is repeated every second, and
+/// the full mesh is attached.
 const MOST_TRIANGLES: usize = 2_000;
 
-/// What `/scene` draws, plain data in SI.
+/// Contents of `/scene`, plain data in SI.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneDrawing {
     /// Name and thickness in m of each layer, from the surface down.
@@ -43,7 +43,7 @@ pub struct SceneDrawing {
 }
 
 impl SceneDrawing {
-    /// What there is to draw of a puncture with a needle of a radius, in m.
+    /// Extracts the drawing from a puncture, for a needle of a radius in m.
     #[must_use]
     pub fn from_spec(spec: &PunctureSpec, needle_radius_m: f64) -> Self {
         let layers = spec.axial.layers.iter();
@@ -56,10 +56,10 @@ impl SceneDrawing {
     }
 }
 
-/// The last time that viewers can hold.
+/// The last time that viewers can represent.
 const LAST_TIME: Timestamp = Timestamp { seconds: u32::MAX as i64, nanos: 999_999_999 };
 
-/// A Unix time in ns as viewers want it; the last one they can hold where it is later.
+/// Converts a Unix time in ns to a viewer's timestamp, clamped to [`LAST_TIME`].
 pub(crate) fn stamp_time(unix_ns: u64) -> Timestamp {
     match u32::try_from(unix_ns / NS_PER_S) {
         Ok(seconds) => Timestamp { seconds: seconds.into(), nanos: (unix_ns % NS_PER_S) as i32 },
@@ -75,7 +75,7 @@ fn viewer_quaternion([x, y, z, w]: [f64; 4]) -> Option<Quaternion> {
     Some(Quaternion { x, y, z, w })
 }
 
-/// A pose without rotation.
+/// Returns a pose without rotation.
 fn unrotated_pose(position: [f64; 3]) -> Option<Pose> {
     Some(Pose { position: viewer_vector(position), orientation: viewer_quaternion([0.0, 0.0, 0.0, 1.0]) })
 }
@@ -84,7 +84,7 @@ fn viewer_colour(r: f64, g: f64, b: f64, a: f64) -> Option<Color> {
     Some(Color { r, g, b, a })
 }
 
-/// The needle's pose.
+/// Returns the needle's pose.
 pub(crate) fn draw_pose(sample: &Sample, unix_ns: u64) -> PoseInFrame {
     PoseInFrame {
         timestamp: Some(stamp_time(unix_ns)),
@@ -107,16 +107,17 @@ fn frame_transform(parent: &str, child: &str, pose: Option<Pose>, unix_ns: u64) 
     }
 }
 
-/// Every frame there is: the patient at the world's origin, the needle in the patient.
+/// Returns every frame: the patient at the world's origin, the needle in the patient.
 ///
-/// A viewer that jumps back forgets the frames and reads the last message of a topic, so each message holds them all.
+/// A viewer that seeks discards the frames and reads the last message of a topic, so each message
+/// contains all frames.
 pub(crate) fn draw_transforms(sample: &Sample, unix_ns: u64) -> FrameTransforms {
     let pose = Pose { position: viewer_vector(sample.position_m), orientation: viewer_quaternion(sample.orientation) };
     let patient = frame_transform(WORLD, PATIENT, unrotated_pose([0.0; 3]), unix_ns);
     FrameTransforms { transforms: vec![patient, frame_transform(PATIENT, NEEDLE, Some(pose), unix_ns)] }
 }
 
-/// A line for the viewer's log.
+/// Returns a line for the viewer's log.
 pub(crate) fn log_line(event: &Event, unix_ns: u64) -> Log {
     let level = match event.kind {
         EventKind::Fault | EventKind::Interrupted => log::Level::Error,
@@ -140,7 +141,8 @@ pub(crate) fn log_line(event: &Event, unix_ns: u64) -> Log {
     }
 }
 
-/// The scene at a time: layers as translucent slabs, structures, and the needle in its own frame.
+/// Returns the scene at a time: layers as translucent slabs, structures, and the needle in its own
+/// frame.
 pub(crate) fn draw_scene(drawing: &SceneDrawing, unix_ns: u64) -> SceneUpdate {
     let mut entities = vec![needle_entity(drawing)];
     entities.extend(layer_entities(drawing));
@@ -242,7 +244,7 @@ fn cylinder_primitive(
     radius_m: f64,
     color: Option<Color>,
 ) -> CylinderPrimitive {
-    // An axis along -z has no unique rotation from +z; half a turn about x is one.
+    // The rotation from +z to an axis along -z is not unique; use half a turn about x.
     let turn = UnitQuaternion::rotation_between(&Vector::z(), half_axis_m)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), std::f64::consts::PI));
     let [x, y, z, w] = turn.coords.into();

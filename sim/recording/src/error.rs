@@ -1,19 +1,19 @@
-//! Why a recording cannot be read or written.
+//! Errors of reading and writing recordings.
 
 use std::fmt::Display;
 
-/// Why a file is not a usable recording.
+/// A file cannot be read as a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// Not an MCAP file, or nothing in it.
+    /// Not an MCAP file, or an empty one.
     #[error("not a recording: {0}")]
     NotARecording(String),
     /// Metadata, an attachment or a topic is missing or malformed.
     #[error("{what}: {why}")]
     Missing {
-        /// What is missing.
+        /// The missing or malformed item.
         what: String,
-        /// What was found.
+        /// The reason.
         why: String,
     },
     /// A record is damaged.
@@ -21,10 +21,10 @@ pub enum ReadError {
     Damaged {
         /// Offset in the file.
         offset: u64,
-        /// What is wrong.
+        /// The reason.
         why: String,
     },
-    /// A chunk is compressed in a way that is not read here; the file may be whole.
+    /// A chunk uses an unsupported compression; the file may be intact.
     #[error(
         "byte {offset}: a chunk is compressed by \"{compression}\"; allowed: zstd, or none. Rewrite the file, as \
          \"mcap compress FILE --output NEW\" does"
@@ -32,13 +32,13 @@ pub enum ReadError {
     Compression {
         /// Offset in the file.
         offset: u64,
-        /// What the chunk names.
+        /// Name of the compression.
         compression: String,
     },
-    /// There was not enough memory to unpack it; nothing is said of the file.
+    /// Memory ran out while decompressing a chunk; the file may be intact.
     #[error("not enough memory to unpack a chunk")]
     OutOfMemory,
-    /// The disk said no.
+    /// An I/O error.
     #[error(transparent)]
     Io(#[from] std::io::Error),
 }
@@ -56,30 +56,30 @@ impl ReadError {
 /// A recording could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    /// The MCAP library or the disk said no.
+    /// An error of the MCAP library, or an I/O error.
     #[error("recording: {}", words(.0))]
     Mcap(#[from] mcap::McapError),
-    /// Something that a recording cannot hold.
+    /// A value that a recording cannot contain.
     #[error("recording: {field} = {value}: {allowed}")]
     Invalid {
-        /// What it is.
+        /// The field.
         field: String,
         /// The value found.
         value: String,
-        /// What is allowed, in words.
+        /// The allowed values in words.
         allowed: String,
     },
 }
 
 impl WriteError {
-    /// That a field's value cannot be written.
+    /// Creates the error for a field with a value that cannot be written.
     #[must_use]
     pub fn invalid(field: impl Display, value: impl Display, allowed: impl Display) -> Self {
         Self::Invalid { field: field.to_string(), value: value.to_string(), allowed: allowed.to_string() }
     }
 }
 
-/// The disk's own words, where it was the disk.
+/// Returns the message of the underlying I/O error, if there is one, without the library's prefix.
 fn words(error: &mcap::McapError) -> String {
     match error {
         mcap::McapError::Io(error) => error.to_string(),

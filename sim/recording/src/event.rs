@@ -2,16 +2,16 @@
 
 use law::axial::Contactor;
 
-/// What happened.
+/// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EventKind {
-    /// The tip met the skin.
+    /// The tip touched the skin.
     Contact,
-    /// The tip went through a boundary.
+    /// The tip opened a boundary.
     TipRupture,
-    /// The rim went through a boundary.
+    /// The rim opened a boundary.
     RimRupture,
-    /// The needle met a structure.
+    /// The needle hit a structure.
     StructureHit,
     /// The hub met the skin.
     HubContact,
@@ -21,14 +21,14 @@ pub enum EventKind {
     Confirm,
     /// A coaching message was shown.
     Coaching,
-    /// Something was wrong and was contained.
+    /// A fault occurred and was contained.
     Fault,
-    /// The device or the program ended the attempt, not the one who made it.
+    /// The device or the program ended the attempt, not the trainee.
     Interrupted,
 }
 
 impl EventKind {
-    /// Its name in files and on pages, for example `tip_rupture`.
+    /// Returns the name in files and on pages, for example `tip_rupture`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -45,7 +45,7 @@ impl EventKind {
         }
     }
 
-    /// The contactor of a rupture.
+    /// Returns the contactor of a rupture.
     #[must_use]
     pub fn contactor(self) -> Option<Contactor> {
         match self {
@@ -61,7 +61,7 @@ impl EventKind {
 pub struct Event {
     /// Time since the start, in s.
     pub t_s: f64,
-    /// What happened.
+    /// Kind.
     pub kind: EventKind,
     /// Boundary of a rupture, from 0.
     pub boundary: Option<u32>,
@@ -77,6 +77,6 @@ pub struct Event {
     pub track: Option<u32>,
     /// Structure of a hit: its index in the scene.
     pub structure: Option<u32>,
-    /// Words: a layer's or structure's name, a coaching message, a fault.
+    /// Text: a layer's or structure's name, a coaching message, a fault.
     pub text: String,
 }

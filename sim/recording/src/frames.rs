@@ -1,4 +1,5 @@
-//! The records of a file and of a chunk, one after the other, in bounded memory and with their place in the file.
+//! Iterates over the records of a file and of a chunk, in bounded memory and with their offsets in
+//! the file.
 
 use std::fmt::Display;
 use std::io::{ErrorKind, Read};
@@ -10,12 +11,13 @@ use mcap::{MAGIC, McapError};
 use crate::error::ReadError;
 use crate::topics::MOST_RECORD_BYTES;
 
-/// Opcode and length before each record, in bytes.
+/// Size of opcode and length before each record, in bytes.
 pub(crate) const PREFIX_BYTES: usize = 9;
-/// Bytes asked of the source at a time, so that a false length costs no memory before the data arrives.
+/// Bytes requested from the source at a time, so that a false length allocates no memory before the
+/// data arrives.
 const READ_BYTES: usize = 1 << 20;
 
-/// A record: where it begins in the file, what it is, and its bytes behind opcode and length.
+/// A record: offset in the file, opcode, and the data after opcode and length.
 pub(crate) struct RecordFrame<'a> {
     pub(crate) offset: u64,
     pub(crate) opcode: u8,
@@ -28,20 +30,20 @@ impl RecordFrame<'_> {
     }
 }
 
-/// Where the walk through a file has come to.
+/// Progress of the iteration through a file.
 struct FileWalk {
     /// Bytes read.
     read: u64,
-    /// Where the next record begins.
+    /// Offset of the next record.
     next: u64,
     /// The last bytes read, as many as the closing magic has.
     tail: [u8; MAGIC.len()],
-    /// The data section has ended, and its checksum was right.
+    /// Whether the data section has ended with a correct checksum.
     data_ended: bool,
 }
 
-/// Shows every record of the data section to `visit`, chunks whole. `true` where the file is complete to its last
-/// byte; `false` where it was cut, or is damaged behind its data.
+/// Calls `visit` for every record of the data section; chunks are not unpacked. Returns `true` if
+/// the file is complete to its last byte; `false` if it is truncated or damaged after its data.
 pub(crate) fn walk_records(
     mut source: impl Read,
     mut visit: impl FnMut(RecordFrame<'_>) -> Result<(), ReadError>,
@@ -64,7 +66,8 @@ pub(crate) fn walk_records(
                 return Err(ReadError::damaged(walk.next, "a footer before the end of the data"));
             }
             Ok(LinearReadEvent::Record { opcode, data }) => {
-                // The reader asks for no byte more than it needs, so what was read ends with this record.
+                // The reader requests no byte more than it needs, so the bytes read so far end with
+                // this record.
                 let offset = std::mem::replace(&mut walk.next, walk.read);
                 walk.data_ended |= opcode == op::DATA_END;
                 if !walk.data_ended {
@@ -94,7 +97,7 @@ impl FileWalk {
         Ok(count)
     }
 
-    /// Whether the file was cut, or why it is no recording.
+    /// Returns `false` if the file was truncated, otherwise the error.
     fn stopped(&self, error: McapError) -> Result<bool, ReadError> {
         match error {
             McapError::UnexpectedEof if self.read == 0 => Err(ReadError::NotARecording("the file is empty".to_owned())),
@@ -104,7 +107,8 @@ impl FileWalk {
             McapError::BadMagic => {
                 Err(ReadError::NotARecording("it does not begin with the eight bytes of an MCAP file".to_owned()))
             }
-            // A cut file has lost its end. One that still has it was not cut: a length within it is wrong.
+            // A truncated file lacks its end. If the closing magic is present, a length inside the
+            // file is wrong.
             McapError::UnexpectedEof if self.tail == *MAGIC => {
                 Err(ReadError::damaged(self.next, "the record's length reaches beyond the end of the file"))
             }
@@ -118,10 +122,10 @@ impl FileWalk {
     }
 }
 
-/// What zstd says where memory ran out, which is nothing against the file.
+/// zstd's message when memory runs out, which does not mean that the file is damaged.
 const NO_MEMORY: &str = "Allocation error : not enough memory";
 
-/// What the library's failure at a place says of the file, or of us.
+/// Converts an error of the library at an offset: out of memory, or a damaged file.
 fn broken_record(offset: u64, error: McapError) -> ReadError {
     match error {
         McapError::DecompressionError(why) if why == NO_MEMORY => ReadError::OutOfMemory,
@@ -129,7 +133,7 @@ fn broken_record(offset: u64, error: McapError) -> ReadError {
     }
 }
 
-/// Opens chunks. Keeps its decompressor from one to the next.
+/// Unpacks chunks. Reuses its decompressor.
 pub(crate) struct ChunkReader {
     reader: LinearReader,
 }
@@ -144,7 +148,8 @@ impl ChunkReader {
         Self { reader: LinearReader::new_with_options(options) }
     }
 
-    /// Shows the records of a chunk to `visit`, after its checksum was found right. They have the chunk's place.
+    /// Calls `visit` for each record of a chunk after verifying its checksum. The records get the
+    /// chunk's offset.
     pub(crate) fn walk(
         &mut self,
         chunk: &RecordFrame<'_>,
@@ -163,7 +168,7 @@ impl ChunkReader {
         loop {
             let result = match self.reader.next_event() {
                 Some(Ok(LinearReadEvent::Record { opcode, data })) => visit(RecordFrame { offset, opcode, data }),
-                // It wants the next record: this chunk has been shown to its end.
+                // The reader requests the next record: this chunk is done.
                 None | Some(Ok(LinearReadEvent::ReadRequest(_))) => return Ok(()),
                 Some(Err(error)) => Err(broken_record(offset, error)),
             };
@@ -175,10 +180,11 @@ impl ChunkReader {
     }
 }
 
-/// How chunks may be compressed; the empty text says not at all.
+/// Supported compressions; the empty name means uncompressed.
 const COMPRESSIONS: [&str; 2] = ["zstd", ""];
 
-/// A chunk must be compressed in a known way and fill its record exactly: the library would skip bytes behind it.
+/// Checks that a chunk's compression is supported and that it fills its record exactly; the library
+/// would skip trailing bytes.
 fn check_chunk(data: &[u8]) -> Result<(), McapError> {
     match parse_record(op::CHUNK, data)? {
         Record::Chunk { header, .. } if !COMPRESSIONS.contains(&header.compression.as_str()) => {
@@ -197,28 +203,29 @@ fn check_chunk(data: &[u8]) -> Result<(), McapError> {
     }
 }
 
-/// Bytes of a chunk's header, behind its opcode and length.
+/// Returns the size of a chunk's header, after opcode and length, in bytes.
 pub(crate) fn chunk_header_bytes(compression: &str) -> usize {
     // Start and end time, uncompressed size, checksum, the string with its length, compressed size.
     8 + 8 + 8 + 4 + 4 + compression.len() + 8
 }
 
-/// Most bytes of the name of a compression.
+/// Maximum length of a compression's name, in bytes.
 const LONGEST_COMPRESSION: usize = 16;
 
-/// What the header of a chunk claims, and as much of the file as it claims.
+/// The fields of a chunk's header, and the part of the file that it claims.
 pub(crate) struct ChunkSpan<'a> {
-    /// How its records are compressed.
+    /// Name of the compression.
     pub(crate) compression: &'a str,
-    /// Bytes of its records, unpacked and as they are stored.
+    /// Size of its records, in bytes: decompressed and stored.
     pub(crate) unpacked: u64,
     pub(crate) stored: u64,
-    /// Its header and its records.
+    /// Header and records.
     pub(crate) data: &'a [u8],
 }
 
 impl<'a> ChunkSpan<'a> {
-    /// Reads the header behind opcode and length. Looks at the name first: a search tries every byte of a damaged stretch.
+    /// Reads the header after opcode and length. Checks the name first, because recovery tries
+    /// every byte of a damaged range.
     pub(crate) fn read(bytes: &'a [u8]) -> Option<Self> {
         let number = |at: usize| Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
         let length = u32::from_le_bytes(*bytes.get(28..)?.first_chunk()?) as usize;
@@ -229,14 +236,15 @@ impl<'a> ChunkSpan<'a> {
         Some(Self { compression, unpacked, stored, data: bytes.get(..whole)? })
     }
 
-    /// Whether it can be unpacked here.
+    /// Returns whether the compression is supported.
     pub(crate) fn is_known(&self) -> bool {
         COMPRESSIONS.contains(&self.compression)
     }
 }
 
-/// A record of the data section. The library makes room for a text of whatever length it claims, up to 4 GB, before it looks
-/// whether so much is there: a false length is refused before. Indices, which have no place there, are not looked into.
+/// Parses a record of the data section. The library allocates memory for a text of the claimed
+/// length, up to 4 GB, before it checks the length; false lengths are therefore refused first.
+/// Index records do not belong in the data section and are not parsed.
 pub(crate) fn parse_record(opcode: u8, data: &[u8]) -> Result<Record<'_>, McapError> {
     match opcode {
         op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::METADATA_INDEX => {
@@ -247,9 +255,9 @@ pub(crate) fn parse_record(opcode: u8, data: &[u8]) -> Result<Record<'_>, McapEr
     }
 }
 
-/// Looks whether every text of a record ends within it.
+/// Returns `Some` if every text of a record ends within it.
 fn texts_fit(opcode: u8, data: &[u8]) -> Option<()> {
-    // Bytes before its texts, how many there are, and whether a map of texts follows.
+    // Bytes before the texts, number of texts, and whether a map of texts follows.
     let (before, texts, map) = match opcode {
         op::HEADER => (0, 2, false),
         op::SCHEMA => (2, 2, false),
@@ -270,7 +278,7 @@ fn texts_fit(opcode: u8, data: &[u8]) -> Option<()> {
     Some(())
 }
 
-/// What follows some texts, each behind its length.
+/// Skips texts with length prefixes and returns the remaining data.
 fn behind_texts(mut data: &[u8], texts: usize) -> Option<&[u8]> {
     for _ in 0..texts {
         let (length, behind) = data.split_first_chunk::<4>()?;
@@ -279,9 +287,9 @@ fn behind_texts(mut data: &[u8], texts: usize) -> Option<&[u8]> {
     Some(data)
 }
 
-/// The attachment of a record, its checksum found right.
+/// Parses an attachment and verifies its checksum.
 pub(crate) fn parse_attachment(data: &[u8]) -> Result<mcap::Attachment<'_>, McapError> {
-    // The library takes for granted that four bytes follow the two times, the two strings and the content.
+    // The library assumes that four bytes follow the two times, the two strings and the content.
     if !attachment_fits(data).unwrap_or(false) {
         return Err(McapError::BadAttachmentLength { header: 0, available: data.len() as u64 });
     }

@@ -1,4 +1,5 @@
-//! The MCAP recording of an attempt: the format alone. Write, read, recover, annotate, lay out as tables.
+//! The MCAP recording of an attempt: file format only. Writes, reads, recovers and annotates
+//! recordings, and converts them to tables.
 
 pub mod annotate;
 pub mod budget;

@@ -1,4 +1,5 @@
-//! The session as the text of the metadata record `stylet.session`, and back. Every f64 returns to the bit.
+//! Converts the session to and from the text of the metadata record `stylet.session`. Every f64
+//! round-trips exactly.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -16,34 +17,34 @@ use crate::session::Session;
 /// Name of the metadata record.
 pub(crate) const RECORD: &str = "stylet.session";
 
-/// What the times of messages can say.
+/// Years that message times can represent.
 const YEARS: RangeInclusive<i32> = 1970..=2105;
-/// Longest name, in bytes.
+/// Maximum length of a name, in bytes.
 const LONGEST_NAME: usize = 256;
-/// What a name may be.
+/// Description of an allowed name.
 const NAME: &str = "a text of at most 256 bytes in one line";
-/// Most layers of a patient.
+/// Maximum number of a patient's layers.
 const MOST_LAYERS: usize = 256;
 
 impl Session {
-    /// As it stands in a recording.
+    /// Converts to the text of the metadata record.
     ///
     /// # Errors
-    /// When it holds what no recording may.
+    /// If a value is not allowed in a recording.
     pub fn to_text(&self) -> Result<BTreeMap<String, String>, WriteError> {
         to_text(self)
     }
 
-    /// Out of what stands in a recording.
+    /// Converts from the text of the metadata record.
     ///
     /// # Errors
-    /// When something is missing or is not what is allowed; which, and what is.
+    /// If a key is missing or a value is not allowed; names the key and the allowed values.
     pub fn from_text(text: &BTreeMap<String, String>) -> Result<Self, ReadError> {
         from_text(text)
     }
 }
 
-/// The session as text.
+/// Converts a session to text.
 pub(crate) fn to_text(session: &Session) -> Result<BTreeMap<String, String>, WriteError> {
     let started_at = session.started_at.to_offset(time::UtcOffset::UTC).format(&Rfc3339);
     let started_at = started_at.map_err(|e| WriteError::invalid("started_at", session.started_at, e))?;
@@ -76,7 +77,7 @@ pub(crate) fn to_text(session: &Session) -> Result<BTreeMap<String, String>, Wri
     Ok(pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
 }
 
-/// The session that a metadata record states.
+/// Parses the session in a metadata record.
 pub(crate) fn from_text(text: &BTreeMap<String, String>) -> Result<Session, ReadError> {
     let owned = |key: &str| read_name(text, key);
     let device_max_force_n: f64 = parse_field(text, "device_max_force_n", "a number of N or inf")?;
@@ -110,7 +111,7 @@ pub(crate) fn from_text(text: &BTreeMap<String, String>) -> Result<Session, Read
     })
 }
 
-/// A name, a version or a hash: what fits into a line.
+/// Reads a name, a version or a hash: a short single-line text.
 fn read_name(text: &BTreeMap<String, String>, key: &str) -> Result<String, ReadError> {
     let value = read_field(text, key)?;
     if is_name(value) { Ok(value.to_owned()) } else { Err(bad_field(key, value, NAME)) }
@@ -120,14 +121,15 @@ fn is_name(text: &str) -> bool {
     text.len() <= LONGEST_NAME && !text.chars().any(char::is_control)
 }
 
-/// The version of the force law. Files of before there was a second one do not say.
+/// Reads the version of the force law. Files written before version 2 lack the key.
 fn read_force_law(text: &BTreeMap<String, String>) -> Result<ForceLaw, ReadError> {
     let Some(value) = text.get("law") else { return Ok(ForceLaw::Version1) };
     let law = value.parse().ok().and_then(|number: u32| ForceLaw::try_from(number).ok());
     law.ok_or_else(|| bad_field("law", value, "1 to 5"))
 }
 
-/// How the field was made and judged. Files of before there was a second way do not say.
+/// Reads how the field was computed and judged. Files written before the second method lack the
+/// key.
 fn read_judging(text: &BTreeMap<String, String>) -> Result<Judging, ReadError> {
     let Some(value) = text.get("field") else { return Ok(Judging::First) };
     let judging = value.parse().ok().and_then(Judging::of_number);
@@ -149,7 +151,7 @@ fn check_number(key: &str, value: f64, good: bool, allowed: &str) -> Result<(), 
 }
 
 fn bad_field(key: &str, value: impl Display, allowed: &str) -> ReadError {
-    // As much of it as tells which it is.
+    // Enough of the value to identify it.
     let value: String = value.to_string().chars().take(80).collect();
     ReadError::missing(format!("metadata {RECORD}: {key} = {value}"), format!("allowed is {allowed}"))
 }
@@ -158,7 +160,7 @@ fn bad_field(key: &str, value: impl Display, allowed: &str) -> ReadError {
 mod tests {
     use super::*;
 
-    /// A record with these words for how the field was judged.
+    /// Returns a record with this value of the key `field`.
     fn record(field: Option<&str>) -> BTreeMap<String, String> {
         let words = [
             ("session_id", "018f4c1e-7a2b-7c3d-8e4f-0123456789ab"),

@@ -1,4 +1,5 @@
-//! Hashes of an attempt: of the motion, which identifies a copy under another id, and of the conditions, which do not follow from the motion.
+//! Hashes of an attempt: of the motion, which identifies a copy under another id, and of the
+//! conditions, which do not follow from the motion.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -6,12 +7,12 @@ use sha2::{Digest, Sha256};
 use crate::event::{Event, EventKind};
 use crate::sample::{Sample, flags};
 
-/// The hash of a motion while it is being made.
+/// Incremental hash of a motion.
 #[derive(Clone, Debug, Default)]
 pub struct MotionDigest(Sha256);
 
 impl MotionDigest {
-    /// The motion of samples in order of time.
+    /// Hashes the motion of samples in order of time.
     #[must_use]
     pub fn from_samples(samples: &[Sample]) -> Self {
         let mut motion = Self::default();
@@ -19,22 +20,23 @@ impl MotionDigest {
         motion
     }
 
-    /// Adds a tick: what the law was fed, to the bit. What it answered follows from that, and is left out.
+    /// Adds a tick: the exact inputs of the law. The outputs follow from these and are not hashed.
     pub fn add(&mut self, sample: &Sample) {
         let numbers = [sample.t_s].into_iter().chain(sample.position_m).chain(sample.orientation);
         numbers.for_each(|number| self.0.update(number.to_bits().to_le_bytes()));
         self.0.update([u8::from(sample.flags & flags::CONFIRM != 0)]);
     }
 
-    /// SHA-256 of every tick so far: time, position, orientation x, y, z, w as doubles, little-endian, and a byte that is 1
-    /// while the confirm button is down.
+    /// Returns the SHA-256 of every tick so far: time, position, orientation x, y, z, w as doubles,
+    /// little-endian, and a byte that is 1 while the confirm button is down.
     #[must_use]
     pub fn sha256(&self) -> [u8; 32] {
         self.0.clone().finalize().into()
     }
 }
 
-/// Incremental hash of an attempt's conditions: the flags that the device sets, and the interruption that ended the attempt.
+/// Incremental hash of an attempt's conditions: the flags that the device sets, and the
+/// interruption that ended the attempt.
 #[derive(Clone, Debug, Default)]
 pub struct ConditionsDigest {
     flags: Sha256,
@@ -42,7 +44,7 @@ pub struct ConditionsDigest {
 }
 
 impl ConditionsDigest {
-    /// The conditions of an attempt, its samples and events in order of time.
+    /// Hashes the conditions of an attempt, its samples and events in order of time.
     #[must_use]
     pub fn from_attempt(samples: &[Sample], events: &[Event]) -> Self {
         let mut conditions = Self::default();
@@ -56,7 +58,8 @@ impl ConditionsDigest {
         self.flags.update(sample.flags.to_le_bytes());
     }
 
-    /// Adds an event. Only an interruption counts: coaching and faults judge nothing, and every other event follows from the motion.
+    /// Adds an event. Only interruptions are hashed: coaching and faults do not affect the score,
+    /// and every other event follows from the motion.
     pub fn add_event(&mut self, event: &Event) {
         if event.kind == EventKind::Interrupted {
             self.interruptions.update(event.t_s.to_bits().to_le_bytes());
@@ -65,8 +68,9 @@ impl ConditionsDigest {
         }
     }
 
-    /// SHA-256 of two hashes: of the flags of every tick so far as four bytes, little-endian, and of the interruptions, each as its time
-    /// as a double, the length of its words as eight bytes, little-endian, and its words.
+    /// Returns the SHA-256 of two hashes: of the flags of every tick so far as four bytes,
+    /// little-endian, and of the interruptions, each as its time as a double, the length of its
+    /// text as eight bytes, little-endian, and its text.
     #[must_use]
     pub fn sha256(&self) -> [u8; 32] {
         let parts = [self.flags.clone().finalize(), self.interruptions.clone().finalize()];
@@ -77,14 +81,14 @@ impl ConditionsDigest {
 /// The two hashes of an attempt that a station signs together with the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AttemptHashes {
-    /// Of the motion: [`MotionDigest::sha256`].
+    /// Motion: [`MotionDigest::sha256`].
     pub motion: [u8; 32],
-    /// Of the conditions: [`ConditionsDigest::sha256`].
+    /// Conditions: [`ConditionsDigest::sha256`].
     pub conditions: [u8; 32],
 }
 
 impl AttemptHashes {
-    /// Of an attempt, its samples and events in order of time.
+    /// Hashes an attempt, its samples and events in order of time.
     #[must_use]
     pub fn of_attempt(samples: &[Sample], events: &[Event]) -> Self {
         Self {

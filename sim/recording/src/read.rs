@@ -1,4 +1,4 @@
-//! Reading a recording, whole or cut, in one pass and bounded memory.
+//! Reads a complete or truncated recording in one pass and bounded memory.
 
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read};
@@ -33,29 +33,32 @@ pub struct Recording {
     pub events: Vec<Event>,
     /// Ledger snapshots in order of time.
     pub energies: Vec<Energy>,
-    /// The field in order of time; empty where the scene has none, and in files that are older than this topic.
+    /// The field in order of time; empty if the scene has none, and in files older than this topic.
     pub tents: Vec<Tent>,
-    /// A station's signature, if there is one; whether it is right is for those to say who know the station.
+    /// The station's signature, if there is one. It is not verified here, because that requires the
+    /// station's key.
     pub signature: Option<Signature>,
-    /// The file is whole, footer and all. One that was cut, or is damaged behind its data, is not.
+    /// Whether the file is complete, including its footer. `false` if it is truncated or damaged
+    /// after its data.
     pub complete: bool,
 }
 
 impl Recording {
-    /// Reads a complete or cut recording. A cut one yields every valid message and `complete = false`.
+    /// Reads a complete or truncated recording. A truncated one yields every valid message and
+    /// `complete = false`.
     ///
-    /// A file without samples reads as one with an empty list. The times of samples are finite and increase.
+    /// A file without samples yields an empty list. The times of samples are finite and increase.
     ///
     /// # Errors
-    /// When it is no recording, lacks metadata or documents, or is damaged before its end.
+    /// If the input is not a recording, lacks metadata or documents, or is damaged before its end.
     pub fn read(source: impl Read) -> Result<Self, ReadError> {
         Self::read_within(source, Budget::default())
     }
 
-    /// The same within a budget: whoever reads strangers' files says what one may cost.
+    /// Like [`Self::read`], within a budget; use it for files from untrusted sources.
     ///
     /// # Errors
-    /// As [`Self::read`], and when it costs more.
+    /// As [`Self::read`], and if the budget is exceeded.
     pub fn read_within(source: impl Read, budget: Budget) -> Result<Self, ReadError> {
         let mut contents = Contents::read_within(source, budget)?;
         let why = contents.absence();
@@ -78,14 +81,14 @@ impl Recording {
         })
     }
 
-    /// The attachment of a name.
+    /// Returns the content of the attachment with this name.
     #[must_use]
     pub fn attachment(&self, name: &str) -> Option<&[u8]> {
         self.attachments.iter().find(|a| a.name == name).map(|a| a.data.as_slice())
     }
 }
 
-/// Whether a file is one of ours.
+/// Checks that the file has our profile.
 pub(crate) fn check_profile(profile: &str) -> Result<(), ReadError> {
     match profile {
         PROFILE => Ok(()),
@@ -93,11 +96,11 @@ pub(crate) fn check_profile(profile: &str) -> Result<(), ReadError> {
     }
 }
 
-/// What a file has declared so far.
+/// The schemas and channels declared so far.
 #[derive(Default)]
 pub(crate) struct Channels {
     schemas: BTreeMap<u16, String>,
-    /// The topic of each channel, `None` for one that is not of this format.
+    /// The topic of each channel, `None` for a channel that does not belong to this format.
     topics: BTreeMap<u16, Option<Topic>>,
 }
 
@@ -121,14 +124,15 @@ impl Channels {
         Ok(())
     }
 
-    /// The topic of a message's channel; `None` for one that is not of this format.
+    /// Returns the topic of a message's channel; `None` for a channel that does not belong to this
+    /// format.
     pub(crate) fn topic(&self, channel: u16) -> Result<Option<Topic>, String> {
         let topic = self.topics.get(&channel).copied();
         topic.ok_or_else(|| format!("a message of channel {channel}, which was not declared"))
     }
 }
 
-/// What a file holds, before asking whether it is all there.
+/// The contents of a file, before they are checked for completeness.
 #[derive(Default)]
 pub(crate) struct Contents {
     pub(crate) session: Option<Session>,
@@ -139,7 +143,7 @@ pub(crate) struct Contents {
     pub(crate) tents: Vec<Tent>,
     signature: Option<Signature>,
     pub(crate) complete: bool,
-    /// Messages on every topic.
+    /// Number of messages on all topics.
     pub(crate) messages: u64,
     channels: Channels,
     purse: Purse,
@@ -161,12 +165,12 @@ impl Contents {
         Ok(contents)
     }
 
-    /// Why something is not there.
+    /// Returns the reason why an item is missing.
     fn absence(&self) -> &'static str {
         if self.complete { "not in the file" } else { "the file ends before it" }
     }
 
-    /// Whether a document is there, and is the one that the metadata name.
+    /// Checks that a document is attached and has the hash in the metadata.
     fn check_document(&self, name: &str, sha256: &str) -> Result<(), ReadError> {
         let what = format!("attachment {name}");
         let Some(found) = self.attachments.iter().find(|a| a.name == name) else {

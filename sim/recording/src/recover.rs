@@ -1,7 +1,8 @@
-//! Every valid message out of a cut or damaged file.
+//! Recovers every valid message from a truncated or damaged file.
 //!
-//! A message is valid when its chunk's checksum is right. Damaged stretches are skipped: whatever is found next with a
-//! right checksum counts, whatever the lengths in between claim.
+//! A message is valid if its chunk's checksum is correct. Damaged ranges are skipped: the search
+//! continues byte by byte to the next record with a correct checksum, regardless of the lengths
+//! claimed in between.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Seek, Write};
@@ -16,27 +17,28 @@ use crate::read::Contents;
 use crate::topics::{Topic, declare};
 use crate::{metadata, write};
 
-/// What a recovery found.
+/// The result of a recovery.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Recovered {
-    /// Messages written.
+    /// Number of messages written.
     pub messages: u64,
-    /// Servo ticks among them.
+    /// Number of servo ticks among them.
     pub samples: u64,
-    /// Bytes of the input.
+    /// Size of the input, in bytes.
     pub bytes_read: u64,
-    /// What was wrong with the input, in words; empty when it was whole.
+    /// Description of the damage; empty if the input was complete.
     pub damage: String,
 }
 
-/// Copies every valid record of `source` into a new, complete file, and reopens it to check.
+/// Copies every valid record of `source` into a new, complete file, and reopens it as a check.
 ///
-/// What was wrong is also kept in the new file, as metadata `stylet.recovery`.
+/// A description of the damage is also stored in the new file, as metadata `stylet.recovery`.
 ///
 /// # Errors
-/// When not even the metadata can be read, or the disk refuses.
+/// If the metadata cannot be read, or on an I/O error.
 pub fn recover<W: Read + Write + Seek>(mut source: impl Read, sink: W) -> Result<Recovered, ReadError> {
-    // Held whole: finding the next good chunk means looking at every byte behind a bad one.
+    // Read the whole file into memory: finding the next good chunk requires trying every byte after
+    // a bad one.
     let mut bytes = Vec::new();
     source.read_to_end(&mut bytes)?;
     let found = find_records(&bytes)?;
@@ -66,11 +68,11 @@ pub fn recover<W: Read + Write + Seek>(mut source: impl Read, sink: W) -> Result
     Ok(Recovered { messages, samples, bytes_read: bytes.len() as u64, damage })
 }
 
-/// The good records of a file that are worth copying, and what lies between.
+/// The valid records of a file that can be copied, and the gaps between them.
 #[derive(Default)]
 pub(crate) struct FoundRecords<'a> {
     pub(crate) frames: Vec<RecordFrame<'a>>,
-    /// First byte and length of each stretch that is no good record.
+    /// Offset and length of each range without a valid record.
     gaps: Vec<(u64, u64)>,
 }
 
@@ -84,7 +86,7 @@ pub(crate) fn find_records(bytes: &[u8]) -> Result<FoundRecords<'_>, ReadError> 
     while at < bytes.len() {
         match good_record(&bytes[at..], at as u64, &mut chunks) {
             Some((frame, _)) if frame.opcode == op::DATA_END => break,
-            // A stretch that was written twice: what is in it has been found.
+            // A duplicated range: its contents have been found already.
             Some((frame, length)) if frame.opcode == op::CHUNK && !seen.insert(frame.data) => {
                 found.gaps.push((at as u64, length as u64));
                 at += length;
@@ -105,8 +107,8 @@ pub(crate) fn find_records(bytes: &[u8]) -> Result<FoundRecords<'_>, ReadError> 
     Ok(found)
 }
 
-/// Refuses a chunk that is whole by its lengths and compressed in a way that is not read here: nothing is damaged, and what it holds
-/// would be lost.
+/// Refuses a chunk that is consistent in its lengths but uses an unsupported compression: it is not
+/// damaged, and skipping it would lose its contents.
 fn refuse_unknown_compression(bytes: &[u8], offset: u64) -> Result<(), ReadError> {
     let span = bytes.get(PREFIX_BYTES..).filter(|_| bytes[0] == op::CHUNK).and_then(ChunkSpan::read);
     match span.filter(|span| !span.is_known() && bytes[1..PREFIX_BYTES] == (span.data.len() as u64).to_le_bytes()) {
@@ -115,18 +117,18 @@ fn refuse_unknown_compression(bytes: &[u8], offset: u64) -> Result<(), ReadError
     }
 }
 
-/// The record that begins here, with its length, if there is a good one.
+/// Returns the valid record that begins here, if there is one, with its length.
 fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Option<(RecordFrame<'a>, usize)> {
     let (&opcode, rest) = bytes.split_first()?;
     let (length, rest) = rest.split_first_chunk::<8>()?;
     let claimed = u64::from_le_bytes(*length);
     let data = usize::try_from(claimed).ok().and_then(|length| rest.get(..length));
     let good = match opcode {
-        // The header inside a chunk says how long it is, and its checksum that this is so.
+        // The header inside the chunk contains its length, and the checksum confirms it.
         op::CHUNK => {
             let ChunkSpan { data, unpacked, stored, compression } =
                 ChunkSpan::read(rest).filter(ChunkSpan::is_known)?;
-            // One that is not compressed may have no checksum: then its lengths must agree.
+            // An uncompressed chunk may have no checksum: then its lengths must agree.
             if compression.is_empty() && (unpacked != stored || claimed != data.len() as u64) {
                 return None;
             }
@@ -135,7 +137,8 @@ fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Op
         }
         op::ATTACHMENT => parse_attachment(data?).is_ok(),
         op::METADATA => parse_record(opcode, data?).is_ok(),
-        // These two have no checksum and little structure: behind damage, anything might look like one.
+        // These two have no checksum and little structure: after damage, any data might look like
+        // one.
         op::HEADER => offset == MAGIC.len() as u64,
         op::MESSAGE_INDEX => index_fits(data?),
         op::DATA_END => data?.len() == 4,
@@ -145,7 +148,8 @@ fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Op
     good.then_some((RecordFrame { offset, opcode, data }, PREFIX_BYTES + data.len()))
 }
 
-/// Whether the entries of a message index fill it exactly: channel, length of the entries, entries.
+/// Returns whether the entries of a message index fill it exactly: channel, length of the entries,
+/// entries.
 fn index_fits(data: &[u8]) -> bool {
     let length = data.get(2..6).and_then(|bytes| bytes.first_chunk::<4>());
     length.is_some_and(|length| u64::from(u32::from_le_bytes(*length)) + 6 == data.len() as u64)
@@ -159,7 +163,7 @@ impl FoundRecords<'_> {
         }
     }
 
-    /// What was wrong, in words.
+    /// Describes the damage in words.
     fn damage(&self, bytes: &[u8]) -> String {
         let gaps = self.gaps.iter().map(|(start, length)| format!("{length} bytes damaged at byte {start}"));
         let mut words: Vec<String> = gaps.collect();
@@ -180,11 +184,11 @@ pub(crate) struct Copy<W: Write> {
     /// The new channel of each old one.
     channels: BTreeMap<u16, u16>,
     messages: u64,
-    /// Events to be added, the latest first: when, in Unix ns, and the message.
+    /// Events to add, the latest first: time in Unix ns, and the message.
     pub(crate) remarks: Vec<(u64, Vec<u8>)>,
 }
 
-/// A failure of the library while writing is the disk's.
+/// Converts an error of the library to an I/O error: while writing, it is caused by the sink.
 fn disk_failure(error: McapError) -> ReadError {
     match error {
         McapError::Io(error) => ReadError::Io(error),
@@ -217,7 +221,8 @@ impl<W: Write> Copy<W> {
 
     /// Copies the messages of every chunk.
     pub(crate) fn messages(&mut self, frames: &[RecordFrame<'_>]) -> Result<(), ReadError> {
-        // Channels are declared once, in the first chunk. Where that is lost, their fixed order still tells them apart.
+        // Channels are declared once, in the first chunk. If that is lost, their fixed order
+        // identifies them.
         for (channel, topic) in (1..).zip(Topic::ALL) {
             self.channels.insert(channel, declare(&mut self.out, topic).map_err(disk_failure)?);
         }
@@ -255,7 +260,7 @@ impl<W: Write> Copy<W> {
         Ok(())
     }
 
-    /// Adds the remarks whose time has come.
+    /// Adds the remarks that are due.
     fn add_remarks(&mut self, until_ns: u64) -> Result<(), ReadError> {
         while let Some((log_time, data)) = self.remarks.pop_if(|(at_ns, _)| *at_ns <= until_ns) {
             let channel_id = declare(&mut self.out, Topic::Events).map_err(disk_failure)?;

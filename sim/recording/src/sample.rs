@@ -1,6 +1,6 @@
-//! One servo tick, and the energy ledger at a moment. Inputs are f64, computed channels f32.
+//! A servo tick, and the energy ledger at a time. Inputs are f64, computed channels f32.
 
-/// One servo tick. All in SI, patient frame; time since the start of the attempt.
+/// One servo tick. All values in SI, patient frame; time since the start of the attempt.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
     /// Time since the start, in s.
@@ -15,7 +15,7 @@ pub struct Sample {
     pub x_m: f64,
     /// Material depth of the tip, in m.
     pub depth_m: f32,
-    /// Whole force on the hand, in N.
+    /// Total force on the hand, in N.
     pub force_n: [f32; 3],
     /// Axial force of the tip's boundary, in N.
     pub tip_n: f32,
@@ -35,12 +35,12 @@ pub struct Sample {
     pub flags: u32,
     /// Lateness of the tick, in µs.
     pub lateness_us: f32,
-    /// What the tip of a needle that bends is off `position_m`, in m; 0 for a straight one.
+    /// Displacement of a flexible needle's tip from `position_m`, in m; 0 for a straight needle.
     pub bend_m: [f32; 3],
 }
 
 impl Sample {
-    /// Where the tip is, bent or not, in m, patient frame.
+    /// Returns the position of the tip, bent or straight, in m, patient frame.
     #[must_use]
     pub fn tip_m(&self) -> [f64; 3] {
         std::array::from_fn(|i| self.position_m[i] + f64::from(self.bend_m[i]))
@@ -61,17 +61,18 @@ impl Sample {
 pub mod flags {
     /// The tip is in the body.
     pub const INSIDE: u32 = 1;
-    /// The input was bad and held.
+    /// The input was invalid; the last valid one was held.
     pub const HELD: u32 = 2;
     /// The confirm button is down.
     pub const CONFIRM: u32 = 4;
     /// The force sent to the device was scaled or clamped.
     pub const SCALED: u32 = 8;
-    /// The hand was given less than half of the force that it was owed on this device, although that can be felt.
+    /// The device rendered less than half of the force, although the force is large enough to be
+    /// felt.
     pub const UNFELT: u32 = 1 << 16;
 }
 
-/// Cumulative energy ledger at a moment, topic `/needle/energy`, 10 Hz and at the end.
+/// Cumulative energy ledger at a time, topic `/needle/energy`, 10 Hz and at the end.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Energy {
     /// Time since the start, in s.

@@ -1,7 +1,7 @@
-//! The metadata record `stylet.signature`: a station vouches for what a hand has done at it.
+//! The metadata record `stylet.signature`: a station's signature of an attempt made on it.
 //!
-//! The signature covers the session, the motion and the conditions. Forces, events and energies follow from these: a verifier re-simulates
-//! them.
+//! The signature covers the session, the motion and the conditions. Forces, events and energies
+//! follow from these: a verifier re-simulates them.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,8 @@ use crate::session::Session;
 
 /// Name of the metadata record.
 pub const RECORD: &str = "stylet.signature";
-/// Begins what is signed, so that the signature of one thing is never taken for that of another.
+/// Prefix of the signed bytes (domain separation), so that a signature is never accepted for
+/// another kind of statement.
 const DOMAIN: &str = "stylet.signature 2";
 
 /// A station's signature.
@@ -26,17 +27,17 @@ pub struct Signature {
 }
 
 impl Signature {
-    /// As the text of its record.
+    /// Converts to the text of the metadata record.
     #[must_use]
     pub fn to_text(&self) -> BTreeMap<String, String> {
         let pairs = [("station", self.station.to_string()), ("ed25519", self.ed25519.clone())];
         pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
-    /// The signature that a record states.
+    /// Parses the signature in a metadata record.
     ///
     /// # Errors
-    /// When something is missing or is not what is allowed; which, and what is.
+    /// If a key is missing or a value is not allowed; names the key and the allowed values.
     pub fn from_text(text: &BTreeMap<String, String>) -> Result<Self, ReadError> {
         let field = |key: &str| text.get(key).map(String::as_str).unwrap_or_default();
         let bad = |key: &str, allowed: &str| {
@@ -51,11 +52,12 @@ impl Signature {
     }
 }
 
-/// What a station signs of an attempt: fields in this order, each after its length in bytes as four bytes, little-endian. Numbers are
-/// little-endian, and doubles keep every bit.
+/// Returns the bytes that a station signs for an attempt: fields in this order, each after its
+/// length in bytes as four bytes, little-endian. Numbers are little-endian, and doubles keep every
+/// bit.
 #[must_use]
 pub fn signed_statement(session: &Session, station: Uuid, hashes: &AttemptHashes) -> Vec<u8> {
-    // Without `..`: a new field of a session cannot be forgotten here.
+    // Destructured without `..`, so that a new field of a session cannot be forgotten here.
     let Session {
         session_id,
         exercise_id,

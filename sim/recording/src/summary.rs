@@ -1,9 +1,9 @@
-//! Derived topics: the least, largest and mean of a window.
+//! Derived topics: minimum, maximum and mean over a window.
 
 use crate::sample::Sample;
 use crate::wire::{NeedleSummary, Range};
 
-/// Running least, largest and mean value.
+/// Running minimum, maximum and mean.
 #[derive(Clone, Copy, Debug)]
 struct RunningRange {
     min: f32,
@@ -25,7 +25,7 @@ impl RunningRange {
     }
 }
 
-/// What has been seen of the current window of 10 ms.
+/// Accumulator of the current 10 ms window.
 #[derive(Debug)]
 pub(crate) struct SummaryWindow {
     start_s: f64,
@@ -36,7 +36,7 @@ pub(crate) struct SummaryWindow {
 }
 
 impl SummaryWindow {
-    /// Nothing yet.
+    /// An empty window.
     pub(crate) const EMPTY: Self = Self {
         start_s: 0.0,
         ticks: 0,
@@ -56,7 +56,7 @@ impl SummaryWindow {
         self.speed_m_per_s.add((vx * vx + vy * vy + vz * vz).sqrt());
     }
 
-    /// The window's summary, and an empty window in its place. `None` where nothing was added.
+    /// Returns the window's summary and resets the window. `None` if the window is empty.
     pub(crate) fn take(&mut self) -> Option<NeedleSummary> {
         let window = std::mem::replace(self, Self::EMPTY);
         (window.ticks > 0).then(|| NeedleSummary {

@@ -1,7 +1,9 @@
-//! The topics of a recording as flat tables: a row a message, a column a number, its unit at the end of the column's name.
+//! The topics of a recording as flat tables: a row for each message, a column for each number, with
+//! the unit as suffix of the column's name.
 //!
-//! Columns come from `proto/stylet.proto` itself, so that no field can be forgotten: `position_m` gives `position_x_m`,
-//! `axial_n` gives `axial_max_n`, the third boundary of `tent_m` gives `tent_2_m`.
+//! Columns are derived from `proto/stylet.proto`, so that no field can be forgotten: `position_m`
+//! gives `position_x_m`, `axial_n` gives `axial_max_n`, the third boundary of `tent_m` gives
+//! `tent_2_m`.
 
 use std::io::{self, BufReader, Read};
 
@@ -14,10 +16,11 @@ use crate::read::{Channels, check_profile};
 use crate::topics::Topic;
 use crate::wire::DESCRIPTORS;
 
-/// Most columns of a table. A scene has a few layers; a damaged message may claim millions.
+/// Maximum number of columns of a table. A scene has a few layers; a damaged message may claim
+/// millions.
 pub const MOST_COLUMNS: usize = 1_000;
 
-/// How a field's name ends, and the unit that this stands for. The longest ending that fits counts.
+/// Suffixes of field names with their units. The longest matching suffix wins.
 pub const UNITS: &[(&str, &str)] =
     &[("_m_per_s", "m/s"), ("_us", "µs"), ("_s", "s"), ("_m", "m"), ("_n", "N"), ("_j", "J")];
 
@@ -40,7 +43,7 @@ impl Table {
     /// Every table.
     pub const ALL: [Self; 5] = [Self::Samples, Self::Summary, Self::Energy, Self::Events, Self::Tents];
 
-    /// Its name, for a file.
+    /// Returns the name, for a file.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -63,16 +66,16 @@ impl Table {
     }
 }
 
-/// What a column holds.
+/// Type of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColumnKind {
-    /// Double precision: what drives the simulation.
+    /// Double precision: inputs of the simulation.
     Double,
-    /// Single precision: what the simulation computed.
+    /// Single precision: results of the simulation.
     Float,
     /// Counts, indices and bits.
     Whole,
-    /// Words.
+    /// Text.
     Text,
 }
 
@@ -81,48 +84,50 @@ pub enum ColumnKind {
 pub struct Column {
     /// Name with its unit, for example `position_x_m`.
     pub name: String,
-    /// What it holds.
+    /// Type of the values.
     pub kind: ColumnKind,
-    /// A row may leave it empty.
+    /// Whether rows may leave it empty.
     pub optional: bool,
 }
 
 /// A value of a row.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
-    /// Of a column of [`ColumnKind::Double`].
+    /// A value of type [`ColumnKind::Double`].
     Double(f64),
-    /// Of a column of [`ColumnKind::Float`].
+    /// A value of type [`ColumnKind::Float`].
     Float(f32),
-    /// Of a column of [`ColumnKind::Whole`].
+    /// A value of type [`ColumnKind::Whole`].
     Whole(i64),
-    /// Of a column of [`ColumnKind::Text`].
+    /// A value of type [`ColumnKind::Text`].
     Text(String),
-    /// Nothing: the boundary of what is no rupture.
+    /// No value, for example the boundary of an event that is not a rupture.
     Empty,
 }
 
-/// Takes tables as they are read.
+/// Receives tables while they are read.
 pub trait TableSink {
-    /// A table begins. Called once for each, before its rows.
+    /// Begins a table. Called once for each table, before its rows.
     ///
     /// # Errors
-    /// When it cannot be kept.
+    /// If the table cannot be written.
     fn begin(&mut self, table: Table, columns: &[Column]) -> io::Result<()>;
 
-    /// The next row of a table, in order of time: a cell for each column.
+    /// Adds the next row of a table, in order of time: a cell for each column.
     ///
     /// # Errors
-    /// When it cannot be kept.
+    /// If the row cannot be written.
     fn row(&mut self, table: Table, cells: &[Cell]) -> io::Result<()>;
 }
 
-/// Reads the tables of a recording in one pass and bounded memory. `false` where the recording is cut.
+/// Reads the tables of a recording in one pass and bounded memory. Returns `false` if the recording
+/// is truncated.
 ///
-/// Tables whose columns depend on the scene (energy, tents) begin with their first row; the others are there in any case.
+/// Tables whose columns depend on the scene (energy, tents) begin with their first row; the others
+/// always exist.
 ///
 /// # Errors
-/// When it is no recording or damaged, or the sink refuses ([`ReadError::Io`]).
+/// If the input is not a recording or damaged, or if the sink fails ([`ReadError::Io`]).
 pub fn read_tables(source: impl Read, sink: &mut impl TableSink) -> Result<bool, ReadError> {
     let mut reader = TableReader::new(sink)?;
     let mut chunks = ChunkReader::new();
@@ -138,7 +143,7 @@ struct TableReader<'a, S> {
     sink: &'a mut S,
     channels: Channels,
     messages: Vec<(Table, MessageDescriptor)>,
-    /// How many columns each table has that has begun, by its place in [`Table::ALL`].
+    /// Number of columns of each table that has begun, by its index in [`Table::ALL`].
     begun: [Option<usize>; Table::ALL.len()],
 }
 
@@ -190,7 +195,7 @@ impl<'a, S: TableSink> TableReader<'a, S> {
         Ok(self.sink.row(table, &row.cells)?)
     }
 
-    /// Begins tables without rows, where their columns are known all the same.
+    /// Begins tables without rows whose columns do not depend on the scene.
     fn begin_the_rest(&mut self) -> Result<(), ReadError> {
         for (table, kind) in &self.messages {
             let known = kind.fields().all(|field| !field.is_list());
@@ -204,17 +209,17 @@ impl<'a, S: TableSink> TableReader<'a, S> {
     }
 }
 
-/// A message laid flat.
+/// A flattened message.
 #[derive(Default)]
 struct Row {
-    /// Columns are wanted besides the cells.
+    /// Whether to collect the columns as well as the cells.
     naming: bool,
     columns: Vec<Column>,
     cells: Vec<Cell>,
 }
 
 impl Row {
-    /// Adds the fields of a message that stands at `place`. A part that is left out is zero.
+    /// Adds the fields of a message with the prefix `place`. An absent submessage counts as zero.
     fn message(&mut self, place: &str, message: &DynamicMessage) {
         for field in message.descriptor().fields() {
             let name = self.name(place, field.name());
@@ -245,7 +250,7 @@ impl Row {
             Value::Bool(yes) => (ColumnKind::Whole, Cell::Whole((*yes).into())),
             Value::String(text) => (ColumnKind::Text, Cell::Text(text.clone())),
             Value::EnumNumber(number) => (ColumnKind::Text, Cell::Text(enumeration_word(field, *number))),
-            // A test holds that no message of ours has any of these.
+            // A test asserts that our messages contain none of these types.
             Value::U64(_) | Value::Bytes(_) | Value::List(_) | Value::Map(_) => return,
         };
         if self.naming {
@@ -254,7 +259,8 @@ impl Row {
         self.cells.push(if absent { Cell::Empty } else { cell });
     }
 
-    /// The name of a part of what stands at `place`: before the unit, if there is one.
+    /// Returns the name of a part of `place`: the part is inserted before the unit, if there is
+    /// one.
     fn name(&self, place: &str, part: &str) -> String {
         match (self.naming, place) {
             (false, _) => String::new(),
@@ -268,12 +274,12 @@ impl Row {
     }
 }
 
-/// Whether a number or a text may be left out; parts that are messages are zero then.
+/// Returns whether a number or text is optional; submessages are not: if absent they are zero.
 fn is_field_optional(field: &FieldDescriptor) -> bool {
     field.supports_presence() && field.kind().as_message().is_none()
 }
 
-/// The name of a value of an enumeration; its number, where a later version has added one.
+/// Returns the name of an enumeration's value; its number if a later version has added the value.
 fn enumeration_word(field: &FieldDescriptor, number: i32) -> String {
     let value = field.kind().as_enum().and_then(|kind| kind.get_value(number));
     value.map_or_else(|| number.to_string(), |value| value.name().to_owned())

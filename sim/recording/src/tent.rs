@@ -1,7 +1,7 @@
-//! How the field of the tissue stands, topic `/tissue/tent`.
+//! State of the tissue's field, topic `/tissue/tent`.
 
-/// How the tissue stands at a moment. All along the needle, where one at the exercise's angle meets them, boundaries and layers from the surface
-/// down, positive into the body.
+/// State of the tissue at a time. All values along the needle at the exercise's angle; boundaries
+/// and layers from the surface down, positive into the body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tent {
     /// Time since the start, in s.
@@ -12,16 +12,17 @@ pub struct Tent {
     pub contactor_n: Vec<f32>,
     /// Drag of the shaft along each layer, in N; negative on withdrawal.
     pub drag_n: Vec<f32>,
-    /// What the field follows.
+    /// Source of the field's boundary conditions.
     pub follows: Follows,
 }
 
-/// What the field of a recording follows.
+/// Source of the boundary conditions of a recording's field.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Follows {
-    /// The force law's forces, in recordings of before: a boundary stands where the field's own stiffness puts it under them.
+    /// The force law's forces, in older recordings: a boundary is displaced according to the
+    /// field's own stiffness under these forces.
     #[default]
     Forces,
-    /// The needle: what tip and rim press on stands where they are.
+    /// The needle: boundaries under load of tip and rim are placed at the contactors' positions.
     Needle,
 }

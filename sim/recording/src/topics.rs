@@ -1,11 +1,11 @@
-//! The topics of a recording: name, schema, and the fixed order that gives each its channel number.
+//! The topics of a recording: name, schema, and the fixed order that defines their channel numbers.
 
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
 use crate::wire::DESCRIPTORS;
 
-/// A topic. Its number is its place in [`Topic::ALL`].
+/// A topic. Its number is its index in [`Topic::ALL`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Topic {
     Sample,
@@ -20,8 +20,8 @@ pub(crate) enum Topic {
 }
 
 impl Topic {
-    /// In the order in which a recording declares them. Append only: `recover` numbers channels by it when the
-    /// declarations themselves are lost.
+    /// Every topic, in the order in which a recording declares them. Append only: `recover` numbers
+    /// channels by it if the declarations are lost.
     pub(crate) const ALL: [Self; 9] = [
         Self::Sample,
         Self::Summary,
@@ -34,7 +34,7 @@ impl Topic {
         Self::Tent,
     ];
 
-    /// The topic's name.
+    /// Returns the topic's name.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Sample => "/needle/sample",
@@ -49,7 +49,7 @@ impl Topic {
         }
     }
 
-    /// The name of its messages' type.
+    /// Returns the type name of its messages.
     pub(crate) fn message_name(self) -> &'static str {
         match self {
             Self::Sample => "stylet.NeedleSample",
@@ -64,7 +64,7 @@ impl Topic {
         }
     }
 
-    /// The `FileDescriptorSet` that describes its messages.
+    /// Returns the `FileDescriptorSet` of its messages.
     fn descriptors(self) -> &'static [u8] {
         match self {
             Self::Sample | Self::Summary | Self::Events | Self::Energy | Self::Tent => DESCRIPTORS,
@@ -75,26 +75,26 @@ impl Topic {
         }
     }
 
-    /// Whether every recording declares it at its start. The field's is declared with its first message, after all others: a scene
-    /// without a field pays nothing for it.
+    /// Returns whether every recording declares it at its start. The field's topic is declared with
+    /// its first message, after all others, so that a scene without a field has no overhead.
     pub(crate) fn is_always_declared(self) -> bool {
         self != Self::Tent
     }
 
-    /// The topic of a name.
+    /// Returns the topic with this name.
     pub(crate) fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|topic| topic.name() == name)
     }
 }
 
-/// Declares a topic; the result is its channel.
+/// Declares a topic and returns its channel id.
 pub(crate) fn declare<W: Write + Seek>(writer: &mut mcap::Writer<W>, topic: Topic) -> mcap::McapResult<u16> {
     let schema_id = writer.add_schema(topic.message_name(), "protobuf", topic.descriptors())?;
     writer.add_channel(schema_id, topic.name(), "protobuf", &BTreeMap::new())
 }
 
-/// The file's profile, and the first thing a reader checks.
+/// The file's profile, checked first by readers.
 pub(crate) const PROFILE: &str = "stylet";
 
-/// Largest record that is written or read, in bytes. A file that claims a larger one is damaged.
+/// Maximum size of a record, in bytes. A file that claims a larger one is damaged.
 pub(crate) const MOST_RECORD_BYTES: usize = 64 << 20;

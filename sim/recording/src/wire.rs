@@ -1,6 +1,7 @@
-//! The messages as they are on the wire, and their conversion from and to plain data.
+//! The messages in wire format, and their conversion from and to plain data.
 //!
-//! The plain types are kept apart because Protobuf makes every part optional; a force law should not meet an `Option`.
+//! The plain types are separate because Protobuf makes every submessage optional; the force law
+//! should not have to handle an `Option`.
 
 use law::ledger::{LayerEnergy, Ledger};
 
@@ -28,7 +29,7 @@ impl From<[f32; 3]> for generated::Vector3f {
     }
 }
 
-/// Protobuf leaves out a part that is all zero, so an absent one is zero.
+/// Protobuf omits a submessage of zeros, so an absent one is zero.
 fn components(vector: Option<generated::Vector3>) -> [f64; 3] {
     vector.map_or([0.0; 3], |v| [v.x, v.y, v.z])
 }
@@ -118,7 +119,7 @@ impl From<EventKind> for Kind {
     }
 }
 
-/// The kind of an event, or why there is none.
+/// Returns the kind of an event, or an error for an unknown number.
 fn event_kind(number: i32) -> Result<EventKind, String> {
     let unknown = || format!("event of kind {number}, allowed are 1 to 10");
     Ok(match Kind::try_from(number).map_err(|_| unknown())? {

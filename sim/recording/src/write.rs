@@ -1,4 +1,4 @@
-//! Writing a recording.
+//! Writes recordings.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -23,15 +23,15 @@ use crate::tent::Tent;
 use crate::topics::{MOST_RECORD_BYTES, PROFILE, Topic, declare};
 use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
 
-/// Uncompressed size at which a chunk is closed even before its half second is over, in bytes.
+/// Uncompressed size at which a chunk is closed even before its half second has passed, in bytes.
 const CHUNK_BYTES: u64 = 1 << 20;
-/// Writes one attempt. Derives the slower topics from the samples it is given.
+/// Writes one attempt. Derives the slower topics from the samples.
 ///
-/// Every half second of recorded time it closes the chunk and flushes the sink, so that a program killed at any moment
-/// loses less than the last second.
+/// Every half second of recorded time it closes the chunk and flushes the sink, so that a program
+/// killed at any moment loses less than the last second.
 pub struct Writer<W: Write> {
     mcap: mcap::Writer<NoSeek<W>>,
-    /// The channel of each topic that is declared.
+    /// The channel of each declared topic.
     channels: [Option<u16>; Topic::ALL.len()],
     sequences: [u32; Topic::ALL.len()],
     start_ns: u64,
@@ -47,7 +47,7 @@ pub struct Writer<W: Write> {
     drawings: Ticker,
 }
 
-/// How every recording is written, recovered ones too.
+/// Opens an MCAP writer with the options of every recording, including recovered ones.
 pub(crate) fn open<W: Write>(sink: W) -> mcap::McapResult<mcap::Writer<NoSeek<W>>> {
     WriteOptions::new()
         .profile(PROFILE)
@@ -56,16 +56,19 @@ pub(crate) fn open<W: Write>(sink: W) -> mcap::McapResult<mcap::Writer<NoSeek<W>
         // Without threads of its own the library writes the same bytes on every machine.
         .compression_threads(0)
         .chunk_size(Some(CHUNK_BYTES))
-        // A chunk is built in memory and written whole: a killed program never leaves a half-written header.
+        // Chunks are built in memory and written whole: a killed program never leaves a
+        // half-written header.
         .disable_seeking(true)
         .create(NoSeek::new(sink))
 }
 
 impl<W: Write> Writer<W> {
-    /// Starts a recording: header, metadata and attachments first, so that a cut file still has them.
+    /// Starts a recording. Header, metadata and attachments come first, so that a truncated file
+    /// still has them.
     ///
     /// # Errors
-    /// When the disk refuses, an attachment is larger than 32 MiB, or the start lies outside the years 1970 to 2105.
+    /// On an I/O error, if an attachment is larger than 32 MiB, or if the start lies outside the
+    /// years 1970 to 2105.
     pub fn create(
         sink: W,
         session: &Session,
@@ -103,10 +106,10 @@ impl<W: Write> Writer<W> {
         Ok(writer)
     }
 
-    /// Writes one servo tick, and what is due on the slower topics.
+    /// Writes one servo tick, and the messages due on the slower topics.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn sample(&mut self, sample: &Sample) -> Result<(), WriteError> {
         let now_ns = nanoseconds(sample.t_s);
         if self.summaries.due(now_ns) {
@@ -134,7 +137,7 @@ impl<W: Write> Writer<W> {
     /// Writes an event.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn event(&mut self, event: &Event) -> Result<(), WriteError> {
         let at_ns = nanoseconds(event.t_s);
         self.conditions.add_event(event);
@@ -145,37 +148,37 @@ impl<W: Write> Writer<W> {
     /// Writes the ledger.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn energy(&mut self, energy: &Energy) -> Result<(), WriteError> {
         self.put(Topic::Energy, nanoseconds(energy.t_s), &EnergyLedger::from(energy))
     }
 
-    /// Writes how the field stands.
+    /// Writes the state of the field.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn tent(&mut self, tent: &Tent) -> Result<(), WriteError> {
         self.put(Topic::Tent, nanoseconds(tent.t_s), &TissueTent::from(tent))
     }
 
-    /// Writes a metadata record of its own, for example what the servo came to.
+    /// Writes a separate metadata record, for example the servo's statistics.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> Result<(), WriteError> {
         Ok(self.mcap.write_metadata(&Metadata { name: name.to_owned(), metadata })?)
     }
 
-    /// What a signature covers of the attempt so far.
+    /// Returns the hashes of the attempt so far, which a signature covers.
     #[must_use]
     pub fn hashes(&self) -> AttemptHashes {
         AttemptHashes { motion: self.motion.sha256(), conditions: self.conditions.sha256() }
     }
 
-    /// Writes a station's signature, behind the last sample.
+    /// Writes a station's signature, after the last sample.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn sign(&mut self, signature: &Signature) -> Result<(), WriteError> {
         self.metadata(signature::RECORD, signature.to_text())
     }
@@ -183,7 +186,7 @@ impl<W: Write> Writer<W> {
     /// Ends the recording: summary, indexes, footer.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn finish(mut self) -> Result<W, WriteError> {
         self.put_summary()?;
         self.mcap.finish()?;
@@ -192,13 +195,13 @@ impl<W: Write> Writer<W> {
         Ok(sink)
     }
 
-    /// The drawing, which viewers want before anything else and again each second.
+    /// Writes the drawing, which viewers need first and again every second.
     fn put_drawing(&mut self) -> Result<(), WriteError> {
         let unix_ns = self.start_ns.saturating_add(self.elapsed_ns);
         self.put(Topic::Scene, self.elapsed_ns, &draw_scene(&self.drawing, unix_ns))
     }
 
-    /// The summary of the window that has ended, at the time of its last tick.
+    /// Writes the summary of the window that has ended, at the time of its last tick.
     fn put_summary(&mut self) -> Result<(), WriteError> {
         match self.window.take() {
             Some(summary) => self.put(Topic::Summary, self.elapsed_ns, &summary),
@@ -220,7 +223,7 @@ impl<W: Write> Writer<W> {
     }
 }
 
-/// The start as Unix time in ns. Viewers count seconds in 32 bits.
+/// Returns the start as Unix time in ns. Viewers store seconds in 32 bits.
 pub(crate) fn start_unix_ns(session: &Session) -> Result<u64, WriteError> {
     let nanoseconds = session.started_at.unix_timestamp_nanos();
     let seconds = session.started_at.unix_timestamp();

@@ -1,4 +1,4 @@
-//! From where a picture is taken.
+//! The camera of an image.
 
 use glam::camera::rh;
 use glam::{Mat4, Vec3};
@@ -8,26 +8,27 @@ use crate::placement::Placement;
 
 /// Vertical angle of view, in rad.
 const ANGLE_RAD: f32 = 0.49;
-/// What the whole view shows above the skin, in m: room for the needle and what holds it.
+/// Height above the skin shown by the whole view, in m: space for the needle and the hand.
 const ABOVE_M: f32 = 0.092;
-/// Half the height that the view of the patient shows, in m: a back from the shoulder blades to the hips, and the needle.
+/// Half the height shown by the view of the patient, in m: a back from the shoulder blades to the
+/// hips, and the needle.
 const PATIENT_M: f32 = 0.165;
-/// What the section shows above the skin, in m.
+/// Height above the skin shown by the section, in m.
 const SECTION_ABOVE_M: f32 = 0.024;
-/// Half the height that the close-up shows, in m, for a needle of 2 mm.
+/// Half the height shown by the close-up, in m, for a needle of 2 mm.
 const CLOSE_M: f32 = 0.0105;
-/// Elevation that orbits stay below, in rad.
+/// Maximum elevation of orbits, in rad.
 const STEEPEST_RAD: f32 = 1.45;
 
-/// What a view looks at.
+/// Target of a view.
 struct CameraAim {
-    /// Middle of the picture, in m.
+    /// Middle of the image, in m.
     target: Vec3,
-    /// Half the height that is seen there, in m.
+    /// Half the visible height there, in m.
     half_m: f32,
-    /// The view's own turn to the right and up, in rad.
+    /// The view's own rotation to the right and up, in rad.
     turn_rad: [f32; 2],
-    /// Radius around the target that matters, in m.
+    /// Relevant radius around the target, in m.
     extent_m: f32,
 }
 
@@ -36,27 +37,27 @@ struct CameraAim {
 pub struct Camera {
     /// From the patient frame to clip space (depth 0 near, 1 far).
     pub clip_from_world: Mat4,
-    /// Where it is, in m.
+    /// Position, in m.
     pub eye: Vec3,
-    /// Where it looks, unit length.
+    /// Viewing direction, unit length.
     pub forward: Vec3,
-    /// Whether rays meet in the eye; parallel otherwise.
+    /// Whether the projection is perspective; orthographic otherwise.
     pub perspective: bool,
-    /// What it looks at, in m.
+    /// Point that it looks at, in m.
     pub target: Vec3,
-    /// Radius around the target that matters, in m: shadows are drawn there.
+    /// Relevant radius around the target, in m: shadows are drawn there.
     pub extent_m: f32,
 }
 
 impl Camera {
-    /// Of a frame; `aspect` is width by height.
+    /// The camera of a frame; `aspect` is width divided by height.
     #[must_use]
     pub fn for_frame(stage: &Stage, frame: &Frame, place: &Placement, aspect: f32) -> Self {
         let aspect = aspect.clamp(0.1, 10.0);
         let depth_m = stage.depth_m();
         let aim = match frame.view {
             View::Whole => CameraAim {
-                // What is not cut open comes nearer.
+                // A body that is not cut open is shown closer.
                 target: place.point(0.0, if frame.closed { -0.03 } else { 0.012 }, 0.5 * (ABOVE_M - depth_m) - 0.019),
                 half_m: if frame.closed { 0.62 } else { 0.53 } * (depth_m + ABOVE_M) * (1.6 / aspect).max(1.0),
                 turn_rad: [-0.36, 0.40],
@@ -90,7 +91,7 @@ impl Camera {
         Self { clip_from_world: projection * view, eye, forward: -back, perspective: true, target, extent_m }
     }
 
-    /// Straight at the cut face.
+    /// Perpendicular to the cut face, orthographic.
     fn flat(place: &Placement, depth_m: f32, distance: f32, aspect: f32) -> Self {
         let half_m = 0.5 * (depth_m + SECTION_ABOVE_M + 0.003) * distance;
         let middle = 0.5 * (depth_m + 0.003 - SECTION_ABOVE_M);
@@ -103,7 +104,8 @@ impl Camera {
         Self { clip_from_world, eye, forward, perspective: false, target, extent_m: 1.2 * wide_m }
     }
 
-    /// Where a point of the patient frame (m) comes to lie in a picture, in pixels from its upper left corner.
+    /// Position of a point of the patient frame (m) in an image, in pixels from its upper left
+    /// corner.
     #[must_use]
     pub fn pixel(&self, point: Vec3, size: [u32; 2]) -> [f32; 2] {
         let clip = self.clip_from_world.project_point3(point);
@@ -111,7 +113,7 @@ impl Camera {
     }
 }
 
-/// The person's turn on top of the view's own.
+/// The user's rotation, added to the view's own.
 fn turned(orbit: Orbit, [yaw_rad, pitch_rad]: [f32; 2]) -> Orbit {
     let sound = |number: f32, otherwise: f32| if number.is_finite() { number } else { otherwise };
     Orbit {

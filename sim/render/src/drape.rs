@@ -1,4 +1,4 @@
-//! Where shadows fall on the drape: the rest of it is drawn without looking for them.
+//! The part of the drape where shadows can fall: the rest is drawn without shadow lookups.
 
 use std::ops::Range;
 
@@ -10,13 +10,15 @@ use crate::meshes::hub::needle_ends;
 use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement};
 use crate::scene_block::{casts, drape_m, lamp};
 
-/// How far what casts a shadow may stand out of the lines and corners looked at, in m: the needle's hub, a hill of the skin.
+/// Maximum distance, in m, by which shadow casters exceed the lines and corners considered: the
+/// needle's hub, a hill of the skin.
 const MARGIN_M: f32 = 0.02;
 
-/// Rows of a grid over the picture, of so many from its lower edge up, in which shadows can fall on the drape.
+/// Rows of a grid of `rows` rows over the image, from its lower edge up, in which shadows can fall
+/// on the drape.
 #[must_use]
 pub fn shaded_rows(stage: &Stage, frame: &Frame, place: &Placement, camera: &Camera, rows: u32) -> Range<u32> {
-    // A whole patient's shadow falls anywhere.
+    // The shadow of a whole patient can fall anywhere.
     if stage.patient(frame.view).is_some() {
         return 0..rows;
     }
@@ -27,7 +29,7 @@ pub fn shaded_rows(stage: &Stage, frame: &Frame, place: &Placement, camera: &Cam
     let level_m = drape_m(stage, frame.view);
     let fallen = corners.into_iter().flat_map(|corner| around(fallen(corner, level_m, place)));
     let heights = fallen.map(|at| height(camera, at));
-    // What is behind the camera comes to lie anywhere.
+    // A point behind the camera can project anywhere.
     let Some(heights) = heights.collect::<Option<Vec<f32>>>() else { return 0..rows };
     let low = heights.iter().copied().fold(f32::INFINITY, f32::min);
     let high = heights.iter().copied().fold(f32::NEG_INFINITY, f32::max);
@@ -46,7 +48,7 @@ fn block(stage: &Stage, frame: &Frame, place: &Placement) -> [Vec3; 8] {
     })
 }
 
-/// Where the shadow of a point falls on the drape at a level in m.
+/// The point at which the shadow of a point falls on the drape, whose height is given in m.
 fn fallen(point: Vec3, level_m: f32, place: &Placement) -> Vec3 {
     let lamp = lamp(place);
     let up_m = (point.z - level_m).max(0.0);
@@ -57,7 +59,7 @@ fn around(point: Vec3) -> [Vec3; 4] {
     [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].map(|[x, y]| point + 2.0 * MARGIN_M * Vec3::new(x, y, 0.0))
 }
 
-/// Height of a point in the picture, -1 to 1; none behind the camera.
+/// Height of a point in the image, -1 to 1; `None` behind the camera.
 fn height(camera: &Camera, point: Vec3) -> Option<f32> {
     let clip = camera.clip_from_world * point.extend(1.0);
     (clip.w > 1e-3).then(|| clip.y / clip.w)

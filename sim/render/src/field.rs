@@ -1,27 +1,28 @@
-//! The field's table as the graphics card reads it, its loads, and where the boundaries stand on the needle's line.
+//! The field's table in the layout of the GPU, its loads, and the positions of the boundaries on
+//! the needle's line.
 
 use crate::frame::{FieldTable, MOST_LAYERS};
 
-/// Samples along the radius, close to each other near the axis: sample i lies at reach (i/(n-1))².
+/// Number of samples along the radius, denser near the axis: sample i lies at reach (i/(n-1))².
 pub const SAMPLES: usize = 256;
-/// Loads that a picture takes.
+/// Maximum number of loads.
 pub const MOST_LOADS: usize = 48;
 
 /// Responses of every boundary to 1 N of every load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnResponses {
-    /// Boundaries.
+    /// Number of boundaries.
     pub boundaries: usize,
-    /// Loads.
+    /// Number of loads.
     pub loads: usize,
-    /// How far the table reaches, in m.
+    /// Maximum radius of the table, in m.
     pub reach_m: f32,
-    /// Boundary by boundary, load by load, [`SAMPLES`] each, in m/N.
+    /// Ordered by boundary, then load, [`SAMPLES`] each, in m/N.
     pub samples: Vec<f32>,
 }
 
 impl DrawnResponses {
-    /// Resamples a table. Without one nothing gives way.
+    /// Resamples a table. An empty table gives zero displacements.
     #[must_use]
     pub fn resampled(table: &FieldTable, boundaries: usize) -> Self {
         let (radii, loads) = (&table.radii_m, table.loads);
@@ -34,7 +35,7 @@ impl DrawnResponses {
         }
     }
 
-    /// What a boundary gives way to 1 N of a load on the axis, in m/N.
+    /// Response of a boundary to a load on the axis, in m/N.
     fn on_axis(&self, boundary: usize, load: usize) -> f32 {
         self.samples.get((boundary * self.loads + load) * SAMPLES).copied().unwrap_or(0.0)
     }
@@ -60,7 +61,7 @@ fn at(radii: &[f32], row: &[f32], radius_m: f32) -> f32 {
     row[above - 1] + share * (row[above] - row[above - 1])
 }
 
-/// The frame's loads, in N: as many as a picture takes, and 0 for what is no number.
+/// The frame's loads, in N, limited to the maximum number; 0 for values that are not finite.
 #[must_use]
 pub fn pack_loads(responses: &DrawnResponses, loads_n: &[f32]) -> [f32; MOST_LOADS] {
     let mut loads = [0.0; MOST_LOADS];
@@ -70,8 +71,8 @@ pub fn pack_loads(responses: &DrawnResponses, loads_n: &[f32]) -> [f32; MOST_LOA
     loads
 }
 
-/// Where every boundary stands on the needle's line, in m: as the frame says, and as the field has it under these loads (N) where the frame
-/// says nothing.
+/// Positions of all boundaries on the needle's line, in m: as given by the frame, otherwise from
+/// the field under these loads (N).
 #[must_use]
 pub fn pack_dents(responses: &DrawnResponses, loads_n: &[f32], dents_m: &[f32]) -> [f32; MOST_LAYERS] {
     let mut dents = [0.0; MOST_LAYERS];

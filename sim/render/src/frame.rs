@@ -1,8 +1,10 @@
-//! What a picture is of: plain data, in SI units and the patient frame (skin at z = 0 or touching it, the body below, x to the right, y away).
+//! The content of an image: plain data, in SI units and the patient frame (skin at z = 0 or
+//! touching it, the body below, x to the right, y away).
 //!
-//! A [`Stage`] is constant for an attempt and goes to the graphics card once; a [`Frame`] is one moment of it.
+//! A [`Stage`] is constant for an attempt and is uploaded to the GPU once; a [`Frame`] is one
+//! moment of it.
 
-/// What is constant for an attempt.
+/// The constant data of an attempt.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stage {
     /// Layers from the skin down.
@@ -11,17 +13,17 @@ pub struct Stage {
     pub needle: DrawnNeedle,
     /// Structures inside the body.
     pub structures: Vec<DrawnStructure>,
-    /// How every boundary gives way under the field's loads.
+    /// Response of every boundary to the field's loads.
     pub field: FieldTable,
     /// Planned entry on the skin, in m.
     pub entry_m: [f32; 3],
     /// Planned direction into the body, unit length.
     pub axis: [f32; 3],
-    /// Where the tip should come to rest, in m; none where that is not to be seen.
+    /// Target position of the tip, in m; `None` if it is not shown.
     pub target_m: Option<[f32; 3]>,
-    /// How skin and layers bend.
+    /// Curvature of skin and layers.
     pub bend: DrawnBend,
-    /// A mesh of the skin, where the scene brings one. One that is closed is a whole patient.
+    /// A mesh of the skin, if the scene has one. A closed mesh is a whole patient.
     pub skin: Option<Mesh>,
 }
 
@@ -32,17 +34,17 @@ impl Stage {
         self.layers.iter().map(|layer| layer.top_m + layer.thickness_m).fold(0.0, f32::max)
     }
 
-    /// The skin of the whole patient, where this is to be seen.
+    /// The skin of the whole patient, if the view shows it.
     #[must_use]
     pub fn patient(&self, view: View) -> Option<&Mesh> {
         self.skin.as_ref().filter(|_| view == View::Patient)
     }
 }
 
-/// How skin and layers bend away from z = 0, which the skin touches at the origin.
+/// Curvature of skin and layers relative to z = 0, which the skin touches at the origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum DrawnBend {
-    /// They do not.
+    /// Not curved.
     #[default]
     Flat,
     /// Concentric with a sphere of this radius, in m.
@@ -51,13 +53,14 @@ pub enum DrawnBend {
     Cylinder {
         /// Radius, in m.
         radius_m: f32,
-        /// Direction of its line in the plane z = 0, of unit length.
+        /// Direction of its axis in the plane z = 0, of unit length.
         line: [f32; 2],
     },
 }
 
 impl DrawnBend {
-    /// Four numbers for the shaders: the radius in m, 0 where nothing bends; the line's direction; 1 for a cylinder.
+    /// Four numbers for the shaders: the radius in m, 0 if flat; the axis direction; 1 for a
+    /// cylinder.
     #[must_use]
     pub fn packed(&self) -> [f32; 4] {
         match *self {
@@ -67,7 +70,8 @@ impl DrawnBend {
         }
     }
 
-    /// Height of the skin at a place in plan, in m. `concentric` in `scene.wgsl` does the same for every layer.
+    /// Height of the skin at a position in plan view, in m. `concentric` in `scene.wgsl` does the
+    /// same for every layer.
     #[must_use]
     pub fn height_m(&self, place: [f32; 2]) -> f32 {
         let [radius_m, x, y, is_cylinder] = self.packed();
@@ -83,15 +87,16 @@ impl DrawnBend {
     }
 }
 
-/// So far aside, in radii, a layer goes straight on, at 49°: a picture shows the neighbourhood of an entry, not a whole ball.
+/// Distance from the axis, in radii, beyond which a layer continues straight, at 49°: an image
+/// shows the neighbourhood of an entry, not a whole sphere.
 const TURNED: f32 = 0.75;
 
 /// A layer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DrawnLayer {
-    /// Name shown beside its band.
+    /// Name shown next to its band.
     pub name: String,
-    /// What it is made of.
+    /// Material.
     pub material: DrawnMaterial,
     /// Depth of its upper boundary, in m.
     pub top_m: f32,
@@ -99,7 +104,7 @@ pub struct DrawnLayer {
     pub thickness_m: f32,
 }
 
-/// What a layer or structure looks like.
+/// Appearance of a layer or structure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DrawnMaterial {
     /// Skin.
@@ -117,38 +122,38 @@ pub enum DrawnMaterial {
     Fluid,
 }
 
-/// The needle: a cannula, and inside it a stylet whose tip stands out.
+/// The needle: a cannula with a stylet inside whose tip protrudes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DrawnNeedle {
     /// Length from tip to hub, in m.
     pub length_m: f32,
     /// Outer diameter of the cannula, in m.
     pub diameter_m: f32,
-    /// Distance from the stylet's tip to the cannula's rim, in m; 0 is a needle without cannula.
+    /// Distance from the stylet's tip to the cannula's rim, in m; 0 for a needle without cannula.
     pub tip_to_rim_m: f32,
     /// Shape of the tip.
     pub tip: Tip,
-    /// What is on the hub while it is not open.
+    /// The part on the hub while it is not open.
     pub hub: OnHub,
 }
 
-/// What is on a needle's hub.
+/// The part on a needle's hub.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnHub {
     /// The knob of the stylet that fills the needle.
     #[default]
     Stylet,
-    /// A syringe of glass, whose plunger yields when resistance is lost.
+    /// A glass syringe, whose plunger moves at loss of resistance.
     Syringe,
 }
 
 /// Shape of a tip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tip {
-    /// Three facets, as trocars have.
+    /// Three facets, as on trocars.
     #[default]
     Diamond,
-    /// A slanted cut.
+    /// A bevel.
     Bevel,
     /// A cone.
     Conical,
@@ -156,21 +161,21 @@ pub enum Tip {
     Blunt,
 }
 
-/// Something inside the body.
+/// A structure inside the body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnStructure {
-    /// Name shown beside it.
+    /// Name shown next to it.
     pub name: String,
-    /// What it is to the exercise.
+    /// Its role in the exercise.
     pub kind: DrawnStructureKind,
     /// Its surface, in m, patient frame.
     pub mesh: Mesh,
 }
 
-/// What a structure is to the exercise.
+/// Role of a structure in the exercise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DrawnStructureKind {
-    /// What should be reached.
+    /// The target of the puncture.
     Target,
     /// A blood vessel.
     Vessel,
@@ -182,62 +187,64 @@ pub enum DrawnStructureKind {
     Organ,
 }
 
-/// Triangles with outward faces counter-clockwise.
+/// Triangles, counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Corners, in m.
+    /// Vertices, in m.
     pub positions_m: Vec<[f32; 3]>,
-    /// Three corners a triangle.
+    /// Three vertex indices per triangle.
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Axial displacement of every boundary under 1 N of every load, at some distances from the needle. The displacement at a moment
-/// is the sum over the loads of the frame; the graphics card adds it up for every corner of every boundary.
+/// Axial displacement of every boundary under 1 N of every load, at some distances from the needle.
+/// The displacement in a frame is the sum over its loads; the GPU computes it for every vertex of
+/// every boundary.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FieldTable {
-    /// Distances from the needle's axis, rising from 0, in m.
+    /// Distances from the needle's axis, ascending from 0, in m.
     pub radii_m: Vec<f32>,
-    /// Loads: a contactor at each boundary, then the drag along each layer.
+    /// Number of loads: a contactor at each boundary, then the drag along each layer.
     pub loads: usize,
-    /// Displacement into the body, in m/N: boundary by boundary, in it load by load, in it radius by radius.
+    /// Displacement into the body, in m/N, ordered by boundary, then load, then radius.
     pub axial_m_per_n: Vec<f32>,
 }
 
-/// One moment.
+/// One moment of an attempt.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
-    /// Time since the start, in s. Nothing in the picture depends on any other clock.
+    /// Time since the start, in s. The image depends on no other clock.
     pub t_s: f32,
     /// Tip, in m.
     pub tip_m: [f32; 3],
-    /// Orientation patient_from_needle, a unit quaternion x, y, z, w; +z of the needle points from hub to tip.
+    /// Orientation patient_from_needle, a unit quaternion x, y, z, w; +z of the needle points from
+    /// hub to tip.
     pub orientation: [f32; 4],
-    /// What the tip of a needle that bends is off `tip_m`, in m; the hub stays.
+    /// Offset of a bent needle's tip from `tip_m`, in m; the hub does not move.
     pub bend_m: [f32; 3],
-    /// Loads that the field carries, in N, in the table's order.
+    /// Loads on the field, in N, in the table's order.
     pub loads_n: Vec<f32>,
-    /// How far every boundary stands from its rest where the needle's line meets it, in m along the needle, positive into the body. A
-    /// boundary without one stands as the loads have it.
+    /// Displacement of every boundary from rest on the needle's line, in m along the needle,
+    /// positive into the body. A missing one follows from the loads.
     pub dents_m: Vec<f32>,
-    /// Where the needle went in, the last one open.
+    /// Entry point of the needle; the latest one that is open.
     pub entry_m: Option<[f32; 3]>,
-    /// Every puncture so far, the open ones too.
+    /// All punctures so far, including open ones.
     pub punctures: Vec<DrawnPuncture>,
-    /// What is seen at the hub.
+    /// State of the hub.
     pub hub: DrawnHub,
-    /// How far the body is faded to show what is inside: 0 opaque, 1 as clear as it gets.
+    /// Fade of the body to show the inside: 0 for opaque, 1 for the most transparent.
     pub fade: f32,
-    /// Draw the planned line, entry and target.
+    /// Whether to draw the planned line, entry and target.
     pub guide: bool,
-    /// Structure that the needle is in, to be lit up.
+    /// Index of the structure that contains the needle, to be highlighted.
     pub touched: Option<usize>,
-    /// The body is seen from outside: the block is not cut open.
+    /// Whether the body is shown from outside: the block is not cut open.
     pub closed: bool,
-    /// Another needle, drawn as a ghost.
+    /// Another needle, drawn transparent.
     pub ghost: Option<Ghost>,
-    /// From where.
+    /// The view.
     pub view: View,
-    /// The person's own turn and zoom, on top of the view's.
+    /// The user's rotation and zoom, added to the view's own.
     pub orbit: Orbit,
 }
 
@@ -250,51 +257,51 @@ pub struct Ghost {
     pub orientation: [f32; 4],
 }
 
-/// A hole that the needle made.
+/// A hole made by the needle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DrawnPuncture {
-    /// On the skin, in m.
+    /// Position on the skin, in m.
     pub entry_m: [f32; 3],
     /// Direction of its track into the body, unit length.
     pub axis: [f32; 3],
-    /// Deepest that the tip went along it, in m.
+    /// Maximum depth of the tip along it, in m.
     pub depth_m: f32,
-    /// Boundaries that the tip has gone through.
+    /// Number of boundaries that the tip has passed.
     pub opened: u32,
-    /// Blood at the skin: 0 none, 1 as much as it gets. Follows depth and damage.
+    /// Blood on the skin: 0 for none, 1 for the maximum. Follows depth and damage.
     pub blood: f32,
 }
 
-/// What is seen at the hub.
+/// State of the hub.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DrawnHub {
-    /// Nothing is on it.
+    /// Whether nothing is on it.
     pub open: bool,
-    /// Blood in it: 0 none, 1 full.
+    /// Blood in it: 0 for none, 1 for full.
     pub blood: f32,
-    /// How far a syringe's plunger has gone in: 0 where the hand holds it, 1 as far as it goes.
+    /// Position of a syringe's plunger: 0 where the hand holds it, 1 at full travel.
     pub plunger: f32,
-    /// Radius of the drop that forms at it, as a share of that at which it falls; 0 without one.
+    /// Radius of the forming drop, as a fraction of that at which it falls; 0 without one.
     pub drop: f32,
-    /// How far below the hub a drop has fallen, in m; 0 where none is in the air.
+    /// Distance that a drop has fallen below the hub, in m; 0 without one.
     pub fallen_m: f32,
 }
 
-/// From where.
+/// Viewpoint of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum View {
-    /// Body, needle and hand's room: a block of the lower back, cut open in front.
+    /// Body, needle and space for the hand: a block of the lower back, cut open in front.
     #[default]
     Whole,
-    /// The whole patient, where the scene brings its skin: not cut open, and fading to what is inside.
+    /// The whole patient, if the scene has its skin: not cut open, and fading to show the inside.
     Patient,
-    /// The tip, close.
+    /// Close-up of the tip.
     Tip,
-    /// A flat section through the needle, layer by layer, with bands and names' places.
+    /// A flat section through the needle, layer by layer, with bands and label positions.
     Section,
 }
 
-/// A turn around what the view looks at.
+/// A rotation around the view's target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
     /// To the right, in rad.
@@ -311,5 +318,5 @@ impl Default for Orbit {
     }
 }
 
-/// Layers that a picture takes.
+/// Maximum number of layers.
 pub const MOST_LAYERS: usize = 16;

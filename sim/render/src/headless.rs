@@ -1,4 +1,5 @@
-//! Pictures without a window, on a graphics adapter of our own; a software adapter will do.
+//! Renders images without a window, on a graphics adapter opened here; a software adapter is
+//! sufficient.
 
 use image::RgbaImage;
 use wgpu::{
@@ -12,51 +13,51 @@ use crate::gpu::textures::{TexturePlan, view};
 use crate::quality::Quality;
 use crate::renderer::{Renderer, StageError};
 
-/// Why there is no picture.
+/// Why an image cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// No adapter at all.
+    /// The machine has no graphics adapter.
     #[error(
         "no graphics adapter: install a driver for this machine's graphics card, or the software one \
          (Debian: apt-get install mesa-vulkan-drivers libvulkan1)"
     )]
     NoAdapter,
-    /// An adapter that cannot be used.
+    /// The adapter cannot be used.
     #[error("the graphics adapter {name} cannot be used: {why}")]
     Unusable {
-        /// Which adapter.
+        /// Name of the adapter.
         name: String,
-        /// What it said.
+        /// The adapter's message.
         why: String,
     },
     /// The stage cannot be drawn.
     #[error(transparent)]
     Stage(#[from] StageError),
-    /// A size that the adapter cannot draw.
+    /// The adapter cannot render an image of this size.
     #[error("{width} × {height} pixels: 1 to {most} are possible on this adapter")]
     Size {
-        /// Width asked for, in pixels.
+        /// Requested width, in pixels.
         width: u32,
-        /// Height asked for, in pixels.
+        /// Requested height, in pixels.
         height: u32,
-        /// Most pixels a side.
+        /// Maximum width and height, in pixels.
         most: u32,
     },
-    /// The picture did not come back from the adapter.
+    /// The image could not be read back from the adapter.
     #[error("the graphics adapter did not hand the picture over: {0}")]
     Lost(String),
 }
 
-/// What draws.
+/// Identity of a graphics adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterName {
     /// Its name.
     pub name: String,
-    /// The interface it is spoken to in: Vulkan, GL, …
+    /// Its graphics API: Vulkan, GL, …
     pub backend: String,
     /// Its driver, with version.
     pub driver: String,
-    /// Whether it is a processor that stands in for a graphics card.
+    /// Whether it is a software renderer.
     pub software: bool,
 }
 
@@ -67,7 +68,7 @@ impl std::fmt::Display for AdapterName {
     }
 }
 
-/// A graphics adapter and what it was last asked to draw.
+/// A graphics adapter with its renderer.
 pub struct Headless {
     adapter: Adapter,
     device: Device,
@@ -76,7 +77,7 @@ pub struct Headless {
     picture: Option<CardPicture>,
 }
 
-/// A picture on the card, and where it is copied to be read.
+/// An image on the adapter, and the buffer from which it is read.
 struct CardPicture {
     texture: Texture,
     bytes: Buffer,
@@ -84,10 +85,11 @@ struct CardPicture {
 }
 
 impl Headless {
-    /// Opens the best adapter: a graphics card before software, Vulkan before GL. `WGPU_BACKEND` pins an interface.
+    /// Opens the best adapter: hardware before software, Vulkan before GL. `WGPU_BACKEND` selects a
+    /// graphics API.
     ///
     /// # Errors
-    /// When there is no adapter, or it refuses.
+    /// If there is no adapter, or it cannot be opened.
     pub fn new(quality: Quality) -> Result<Self, PictureError> {
         let adapter = best_adapter().ok_or(PictureError::NoAdapter)?;
         let limits = Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits());
@@ -98,53 +100,53 @@ impl Headless {
         Ok(Self { adapter, device, queue, renderer, picture: None })
     }
 
-    /// What draws.
+    /// Identity of the adapter.
     #[must_use]
     pub fn adapter(&self) -> AdapterName {
         named(&self.adapter)
     }
 
-    /// Another quality from now on.
+    /// Sets the quality of subsequent images.
     pub fn set_quality(&mut self, quality: Quality) {
         self.renderer.resize(self.renderer.size(), quality);
     }
 
-    /// The renderer, for its camera and its count of triangles.
+    /// The renderer, for its camera and its number of triangles.
     #[must_use]
     pub fn renderer(&self) -> &Renderer {
         &self.renderer
     }
 
-    /// One picture of a stage, of a size in pixels.
+    /// Renders one image of a stage, of a size in pixels.
     ///
     /// # Errors
-    /// When the stage or the size cannot be drawn, or the adapter fails.
+    /// If the stage or the size cannot be rendered, or the adapter fails.
     pub fn picture(&mut self, stage: &Stage, frame: &Frame, size: [u32; 2]) -> Result<RgbaImage, PictureError> {
         self.set_stage(stage)?;
         self.next(frame, size)
     }
 
-    /// Takes a stage, for the pictures to come.
+    /// Sets the stage for subsequent images.
     ///
     /// # Errors
-    /// When it cannot be drawn.
+    /// If it cannot be rendered.
     pub fn set_stage(&mut self, stage: &Stage) -> Result<(), PictureError> {
         Ok(self.renderer.set_stage(stage)?)
     }
 
-    /// The next picture of the stage, of a size in pixels.
+    /// Renders the next image of the stage, of a size in pixels.
     ///
     /// # Errors
-    /// When the size cannot be drawn, or the adapter fails.
+    /// If the size cannot be rendered, or the adapter fails.
     pub fn next(&mut self, frame: &Frame, size: [u32; 2]) -> Result<RgbaImage, PictureError> {
         self.draw(frame, size)?;
         self.read()
     }
 
-    /// Draws without reading the picture, and waits until it is done: what a window would wait for.
+    /// Renders without reading the image, and waits for completion, as a window would.
     ///
     /// # Errors
-    /// When the size cannot be drawn, or the adapter fails.
+    /// If the size cannot be rendered, or the adapter fails.
     pub fn draw(&mut self, frame: &Frame, size: [u32; 2]) -> Result<(), PictureError> {
         self.sized(size)?;
         if let Some(canvas) = &self.picture {
@@ -211,12 +213,12 @@ impl CardPicture {
     }
 }
 
-/// Rows are copied to multiples of 256 bytes.
+/// Rows are padded to a multiple of 256 bytes.
 fn row_bytes(width: u32) -> u32 {
     (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
 }
 
-/// Every adapter of this machine, best first.
+/// All adapters of this machine, best first.
 #[must_use]
 pub fn adapters() -> Vec<AdapterName> {
     found().iter().map(named).collect()

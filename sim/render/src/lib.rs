@@ -1,4 +1,4 @@
-//! The picture: a frame of plain data goes in, pixels come out.
+//! The renderer: turns a frame of plain data into pixels.
 
 pub mod camera;
 mod drape;

@@ -1,4 +1,4 @@
-//! How much work a picture is, in named steps, and the governor that steps down rather than stutter.
+//! Rendering quality in named steps, and the governor that lowers it to avoid stuttering.
 
 use phrase::{Phrase, phrase, sentence};
 
@@ -19,52 +19,52 @@ pub enum Quality {
 }
 
 impl Quality {
-    /// Every step, best first.
+    /// All steps, best first.
     pub const ALL: [Self; 5] = [Self::Full, Self::High, Self::Medium, Self::Low, Self::Least];
 
-    /// Width of the shadow map in texels; 0 is without shadows.
+    /// Width of the shadow map in texels; 0 for no shadows.
     #[must_use]
     pub fn shadow_texels(self) -> u32 {
         [2048, 1024, 1024, 512, 0][self as usize]
     }
 
-    /// Samples a pixel: 1 or 4.
+    /// Samples per pixel: 1 or 4.
     #[must_use]
     pub fn samples(self) -> u32 {
         [4, 4, 1, 1, 1][self as usize]
     }
 
-    /// Resolution drawn at, as a share of the picture's.
+    /// Rendering resolution, as a fraction of the image's.
     #[must_use]
     pub fn resolution(self) -> f32 {
         [1.0, 1.0, 1.0, 0.75, 0.5][self as usize]
     }
 
-    /// The next step down, if there is one.
+    /// The next lower step, if there is one.
     #[must_use]
     pub fn lower(self) -> Option<Self> {
         Self::ALL.get(self as usize + 1).copied()
     }
 
-    /// The next step up, if there is one.
+    /// The next higher step, if there is one.
     #[must_use]
     pub fn higher(self) -> Option<Self> {
         (self as usize).checked_sub(1).map(|at| Self::ALL[at])
     }
 
-    /// One word for people.
+    /// One-word name for the user.
     #[must_use]
     pub fn name(self) -> &'static str {
         [sentence!("full"), sentence!("high"), sentence!("medium"), sentence!("low"), sentence!("least")][self as usize]
     }
 
-    /// What the step is made of, for people.
+    /// Description of the step for the user.
     #[must_use]
     pub fn in_words(self) -> String {
         self.phrase().to_string()
     }
 
-    /// The same, for whoever has another language.
+    /// Description of the step as a translatable phrase.
     #[must_use]
     pub fn phrase(self) -> Phrase {
         let shadows = match self.shadow_texels() {
@@ -85,16 +85,18 @@ impl Quality {
     }
 }
 
-/// Frames looked at before a step is taken.
+/// Number of frames in a window.
 const WINDOW: u32 = 12;
-/// Windows in a row that must have time to spare before quality goes up: going up is seen, and must not have to be undone.
+/// Number of consecutive windows with time to spare before quality is raised: a change is visible,
+/// and should not have to be undone.
 const CALM: u32 = 20;
-/// A window is over its time when its mean frame takes more than this share of the budget.
+/// A window is too slow if its mean frame takes more than this fraction of the budget.
 const OVER: f32 = 1.05;
-/// A window has time to spare when its mean frame takes less than this share: a step up costs up to twice as much.
+/// A window has time to spare if its mean frame takes less than this fraction: a step up costs up
+/// to twice as much.
 const SPARE: f32 = 0.40;
 
-/// Chooses the quality from how long frames take. Pure: it is told the times.
+/// Chooses the quality from frame times. Pure: the times are arguments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Governor {
     quality: Quality,
@@ -106,7 +108,8 @@ pub struct Governor {
 }
 
 impl Governor {
-    /// Starts at a quality, which is also the best it goes back to; `budget_s` is what a frame may take, in s.
+    /// Starts at a quality, which is also the highest that it returns to; `budget_s` is the allowed
+    /// time per frame, in s.
     #[must_use]
     pub fn new(best: Quality, budget_s: f32) -> Self {
         Self { quality: best, best, budget_s, frames: 0, total_s: 0.0, calm: 0 }
@@ -118,12 +121,14 @@ impl Governor {
         self.quality
     }
 
-    /// Takes the time of a frame, in s. Returns the new quality when it changes. A time that is no number is passed over.
+    /// Records the time of a frame, in s. Returns the new quality if it changes. Ignores negative
+    /// times and times that are not finite.
     pub fn took(&mut self, frame_s: f32) -> Option<Quality> {
         if !frame_s.is_finite() || frame_s < 0.0 {
             return None;
         }
-        // One frame of a second is a stall of the machine, which no quality mends: it counts as four budgets.
+        // A frame of a second is a stall of the machine, which no quality fixes: it counts as four
+        // budgets.
         self.total_s += frame_s.min(4.0 * self.budget_s);
         self.frames += 1;
         if self.frames < WINDOW {

@@ -1,4 +1,4 @@
-//! A frame's numbers, laid out as `scene.wgsl` reads them.
+//! A frame's uniforms, in the layout of `scene.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 use glam::camera::rh;
@@ -12,11 +12,11 @@ use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement, smooth, unit};
 use crate::quality::Quality;
 use crate::skin;
 
-/// Punctures that a picture takes: the latest.
+/// Maximum number of punctures: the latest ones.
 pub const MOST_PUNCTURES: usize = 16;
-/// Where the lamp stands, seen from the focus: to the right, away and up.
+/// Direction of the lamp from the focus: to the right, away and up.
 const LAMP: Vec3 = Vec3::new(-0.50, -0.46, 0.74);
-/// How far the lamp's frustum reaches to both sides, in m.
+/// Maximum extent of the lamp's frustum to each side, in m.
 const LAMP_REACH_M: f32 = 0.5;
 
 #[repr(C)]
@@ -28,7 +28,7 @@ struct Hole {
     blood: f32,
 }
 
-/// The block of numbers.
+/// The uniform block.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub struct SceneBlock {
@@ -67,15 +67,15 @@ pub struct SceneBlock {
     dents: [f32; MOST_LAYERS],
 }
 
-/// What a block is made from.
+/// Inputs of a block.
 pub struct ShaderMoment<'a> {
-    /// What is constant.
+    /// The constant data of the attempt.
     pub stage: &'a Stage,
-    /// The moment.
+    /// The frame.
     pub frame: &'a Frame,
     /// The composition.
     pub place: &'a Placement,
-    /// From where.
+    /// The camera.
     pub camera: &'a Camera,
     /// The field.
     pub responses: &'a DrawnResponses,
@@ -84,7 +84,7 @@ pub struct ShaderMoment<'a> {
 }
 
 impl SceneBlock {
-    /// Of a moment.
+    /// Makes the block of a frame.
     #[must_use]
     pub fn at_moment(moment: &ShaderMoment<'_>) -> Self {
         let ShaderMoment { stage, frame, place, camera, responses, quality } = *moment;
@@ -103,7 +103,7 @@ impl SceneBlock {
         let punctures = latest(&frame.punctures);
         let depth_m = stage.depth_m();
         let touched = frame.touched.map_or(-1.0, |which| which as f32);
-        // A section shows what is inside as it is: nothing of it fades.
+        // A section shows the inside without fading.
         let fades = frame.fade.is_finite() && frame.view != View::Section;
         let fade = if fades { frame.fade.clamp(0.0, 1.0) } else { 0.0 };
         Self {
@@ -149,41 +149,42 @@ impl SceneBlock {
     }
 }
 
-/// Towards the lamp, unit length.
+/// Direction towards the lamp, unit length.
 #[must_use]
 pub fn lamp(place: &Placement) -> Vec3 {
     (place.across * LAMP.x + place.away * LAMP.y + Vec3::Z * LAMP.z).normalize()
 }
 
-/// Level of the drape that the body lies on, in m.
+/// Height of the drape under the body, in m.
 #[must_use]
 pub fn drape_m(stage: &Stage, view: View) -> f32 {
     let lowest = |skin: &Mesh| skin.positions_m.iter().map(|at| at[2]).fold(-stage.depth_m(), f32::min);
     stage.patient(view).map_or(-stage.depth_m(), lowest) - 0.001
 }
 
-/// The lamp's view of what the camera looks at.
+/// The lamp's view of the camera's target.
 fn light(camera: &Camera, lamp: Vec3) -> Mat4 {
     let view = rh::view::look_at_mat4(camera.target + lamp * LAMP_REACH_M, camera.target, Vec3::Y);
     let wide = camera.extent_m;
     rh::proj::directx::orthographic(-wide, wide, -wide, wide, 0.0, 2.0 * LAMP_REACH_M) * view
 }
 
-/// The fade from which on light goes through the body.
+/// Fade from which the light passes through the body.
 const LET_THROUGH: f32 = 0.25;
 
-/// Whether the body keeps the lamp's light from what is behind it.
+/// Whether the body casts shadows.
 #[must_use]
 pub fn casts(fade: f32) -> bool {
     fade.is_nan() || fade < LET_THROUGH
 }
 
-/// How strong the body's shadows are: they go as it fades.
+/// Strength of the body's shadows: it decreases with the fade.
 fn shadow_strength(fade: f32) -> f32 {
     if fade.is_finite() { 1.0 - smooth(fade / LET_THROUGH) } else { 1.0 }
 }
 
-/// The needle as the lamp sees it: its tip, and the end of what is on its hub, with the share of its length at which the hub begins.
+/// The needle in the lamp's view: its tip, and the end of the part on its hub, with the fraction of
+/// its length at which the hub begins.
 fn shade(light_clip: &Mat4, stage: &Stage, frame: &Frame, place: &Placement) -> [Vec4; 2] {
     let [tip, end] = hub::needle_ends(stage, frame, place).map(|at| light_clip.project_point3(at));
     let form = HubForm::of(&stage.needle);
@@ -191,7 +192,8 @@ fn shade(light_clip: &Mat4, stage: &Stage, frame: &Frame, place: &Placement) -> 
     [tip.extend(0.0), end.extend(hub)]
 }
 
-/// What is seen at the hub: blood, way of the plunger, radius of the drop that hangs there, and how far another has fallen, in m.
+/// State of the hub: blood, travel of the plunger, radius of the hanging drop, and distance that
+/// another has fallen, in m.
 fn hub(frame: &Frame) -> Vec4 {
     let DrawnHub { blood, plunger, drop, fallen_m, .. } = frame.hub;
     let share = |number: f32| if number.is_finite() { number.clamp(0.0, 1.0) } else { 0.0 };
@@ -199,20 +201,21 @@ fn hub(frame: &Frame) -> Vec4 {
     Vec4::new(share(blood), share(plunger) * hub::TRAVEL_M, share(drop) * hub::DROP_M, fallen_m)
 }
 
-/// Where the hub begins and its mouth is, along the needle, and where a drop hangs: off the axis and along it, in m.
+/// Positions of the hub's start and mouth along the needle, and of a hanging drop off the axis and
+/// along it, in m.
 fn rim(stage: &Stage) -> Vec4 {
     let form = HubForm::of(&stage.needle);
     let [aside_m, along_m] = form.rim_m();
     Vec4::new(form.begins_m, form.mouth_m(), aside_m, along_m)
 }
 
-/// The punctures that a picture takes.
+/// The punctures that are drawn: the latest ones.
 #[must_use]
 pub fn latest(punctures: &[DrawnPuncture]) -> &[DrawnPuncture] {
     &punctures[punctures.len().saturating_sub(MOST_PUNCTURES)..]
 }
 
-/// A track ends at the boundary that is still closed: what is beyond it was only pushed.
+/// Tracks end at the first closed boundary: tissue beyond it was only pushed.
 fn holes(stage: &Stage, punctures: &[DrawnPuncture]) -> [Hole; MOST_PUNCTURES] {
     let mut holes = [Hole::zeroed(); MOST_PUNCTURES];
     for (hole, puncture) in holes.iter_mut().zip(punctures) {
@@ -234,7 +237,7 @@ fn layers(stage: &Stage, frame: &Frame) -> [Vec4; MOST_LAYERS] {
     rows
 }
 
-/// The puncture that the needle is in: the latest one at the frame's entry.
+/// The puncture that contains the needle: the latest one at the frame's entry.
 #[must_use]
 pub fn open_puncture(frame: &Frame) -> Option<&DrawnPuncture> {
     let entry = Vec3::from(frame.entry_m?);

@@ -1,20 +1,21 @@
-//! The skin's own shape beside what it bends: a lower back, or what the scene brings.
+//! The skin's own shape, in addition to its curvature: a lower back, or the scene's mesh.
 
 use glam::{Vec2, Vec3};
 
 use crate::frame::{DrawnBend, Mesh, Stage};
 use crate::placement::smooth;
 
-/// Samples a side of the shape.
+/// Number of samples per side of the shape.
 pub const SAMPLES: usize = 129;
 /// Half the extent of the shape, in m.
 pub const HALF_M: f32 = 0.16;
-/// Around the entry the skin is up to this distance what the force law has, in m.
+/// Distance from the entry up to which the skin coincides with that of the force law, in m.
 const FLAT_M: f32 = 0.016;
-/// From this distance on, in m, it has its full shape.
+/// Distance from which on it has its full shape, in m.
 const SHAPED_M: f32 = 0.075;
 
-/// Height above the skin of the force law around the planned entry (m) and its slope in x and y, row by row from low y to high.
+/// Height above the skin of the force law around the planned entry (m) and its slope in x and y,
+/// row by row in ascending y.
 #[must_use]
 pub fn shape(stage: &Stage) -> Vec<[f32; 4]> {
     let heights = heights(stage);
@@ -46,7 +47,8 @@ fn heights(stage: &Stage) -> Vec<f32> {
     heights
 }
 
-/// A lower back: the furrow of the spine on the left, the long muscles beside it, the flank falling off to the right. Our choice.
+/// A lower back: the furrow of the spine on the left, the long muscles next to it, the flank
+/// descending to the right. Our choice.
 fn lower_back(off: Vec2) -> f32 {
     let spine = off.x + 0.058;
     let furrow = -0.0085 * (-(spine / 0.017) * (spine / 0.017)).exp();
@@ -56,7 +58,7 @@ fn lower_back(off: Vec2) -> f32 {
     furrow + ridge + flank + waist
 }
 
-/// A mesh seen from above: the highest surface at every sample.
+/// Height map of a mesh: the highest surface at every sample.
 struct Raster {
     heights: Vec<f32>,
 }
@@ -71,7 +73,7 @@ impl Raster {
             }
         }
         for height in &mut raster.heights {
-            // Beside the mesh the skin is flat.
+            // Outside the mesh the skin is flat.
             *height = if height.is_finite() { *height } else { 0.0 };
         }
         raster

@@ -1,17 +1,20 @@
-//! How far punctures are seen: what is beyond is drawn without looking for them.
+//! Extent of the visible punctures: beyond it the shaders skip them.
 
 use glam::Vec3;
 
 use crate::frame::{DrawnPuncture, Stage};
 use crate::placement::Placement;
 
-/// How far the rim of a pool of blood is from the needle's surface, and how far a trickle reaches, at most, in m.
+/// Maximum distance of the rim of a pool of blood from the needle's surface, and maximum length of
+/// a trickle, in m.
 const POOL_M: f32 = 0.008;
 const TRICKLE_M: f32 = 0.036;
-/// A track and what seeps from it, in radii of the needle: `track` in `tissue.wgsl` looks no farther.
+/// Extent of a track with its seepage, in radii of the needle: the limit of `track` in
+/// `tissue.wgsl`.
 const TRACK: f32 = 4.0;
 
-/// Distance from the middle of the cut within which holes and blood lie on the skin, in m; 0 without punctures.
+/// Distance from the middle of the cut within which holes and blood lie on the skin, in m; 0
+/// without punctures.
 #[must_use]
 pub fn on_skin(stage: &Stage, place: &Placement, punctures: &[DrawnPuncture]) -> f32 {
     let reach = |puncture: &DrawnPuncture| {
@@ -21,13 +24,14 @@ pub fn on_skin(stage: &Stage, place: &Placement, punctures: &[DrawnPuncture]) ->
     punctures.iter().map(reach).fold(0.0, f32::max)
 }
 
-/// Distance from the middle of the cut, to both sides, within which tracks lie in the cut, in m; 0 without punctures.
+/// Distance from the middle of the cut, to both sides, within which tracks lie in the cut, in m; 0
+/// without punctures.
 #[must_use]
 pub fn on_cut(stage: &Stage, place: &Placement, punctures: &[DrawnPuncture]) -> f32 {
     let reach = |puncture: &DrawnPuncture| {
         let axis = Vec3::from(puncture.axis);
         let steep = (-axis.z).max(0.1);
-        // Where the track leaves the direction that the cut goes down in.
+        // Deviation of the track from the direction in which the cut descends.
         let aslant = (axis / steep - place.down).length() * stage.depth_m();
         beside(place, puncture) + aslant + TRACK * 0.5 * stage.needle.diameter_m / steep
     };

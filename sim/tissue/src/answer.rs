@@ -1,4 +1,5 @@
-//! A case answered: one question for each depth of a load, each planned and solved once, and all of them as one answer.
+//! Answers a case: one problem for each load depth, each planned and solved once, combined into one
+//! answer.
 
 use serde::Serialize;
 
@@ -6,20 +7,21 @@ use super::planner::{self, PlanError, PlanRequest, Planned};
 use super::volumetric::Problem3;
 use super::{FieldModel, Model, Problem};
 
-/// What is asked: problems on one slab that differ in the depth of their load.
+/// A case: problems on one slab that differ in the depth of their load.
 #[derive(Clone, Copy, Debug)]
 pub struct CaseQuestion<'a> {
     /// The problems.
     pub problems: &'a [Problem],
-    /// The depth of each one's load as the case gives it, in m.
+    /// Depth of each load as given in the case, in m.
     pub load_depths_m: &'a [f64],
-    /// The size of the load, in N; positive pushes into the body.
+    /// Magnitude of the load, in N; positive pushes into the body.
     pub force_n: f64,
     /// Model and tolerance.
     pub wish: PlanRequest,
 }
 
-/// Displacements under the load at one depth: a row for each sample depth, a column for each sample radius.
+/// Displacements under the load at one depth: one row per sample depth, one column per sample
+/// radius.
 #[derive(Clone, Debug, Serialize)]
 pub struct FieldSolution {
     /// Depth of the load, in m.
@@ -30,32 +32,34 @@ pub struct FieldSolution {
     pub u_radial_m: Vec<Vec<f64>>,
 }
 
-/// What a case comes to.
+/// The answer to a case.
 #[derive(Clone, Debug)]
 pub struct CaseAnswer {
     /// The model that was used.
     pub model: Model,
-    /// Why, of the load with the worst estimate.
+    /// Reason for the model, of the load with the worst estimate.
     pub reason: String,
-    /// Unknowns of the largest load's model.
+    /// Unknowns of the largest model of all loads.
     pub unknowns: usize,
-    /// Bytes of all loads' models.
+    /// Memory of the models of all loads, in bytes.
     pub bytes: usize,
-    /// Estimated relative error of the worst load, of the axial or of the radial displacement, whichever is larger.
+    /// Estimated relative error of the worst load, the larger of the axial and the radial
+    /// displacement.
     pub estimated_relative_error: f64,
-    /// The tolerance that was asked for.
+    /// The requested tolerance.
     pub tolerance: f64,
-    /// The estimate meets it.
+    /// Whether the estimate meets the tolerance.
     pub met: bool,
-    /// One for each load depth.
+    /// One solution for each load depth.
     pub solutions: Vec<FieldSolution>,
 }
 
 impl CaseAnswer {
-    /// Answers a case. `plan` makes the model of a problem, as [`plan_flat`] does; it may look at the clock besides.
+    /// Answers a case. `plan` makes the model of a problem, as [`plan_flat`] does; it may also
+    /// measure time.
     ///
     /// # Errors
-    /// When there is no problem, or no model can be made of one.
+    /// If there is no problem, or no model can be made of one.
     pub fn find(
         question: &CaseQuestion<'_>,
         mut plan: impl FnMut(&Problem) -> Result<Planned, PlanError>,
@@ -63,7 +67,7 @@ impl CaseAnswer {
         let problems = question.problems;
         let mut answer: Option<Self> = None;
         for (at, (problem, &depth_m)) in problems.iter().zip(question.load_depths_m).enumerate() {
-            // A depth that is listed again is answered again, not planned again.
+            // A repeated depth reuses its answer; it is not planned again.
             let known = problems.iter().take(at).position(|known| known.load == problem.load);
             if let (Some(known), Some(answer)) = (known, &mut answer) {
                 answer.solutions.push(FieldSolution { depth_m, ..answer.solutions[known].clone() });
@@ -89,14 +93,14 @@ impl CaseAnswer {
         answer.ok_or(PlanError::NoLoad)
     }
 
-    /// What is not as it was asked for.
+    /// A warning if the tolerance is not met.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         let Self { tolerance, estimated_relative_error: estimate, met, .. } = self;
         (!met).then(|| format!("the tolerance {tolerance} is not met: the estimated error is {estimate:.2e}"))
     }
 
-    /// Two loads' answers as one. The worse estimate brings its reason along.
+    /// Combines the answers of two loads. The worse estimate determines the reason.
     fn and(mut self, other: Self) -> Self {
         self.solutions.extend(other.solutions);
         let worse = other.estimated_relative_error > self.estimated_relative_error;
@@ -123,10 +127,10 @@ impl FieldSolution {
     }
 }
 
-/// The model for a flat problem.
+/// Plans the model of a flat problem.
 ///
 /// # Errors
-/// When no model can be made of it.
+/// If no model can be made of it.
 pub fn plan_flat(problem: &Problem, wish: &PlanRequest) -> Result<Planned, PlanError> {
     planner::plan(&Problem3::flat(problem), wish)
 }

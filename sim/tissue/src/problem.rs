@@ -1,4 +1,4 @@
-//! What a tissue model is asked: a slab of layers and a load on it.
+//! The problem that a tissue model solves: a slab of layers and a load on it.
 
 use law::Judging;
 use law::axial::{Domain, MAX_LAYERS, ParamError};
@@ -36,7 +36,7 @@ impl Model {
 /// An isotropic linear elastic layer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ElasticLayer {
-    /// Thickness, in m. 0 for a sheet that only has thresholds: it carries nothing.
+    /// Thickness, in m. 0 for a sheet that only has thresholds: it bears no load.
     pub thickness_m: f64,
     /// Young's modulus, in Pa.
     pub youngs_modulus_pa: f64,
@@ -55,7 +55,7 @@ pub struct Slab {
     pub radius_m: f64,
 }
 
-/// Where a load acts. Its traction across the axis is Gaussian, p(r) = F/(πa²) exp(−(r/a)²).
+/// Position of a load. Its traction across the axis is Gaussian, p(r) = F/(πa²) exp(−(r/a)²).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LoadKind {
     /// On the horizontal plane at a depth in m: a contactor that tents a boundary.
@@ -63,7 +63,7 @@ pub enum LoadKind {
         /// Depth, in m.
         depth_m: f64,
     },
-    /// Spread evenly over a stretch of the axis: the shaft's drag.
+    /// Distributed evenly over a stretch of the axis: the shaft's drag.
     Drag {
         /// Upper end, in m.
         from_m: f64,
@@ -81,16 +81,16 @@ pub struct Load {
     pub radius_m: f64,
 }
 
-/// A slab, one load on it, and where the answer is wanted.
+/// A slab, one load on it, and the sample points.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Problem {
     /// The tissue.
     pub slab: Slab,
     /// The load, of 1 N.
     pub load: Load,
-    /// Radii at which the answer is wanted, in m.
+    /// Radii of the sample points, in m.
     pub sample_r_m: Vec<f64>,
-    /// Depths at which the answer is wanted, in m.
+    /// Depths of the sample points, in m.
     pub sample_depth_m: Vec<f64>,
 }
 
@@ -102,13 +102,14 @@ impl ElasticLayer {
     }
 }
 
-/// Lamé's λ and μ of a material of this Young's modulus, in Pa, and Poisson ratio, in Pa.
+/// Lamé's λ and μ, in Pa, of a material with Young's modulus `e`, in Pa, and Poisson ratio `nu`.
 pub(super) fn lame_pa(e: f64, nu: f64) -> (f64, f64) {
     (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))
 }
 
 impl Slab {
-    /// Depth of the upper boundary of every layer and of the base, in m: one more than there are layers.
+    /// Depth of the upper boundary of every layer and of the base, in m: one more than the number
+    /// of layers.
     #[must_use]
     pub fn boundaries_m(&self) -> Vec<f64> {
         let mut boundaries = vec![0.0];
@@ -118,7 +119,7 @@ impl Slab {
         boundaries
     }
 
-    /// Checks that a model can be made of this slab.
+    /// Checks that the slab can be modelled.
     ///
     /// # Errors
     /// The first number that is not finite or out of range.
@@ -139,7 +140,7 @@ impl Slab {
         Domain::Positive.check("radius_m", self.radius_m, "m")
     }
 
-    /// The layers that have a thickness. The models are made of these.
+    /// The layers with a thickness, which the models are made of.
     #[must_use]
     pub fn solid(&self) -> Self {
         let layers = self.layers.iter().filter(|layer| layer.thickness_m > 0.0).copied().collect();
@@ -148,7 +149,7 @@ impl Slab {
 }
 
 impl Load {
-    /// Its upper and its lower end, in m: the same depth twice for a contactor.
+    /// Upper and lower end, in m; equal for a contactor.
     #[must_use]
     pub fn ends_m(&self) -> [f64; 2] {
         match self.kind {
@@ -168,15 +169,15 @@ pub struct Sampled {
 }
 
 impl Sampled {
-    /// Relative L2 distance to a better answer, the larger of that of the axial and of the radial displacement, each over all
-    /// samples and relative to its own size.
+    /// Relative L2 distance to a better solution, the larger of those of the axial and the radial
+    /// displacement, each over all samples and relative to its own norm.
     #[must_use]
     pub fn distance(&self, better: &Self) -> f64 {
         let axial = relative_distance(&self.axial_m, &better.axial_m);
         axial.max(relative_distance(&self.radial_m, &better.radial_m))
     }
 
-    /// The same as a way of judging sees it: the first looks at the axial displacement alone.
+    /// The distance under a way of judging: the first considers only the axial displacement.
     #[must_use]
     pub fn distance_by(&self, judging: Judging, better: &Self) -> f64 {
         match judging {
@@ -186,7 +187,8 @@ impl Sampled {
     }
 }
 
-/// Relative L2 distance ‖a − b‖/‖b‖ of an answer to a better one. Where nothing moves there is nothing to be wrong about.
+/// Relative L2 distance ‖a − b‖/‖b‖ of a solution to a better one; 0 if they are equal, even if
+/// both are zero.
 #[must_use]
 pub fn relative_distance(answer: &[f64], better: &[f64]) -> f64 {
     let wrong: f64 = answer.iter().zip(better).map(|(a, b)| (a - b) * (a - b)).sum();
@@ -195,14 +197,14 @@ pub fn relative_distance(answer: &[f64], better: &[f64]) -> f64 {
 }
 
 impl Problem {
-    /// Axial displacement of a field's last answer at every sample, in m: depth after depth.
+    /// Axial displacement of a field's last solution at every sample, in m, in order of depth.
     #[must_use]
     pub fn axial_m(&self, field: &dyn FieldModel) -> Vec<f64> {
         let row = |&depth_m: &f64| self.sample_r_m.iter().map(move |&r_m| field.displacement_m(r_m, depth_m)[0]);
         self.sample_depth_m.iter().flat_map(row).collect()
     }
 
-    /// Axial and radial displacement of a field's last answer at every sample.
+    /// Axial and radial displacement of a field's last solution at every sample.
     #[must_use]
     pub fn sampled(&self, field: &dyn FieldModel) -> Sampled {
         let places =
@@ -211,7 +213,7 @@ impl Problem {
         Sampled { axial_m, radial_m }
     }
 
-    /// Checks that the question makes sense.
+    /// Checks the problem.
     ///
     /// # Errors
     /// The first number that is not finite or out of range.

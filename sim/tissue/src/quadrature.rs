@@ -1,11 +1,11 @@
-//! Quadrature on [−1, 1]: where elements are integrated, and where they have their nodes.
+//! Quadrature on [−1, 1]: integration points and nodes of the elements.
 
 use std::f64::consts::PI;
 
-/// Newton's steps towards a root: from the cosines below the fifth changes nothing.
+/// Newton iterations for a root: from the cosines, the fifth is the last to change anything.
 const NEWTON: usize = 6;
 
-/// Legendre's polynomial of a degree and its slope at x, |x| < 1, by Bonnet's recursion.
+/// Legendre polynomial of a degree and its slope at x, |x| < 1, by Bonnet's recursion.
 fn legendre(degree: usize, x: f64) -> [f64; 2] {
     let (mut before, mut value) = (1.0, x);
     for n in 1..degree {
@@ -15,7 +15,7 @@ fn legendre(degree: usize, x: f64) -> [f64; 2] {
     [value, degree as f64 * (before - x * value) / (1.0 - x * x)]
 }
 
-/// Points and weights of Gauss and Legendre's quadrature, ascending.
+/// Points and weights of Gauss–Legendre quadrature, ascending.
 #[must_use]
 pub fn gauss_rule(count: usize) -> Vec<(f64, f64)> {
     let point = |at: usize| {
@@ -30,8 +30,9 @@ pub fn gauss_rule(count: usize) -> Vec<(f64, f64)> {
     (0..count).map(point).collect()
 }
 
-/// Points and weights of Gauss and Lobatto's quadrature, ascending: ±1 and the extrema of Legendre's polynomial of an
-/// order, 1 or more. They are the nodes of an element of this order, which keeps high orders well conditioned.
+/// Points and weights of Gauss–Lobatto quadrature, ascending: ±1 and the extrema of the Legendre
+/// polynomial of an order, 1 or more. They are the nodes of an element of this order, which keeps
+/// high orders well conditioned.
 #[must_use]
 pub fn lobatto_rule(order: usize) -> Vec<(f64, f64)> {
     let n = order as f64;

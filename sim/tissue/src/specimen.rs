@@ -1,4 +1,4 @@
-//! What is punctured: the force law, and the field that follows it where the scene has one.
+//! The punctured body: the force law, and the field that follows it if the scene has one.
 
 use std::sync::Arc;
 
@@ -8,45 +8,48 @@ use law::soundness::{self, Unsound};
 
 use crate::follow::{Field, FollowError, Profiles, TissueSpec};
 
-/// What a [`Specimen`] is made of, unchecked.
+/// Specification of a [`Specimen`], unchecked.
 #[derive(Clone, Debug)]
 pub struct SpecimenSpec {
     /// The puncture, with the stiffnesses of the scene.
     pub puncture: PunctureSpec,
-    /// The tissue that follows the needle; none where nobody looks.
+    /// The tissue that follows the needle; `None` if it is not displayed.
     pub tissue: Option<TissueSpec>,
 }
 
-/// Why there is nothing to puncture.
+/// Why a specimen cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SpecimenError {
     /// A parameter is out of range.
     #[error(transparent)]
     Param(#[from] ParamError),
-    /// The tissue cannot be followed.
+    /// The field cannot be computed.
     #[error("tissue: {0}")]
     Field(#[from] FollowError),
-    /// With the stiffnesses that the field gives the boundaries, a rupture would create force or energy.
+    /// With the field's stiffnesses at the boundaries, a rupture would create force or energy.
     #[error("tissue.coupling = \"field\": {0}")]
     Unsound(Unsound),
 }
 
-/// A body to puncture, constant for an attempt: the force law's parameters, which alone decide what is felt, and the field.
+/// A body to puncture, constant for an attempt: the parameters of the force law, which alone
+/// determine the felt force, and the field.
 #[derive(Debug)]
 pub struct Specimen {
-    // Shared, because the servo's thread steps the law while the recorder's thread steps law and field.
+    // Shared, because the servo's thread steps the law while the recorder's thread steps law and
+    // field.
     law: Arc<PunctureParams>,
     tissue: Option<TissueSpec>,
     field: Option<Field>,
 }
 
 impl Specimen {
-    /// Checks and freezes a specification, and makes its field. Where the tissue is coupled, each boundary takes the field's
-    /// stiffness.
+    /// Checks and freezes a specification, and computes its field. If the tissue is coupled, each
+    /// boundary takes the field's stiffness.
     ///
     /// # Errors
-    /// The first parameter that is non-finite or out of range, the first mesh that is not closed, a tissue that no model can be
-    /// had of, or the first rupture that is unsound with the field's stiffnesses.
+    /// The first parameter that is not finite or out of range, the first mesh that is not closed, a
+    /// tissue that no model can represent, or the first rupture that is unsound with the field's
+    /// stiffnesses.
     pub fn new(spec: SpecimenSpec) -> Result<Self, SpecimenError> {
         let SpecimenSpec { mut puncture, tissue } = spec;
         let field = tissue.as_ref().map(Field::new).transpose()?;
@@ -74,19 +77,19 @@ impl Specimen {
         self.field.as_ref()
     }
 
-    /// How its boundaries give way beside the needle; none without a field.
+    /// Displacement profiles of its boundaries around the needle; `None` without a field.
     ///
     /// # Errors
-    /// When no model of the tissue can be had.
+    /// If no model of the tissue can be made.
     pub fn profiles(&self) -> Result<Option<Profiles>, FollowError> {
         self.field.as_ref().zip(self.tissue.as_ref()).map(|(field, tissue)| field.profiles(tissue)).transpose()
     }
 }
 
-/// Gives every boundary the field's stiffness, if that is sound.
+/// Gives every boundary the field's stiffness, if the result is sound.
 fn couple(axial: &mut AxialSpec, field: &Field) -> Result<(), SpecimenError> {
     field.couple(axial);
-    // Checked first: what is not a number has no closed form.
+    // Checked first: invalid parameters have no closed form.
     AxialParams::new(axial.clone())?;
     match soundness::find_unsound_ruptures(axial).into_iter().next() {
         Some(unsound) => Err(SpecimenError::Unsound(unsound)),

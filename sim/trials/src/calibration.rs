@@ -1,8 +1,10 @@
-//! Fits of curves whose truth is known: does a stated interval hold it, and is a wrong minimum found out?
+//! Fits of curves with known parameters: checks whether the intervals contain the truth and whether
+//! wrong minima are detected.
 //!
-//! A curve is the law on a track of steps of 2 µm, of which every so manyth is a sample, with noise drawn from a seed. Blind curves
-//! are of random layers, and the fit is told nothing of them; others are of a scene with its numbers changed, and the fit starts from
-//! the scene as it was. A blind scene's boundaries each make a clear drop, as the fit of a curve alone takes for granted.
+//! A curve is the law evaluated in steps of 2 µm, subsampled, with noise drawn from a seed. Blind
+//! curves have random layers that are unknown to the fit; the others have the changed numbers of a
+//! scene, and the fit starts from the original scene. Each boundary of a blind curve makes a clear
+//! drop, as a fit of the curve alone requires.
 
 use law::axial::AxialSpec;
 use law::closed_form::predict_ruptures;
@@ -14,92 +16,98 @@ use super::scenes::{AxialRun, make_layer, needle_through};
 
 /// Steps of the needle, in m.
 const STEP_M: f64 = 2e-6;
-/// A clear drop falls this many deviations of the noise, and this part of the peak, between two samples.
+/// A clear drop between two samples is at least this many standard deviations of the noise, and
+/// this fraction of the peak.
 const CLEAR_NOISE: f64 = 10.0;
 const CLEAR_PART: f64 = 0.06;
-/// A fit is in a wrong minimum where its sum of squares is this many variances above that of the truth.
+/// A fit is in a wrong minimum if its sum of squares exceeds that of the truth by this many
+/// variances.
 const WRONG: f64 = 9.0;
-/// And where a number is so many half-widths of its interval from the truth.
+/// A fit is also wrong if a parameter deviates from the truth by this many half-widths of its
+/// interval.
 const FAR: f64 = 3.0;
-/// How many scenes are drawn at most until one serves.
+/// Maximum number of scenes drawn until one is suitable.
 const DRAWS: u32 = 10_000;
 
-/// What is wrong with the data besides white noise.
+/// Errors of the data in addition to white noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Disturbance {
-    /// Nothing.
+    /// No disturbance.
     None,
-    /// A slow wave of five deviations of the noise.
+    /// A slow wave with an amplitude of five standard deviations of the noise.
     Drift,
-    /// One sample in a hundred is off by fifteen deviations of the noise.
+    /// One sample in a hundred deviates by fifteen standard deviations of the noise.
     Outliers,
 }
 
-/// Where a curve comes from.
+/// Source of a curve's layers.
 #[derive(Clone, Copy, Debug)]
 pub enum Origin<'s> {
-    /// So many random layers, of which the fit knows nothing.
+    /// Random layers that are unknown to the fit.
     Blind {
-        /// How many.
+        /// Number of layers.
         layers: usize,
-        /// Distance from a trocar's tip to its rim, in m; 0 is a needle. A trocar's drops alternate, as its fit takes for granted.
+        /// Distance from a trocar's tip to its rim, in m; 0 for a needle. The drops of a trocar
+        /// alternate, as its fit requires.
         tip_to_rim_m: f64,
     },
-    /// A scene with its numbers changed by up to a quarter, fitted from the scene as it was.
+    /// A scene with numbers changed by up to a quarter, fitted from the original scene.
     Changed(&'s AxialSpec),
 }
 
-/// How a curve is measured.
+/// Measurement conditions of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
-    /// Deviation of the noise, in N.
+    /// Standard deviation of the noise, in N.
     pub noise_n: f64,
-    /// Distance of samples, in m.
+    /// Distance between samples, in m.
     pub spacing_m: f64,
     /// Whether the needle is withdrawn.
     pub withdraws: bool,
-    /// What else is wrong with it.
+    /// Additional disturbance.
     pub disturbance: Disturbance,
 }
 
-/// A curve and what it was made from.
+/// A curve with its true parameters.
 #[derive(Clone, Debug)]
 pub struct SampledCurve {
     /// The layers.
     pub truth: AxialSpec,
-    /// Where the fit starts, if not from the curve alone.
+    /// Start of the fit; `None` if it starts from the curve alone.
     pub start: Option<AxialSpec>,
-    /// How it was measured.
+    /// Measurement conditions.
     pub measurement: Measurement,
     /// Depth in m, force in N.
     pub samples: Vec<(f64, f64)>,
 }
 
-/// A parameter's true value beside what was found.
+/// A parameter's true value and its estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
-    /// What was found.
+    /// The estimate.
     pub estimate: ParameterEstimate,
-    /// In SI.
+    /// True value, in SI.
     pub truth: f64,
 }
 
-/// A fit beside the truth.
+/// A fit compared with the truth.
 #[derive(Clone, Debug)]
 pub struct Trialled {
     /// The fit.
     pub fit: Fit,
-    /// Every parameter; none where the number of layers is wrong.
+    /// Every parameter; empty if the number of layers is wrong.
     pub parameters: Vec<Judged>,
-    /// Whether the number of layers is wrong, or the sum of squares above that of the truth, or a determined number far from it.
+    /// Whether the number of layers is wrong, the sum of squares exceeds that of the truth, or a
+    /// determined parameter deviates far from it.
     pub is_wrong: bool,
-    /// Whether it is wrong and does not say so: neither that its residual is no noise nor, of a sum of squares alone that is above, that
-    /// the curve has other readings.
+    /// Whether the fit is wrong without reporting it: it neither reports a residual other than
+    /// noise nor, if only the sum of squares is too large, alternative solutions.
     pub is_silent: bool,
 }
 
 impl Measurement {
-    /// One of two dozen: four noises, three spacings, with and without the withdrawal.
+    /// Selects one of two dozen conditions: four noise levels, three spacings, with and without
+    /// withdrawal.
     #[must_use]
     pub fn of_seed(seed: u64, disturbance: Disturbance) -> Self {
         Self {
@@ -112,7 +120,7 @@ impl Measurement {
 }
 
 impl Judged {
-    /// Whether the interval holds the truth; none without one.
+    /// Returns whether the interval contains the truth; `None` without an interval.
     #[must_use]
     pub fn is_held(&self) -> Option<bool> {
         self.estimate.interval.map(|interval| interval.holds(self.truth))
@@ -127,7 +135,8 @@ impl Judged {
     }
 }
 
-/// A curve from a seed; none where no scene serves, or the scene's first rupture is not within it.
+/// Creates a curve from a seed; `None` if no scene is suitable, or if the scene's first rupture is
+/// not within the curve.
 #[must_use]
 pub fn sample(origin: Origin<'_>, measurement: Measurement, seed: u64) -> Option<SampledCurve> {
     let mut draw = Draw::new(seed);
@@ -153,10 +162,10 @@ pub fn sample(origin: Origin<'_>, measurement: Measurement, seed: u64) -> Option
     None
 }
 
-/// Fits a curve and holds the result against what it was made from.
+/// Fits a curve and compares the result with the truth.
 ///
 /// # Errors
-/// What the fit refuses.
+/// Those of the fit.
 pub fn try_fit(sampled: &SampledCurve) -> Result<Trialled, CalibrateError> {
     let curve = Curve::new(&sampled.samples)?;
     let fresh = Fresh { layers: None, tip_to_rim_m: sampled.truth.tip_to_rim_m };
@@ -178,7 +187,7 @@ pub fn try_fit(sampled: &SampledCurve) -> Result<Trialled, CalibrateError> {
     Ok(Trialled { fit, parameters, is_wrong, is_silent })
 }
 
-/// What a parameter was when the curve was made; none of a layer or a length that there is not.
+/// Returns the true value of a parameter; `None` for a layer or a length that does not exist.
 pub(crate) fn true_value(truth: &AxialSpec, estimate: &ParameterEstimate) -> Option<f64> {
     match estimate.quantity {
         Quantity::Presliding => Some(truth.presliding_stiffness_n_per_m),
@@ -191,7 +200,8 @@ fn between(draw: &mut Draw, low: f64, high: f64) -> f64 {
     low + (high - low) * draw.uniform()
 }
 
-/// Even on a logarithmic scale: soft and stiff, weak and strong are as likely.
+/// Draws from a log-uniform distribution, so that soft and stiff, weak and strong are equally
+/// likely.
 fn scaled(draw: &mut Draw, low: f64, high: f64) -> f64 {
     libm::exp(between(draw, libm::log(low), libm::log(high)))
 }
@@ -209,7 +219,7 @@ fn random_layers(count: usize, tip_to_rim_m: f64, draw: &mut Draw) -> AxialSpec 
     AxialSpec { tip_to_rim_m, ..needle_through(layers.collect()) }
 }
 
-/// A scene with every number but 0 changed by up to a quarter.
+/// Changes every nonzero number of a scene by up to a quarter.
 fn changed(scene: &AxialSpec, draw: &mut Draw) -> AxialSpec {
     let mut changed = scene.clone();
     for layer in &mut changed.layers {
@@ -227,7 +237,8 @@ fn changed(scene: &AxialSpec, draw: &mut Draw) -> AxialSpec {
     changed
 }
 
-/// The law's samples on the way in, to beyond the last rupture, and out; none where a scene is none.
+/// Returns the law's samples on the way in, to beyond the last rupture, and out; `None` if the law
+/// refuses the scene or nothing ruptures.
 fn track(truth: &AxialSpec, measurement: &Measurement, beyond_m: f64) -> Option<Vec<(f64, f64)>> {
     let mut slow = truth.clone();
     slow.rate = None;
@@ -250,7 +261,7 @@ fn track(truth: &AxialSpec, measurement: &Measurement, beyond_m: f64) -> Option<
     Some(taken)
 }
 
-/// Whether every boundary makes a clear drop of its own.
+/// Returns whether every boundary makes a separate, clear drop.
 fn is_clear(truth: &AxialSpec, clean: &[(f64, f64)], measurement: &Measurement) -> bool {
     let peak_n = clean.iter().map(|sample| sample.1).fold(0.0, f64::max);
     let least_n = (CLEAR_NOISE * measurement.noise_n).max(CLEAR_PART * peak_n);

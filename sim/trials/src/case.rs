@@ -1,4 +1,4 @@
-//! The hard cases in the words of physics section 8.
+//! The hard cases, as worded in physics section 8.
 
 pub(super) const STAB: &str = "1 m/s stab";
 pub(super) const TELEPORT: &str = "50 mm teleport in one tick";

@@ -1,65 +1,66 @@
-//! Is the error of a field what its estimate says? Random layers under random loads, each fitted to a tolerance and compared
-//! with a far finer mesh.
+//! Accuracy of the error estimate of a field: random layers under random loads, each fitted to a
+//! tolerance and compared with a far finer mesh.
 //!
-//! The scenes are drawn to be hard on an estimate: one to six layers, some of them sheets a tenth as thick as the needle,
-//! moduli up to ten thousand times apart, almost incompressible ones, sides near and far, loads at boundaries, inside layers
-//! and along the shaft, and few samples as well as many.
+//! The scenes are chosen to be difficult for an estimate: one to six layers, some of them a tenth
+//! as thick as the needle, moduli with ratios of up to ten thousand, almost incompressible layers,
+//! near and far sides, loads at boundaries, inside layers and along the shaft, and few samples as
+//! well as many.
 
 use law::operator::Draw;
 use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MAX_ORDER, MeshSpec, fit};
 use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Sampled, Slab, relative_distance};
 
-/// Tolerances that are asked for.
+/// Requested tolerances.
 pub const TOLERANCES: [f64; 5] = [0.05, 0.02, 0.01, 0.005, 0.001];
 
-/// A drawn question, and what it is to be answered to.
+/// A random problem with its tolerance.
 #[derive(Clone, Debug)]
 pub struct DrawnTissue {
-    /// Its number: the same number draws the same question.
+    /// Number of the problem; the same number always yields the same problem.
     pub number: u32,
-    /// The question.
+    /// The problem.
     pub problem: Problem,
     /// Tolerated relative error.
     pub tolerance: f64,
 }
 
-/// A fit beside the truth.
+/// A fit compared with the truth.
 #[derive(Clone, Copy, Debug)]
 pub struct JudgedEstimate {
-    /// What the fit says of itself.
+    /// Estimated relative error.
     pub estimated: f64,
     /// Relative error of the axial displacement over the samples, against a far finer mesh.
     pub axial: f64,
-    /// The same of the radial displacement.
+    /// Relative error of the radial displacement.
     pub radial: f64,
-    /// What the fit says of the tolerance.
+    /// Whether the fit reports that the tolerance is met.
     pub met: bool,
-    /// Unknowns of its mesh.
+    /// Number of unknowns of its mesh.
     pub unknowns: usize,
 }
 
 impl JudgedEstimate {
-    /// The larger of both errors: what is estimated.
+    /// Returns the larger of the two errors, which is the quantity that is estimated.
     #[must_use]
     pub fn error(&self) -> f64 {
         self.axial.max(self.radial)
     }
 
-    /// How many times larger than estimated the error is.
+    /// Returns the ratio of the error to the estimate.
     #[must_use]
     pub fn factor(&self) -> f64 {
         if self.error() == 0.0 { 1.0 } else { self.error() / self.estimated }
     }
 }
 
-/// Draws the question of a number.
+/// Draws the problem with this number.
 #[must_use]
 pub fn draw(number: u32) -> DrawnTissue {
     let mut draw = Draw::new(0x7155_0000 + u64::from(number));
     let radius_m = between(&mut draw, 2e-4, 2.5e-3);
     let layers: Vec<ElasticLayer> = (0..below(&mut draw, 6) + 1).map(|_| draw_layer(&mut draw)).collect();
     let depth_m: f64 = layers.iter().map(|layer| layer.thickness_m).sum();
-    // From narrower than the tissue is deep to the body of an attempt.
+    // From narrower than the tissue is deep up to the size of the body in an attempt.
     let side_m = between(&mut draw, (6.0 * radius_m).max(0.2 * depth_m), 0.25);
     let slab = Slab { layers, radius_m: side_m };
     let boundaries_m = slab.boundaries_m();
@@ -69,7 +70,7 @@ pub fn draw(number: u32) -> DrawnTissue {
     let sample_r_m = (0..samples).map(|at| reach_m * at as f64 / 40.0).collect();
     let mut sample_depth_m = boundaries_m[..slab.layers.len()].to_vec();
     if below(&mut draw, 2) == 1 {
-        // Where a person looks is seldom where a mesh has a line.
+        // Users rarely sample exactly at a mesh line.
         sample_depth_m = (0..3).map(|_| 0.99 * depth_m * draw.uniform()).collect();
     }
     let load = Load { kind, radius_m };
@@ -77,12 +78,12 @@ pub fn draw(number: u32) -> DrawnTissue {
     DrawnTissue { number, problem: Problem { slab, load, sample_r_m, sample_depth_m }, tolerance }
 }
 
-/// A whole number from 0 to below this.
+/// Returns an integer from 0 to `count` − 1.
 fn below(draw: &mut Draw, count: usize) -> usize {
     ((draw.uniform() * count as f64).ceil() as usize).clamp(1, count) - 1
 }
 
-/// Even in its logarithm.
+/// Draws from a log-uniform distribution.
 fn between(draw: &mut Draw, low: f64, high: f64) -> f64 {
     low * libm::pow(high.max(low) / low, draw.uniform())
 }
@@ -91,7 +92,7 @@ fn draw_layer(draw: &mut Draw) -> ElasticLayer {
     let thin = below(draw, 3) == 0;
     let thickness_m = if thin { between(draw, 2e-5, 1e-3) } else { between(draw, 1e-3, 0.04) };
     let youngs_modulus_pa = between(draw, 2e3, 2e7);
-    // Half of them nearer to incompressible than 0.49.
+    // Half of them are closer to incompressible than 0.49.
     let poisson_ratio = if below(draw, 2) == 0 { 0.3 + 0.19 * draw.uniform() } else { 0.5 - between(draw, 1e-3, 1e-2) };
     ElasticLayer { thickness_m, youngs_modulus_pa, poisson_ratio, density_kg_per_m3: 1000.0 }
 }
@@ -108,10 +109,10 @@ fn draw_kind(draw: &mut Draw, boundaries_m: &[f64]) -> LoadKind {
     }
 }
 
-/// Fits a drawn question and compares the fit with the truth.
+/// Fits a problem and compares the fit with the truth.
 ///
 /// # Errors
-/// When a model cannot be had of it.
+/// If no model can be built.
 pub fn measure(drawn: &DrawnTissue) -> Result<JudgedEstimate, AxisymmetricError> {
     let fitted = fit(&drawn.problem, drawn.tolerance)?;
     let (found, truth) = (drawn.problem.sampled(&fitted.model), truth(&drawn.problem)?);
@@ -124,9 +125,10 @@ pub fn measure(drawn: &DrawnTissue) -> Result<JudgedEstimate, AxisymmetricError>
     })
 }
 
-/// The answer of a mesh that is finer than any that is chosen and than nearly all that judge: elements of half the size, of the highest order
-/// there is, graded five times towards the corner at the side. Of thirty tissues elements of less than half that size changed
-/// one answer by 0.02 %, and all others by less than 0.001 %.
+/// Returns the solution on a mesh finer than any that the fit selects and than nearly all that its
+/// estimate uses: elements of half the size, of the highest available order, graded five times
+/// towards the corner at the side. For thirty tissues, elements of less than half that size changed
+/// one result by 0.02 %, and all others by less than 0.001 %.
 ///
 /// # Errors
 /// As for [`Axisymmetric::new`].

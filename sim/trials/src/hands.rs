@@ -1,4 +1,4 @@
-//! What a virtual hand did at an attempt, in the figures that published studies give of people.
+//! Results of a virtual hand's attempt, in the quantities that published studies report.
 
 use super::needle::DT;
 use law::axial::Contactor;
@@ -7,15 +7,16 @@ use law::puncture::{
     PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState, step,
 };
 
-/// How long after a rupture the advance counts as its overshoot, in s: the definition of the metric `over_insertion_mm`.
+/// Time after a rupture in which the advance counts as overshoot, in s, as in the metric
+/// `over_insertion_mm`.
 const AFTER_S: f64 = 1.0;
 
-/// How far the tip went after a boundary gave way.
+/// The advance of the tip after a rupture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lunge {
     /// Index of the boundary, 0 is the skin.
     pub boundary: usize,
-    /// Which part of the needle opened it.
+    /// The contactor that opened it.
     pub contactor: Contactor,
     /// Displacement at the rupture, in m.
     pub from_m: f64,
@@ -25,10 +26,10 @@ pub struct Lunge {
     tick: u32,
 }
 
-/// An attempt in figures.
+/// Results of an attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Performance {
-    /// Largest axial force on the hand, in N: 0 where the needle never touched.
+    /// Largest axial force on the hand, in N; 0 if the needle never touched the skin.
     pub peak_n: f64,
     /// A lunge for each rupture, in order.
     pub lunges: Vec<Lunge>,
@@ -36,12 +37,12 @@ pub struct Performance {
     pub furthest_m: f64,
     /// Displacement at which the position was confirmed, in m.
     pub confirmed_m: Option<f64>,
-    /// Time until the operator was done, or the limit, in s.
+    /// Time until the operator was done or the limit was reached, in s.
     pub duration_s: f64,
 }
 
 impl Performance {
-    /// Overshoot after a contactor opened a boundary, in m; none where it did not.
+    /// Returns the overshoot after a contactor opened a boundary, in m; `None` if it did not.
     #[must_use]
     pub fn overshoot_m(&self, boundary: usize, contactor: Contactor) -> Option<f64> {
         let lunge = self.lunges.iter().find(|lunge| lunge.boundary == boundary && lunge.contactor == contactor);
@@ -69,7 +70,7 @@ impl Performance {
     }
 }
 
-/// Lets an operator perform at 1 kHz until it is done, or for a time in s.
+/// Simulates an operator at 1 kHz until it is done or a time limit in s is reached.
 #[must_use]
 pub fn perform(params: &PunctureParams, operator: &mut Operator, limit_s: f64) -> Performance {
     let (mut state, mut scratch) = (PunctureState::new(params), PunctureScratch::new(params));

@@ -1,4 +1,5 @@
-//! Tissue without an axis: skins that bend and lumps in the layers, and what they do by a mesh far finer than any that is chosen.
+//! Tissue without axial symmetry: curved skins and inclusions, with reference solutions on a mesh
+//! far finer than any that the planner selects.
 
 use law::{Judging, Skin};
 use nalgebra::{Point3, Vector3};
@@ -9,12 +10,14 @@ use tissue::volumetric::{
 };
 use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab, relative_distance};
 
-/// A reference reaches so far, in m, or so many radii of the skin where that is less, and no deeper than so many.
+/// Extent of a reference, in m; limited to this many radii of the skin, and to this fraction of a
+/// radius in depth.
 const REACH_M: f64 = 0.08;
 const REACH: f64 = 1.2;
 const DEEPEST: f64 = 0.9;
 
-/// The lower back of physics section 4 in the middle of a body, under a needle of 2 mm that leans by an angle in degrees towards +x.
+/// The lower back of physics section 4 in the middle of a body, under a needle of 2 mm inclined by
+/// an angle in degrees towards +x.
 #[must_use]
 pub fn lower_back_with(tilt_deg: f64, skin: Skin, inclusions: &[Inclusion]) -> TissueSpec {
     let layer = |thickness_m, youngs_modulus_pa, density_kg_per_m3| ElasticLayer {
@@ -41,7 +44,8 @@ pub fn lower_back_with(tilt_deg: f64, skin: Skin, inclusions: &[Inclusion]) -> T
     }
 }
 
-/// A ball of a radius in mm and a modulus in kPa around a place in mm.
+/// Creates a spherical inclusion with a radius in mm and a modulus in kPa, centred at a point in
+/// mm.
 #[must_use]
 pub fn make_ball(centre_mm: [f64; 3], radius_mm: f64, modulus_kpa: f64) -> Inclusion {
     let centre_m = Point3::from(centre_mm.map(|mm| mm * 1e-3));
@@ -50,11 +54,12 @@ pub fn make_ball(centre_mm: [f64; 3], radius_mm: f64, modulus_kpa: f64) -> Inclu
     Inclusion { shape, material }
 }
 
-/// Displacement along the needle of every boundary under 1 N at one of them, in m, by hexahedra of order 3 and a size near the load in m, made
-/// for that load alone.
+/// Returns the displacement of every boundary along the needle under 1 N at one of them, in m,
+/// computed with hexahedra of order 3, of size `near_m` near the load, on a mesh built for that
+/// load.
 ///
 /// # Errors
-/// When no mesh can be made of the tissue.
+/// If the tissue cannot be meshed.
 pub fn push_in_three_dimensions_m(tissue: &TissueSpec, push: usize, near_m: f64) -> Result<Vec<f64>, VolumetricError> {
     let depth_m = tissue.boundaries_m[push];
     let bend_m = tissue.skin.radius_m().unwrap_or(f64::INFINITY);
@@ -74,7 +79,7 @@ pub fn push_in_three_dimensions_m(tissue: &TissueSpec, push: usize, near_m: f64)
     Ok(boundaries_m.map(|at_m| model.displacement_at(&problem.on_needle(*at_m)).dot(&inwards)).collect())
 }
 
-/// The same under a push at every boundary.
+/// Returns the same for a load at each boundary.
 ///
 /// # Errors
 /// As [`push_in_three_dimensions_m`].
@@ -82,7 +87,7 @@ pub fn push_everywhere_m(tissue: &TissueSpec, near_m: f64) -> Result<Vec<Vec<f64
     (0..tissue.layers()).map(|push| push_in_three_dimensions_m(tissue, push, near_m)).collect()
 }
 
-/// How far a field is off that, under the push for which it is most, relative to what the push does.
+/// Returns the error of a field relative to that reference, for the load with the largest error.
 #[must_use]
 pub fn worst_push_error(field: &Field, wanted_m: &[Vec<f64>]) -> f64 {
     let error = |(push, wanted_m): (usize, &Vec<f64>)| {

@@ -1,4 +1,4 @@
-//! A needle in a hand: poses at 1 kHz, and what came of each.
+//! A needle driven by poses at 1 kHz, with the result of each.
 
 use law::Skin;
 use law::axial::{AxialSpec, ParamError};
@@ -9,33 +9,33 @@ use law::puncture::{
 use law::structures::StructureSpec;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// Time of a tick, in s.
+/// Duration of a tick, in s.
 pub const DT: f64 = 1e-3;
-/// Speed of a straight move, in m/s.
+/// Speed of a straight motion, in m/s.
 pub const SPEED_M_PER_S: f64 = 0.02;
 
 /// A needle driven pose by pose at 1 kHz.
 pub struct DrivenNeedle {
     /// The scene.
     pub params: PunctureParams,
-    /// The puncture so far.
+    /// The state of the puncture.
     pub state: PunctureState,
     /// The last step's events.
     pub scratch: PunctureScratch,
-    /// How many steps there were.
+    /// Number of steps so far.
     pub tick: u32,
 }
 
 impl DrivenNeedle {
-    /// A rigid needle in the air over a scene with structures.
+    /// Creates a rigid needle above the skin of a scene with structures.
     ///
     /// # Errors
-    /// When the scene or a structure makes no sense.
+    /// If the law refuses the scene or a structure.
     pub fn new(axial: AxialSpec, structures: Vec<StructureSpec>) -> Result<Self, ParamError> {
         Self::bending(axial, structures, None)
     }
 
-    /// A needle of a bending stiffness, in N·m², or a rigid one.
+    /// Creates a needle with a bending stiffness, in N·m², or a rigid one.
     ///
     /// # Errors
     /// As [`DrivenNeedle::new`].
@@ -55,7 +55,7 @@ impl DrivenNeedle {
         })
     }
 
-    /// A needle in the air over what a specification says.
+    /// Creates a needle above the skin of a specification.
     ///
     /// # Errors
     /// As [`DrivenNeedle::new`].
@@ -65,19 +65,19 @@ impl DrivenNeedle {
         Ok(Self { params, state, scratch, tick: 0 })
     }
 
-    /// One step, to a pose.
+    /// Steps to a pose.
     pub fn pose(&mut self, patient_from_needle: Isometry3<f64>) -> PunctureOutput {
         let input = PunctureInput { t_s: f64::from(self.tick) * DT, patient_from_needle };
         self.tick += 1;
         step(&self.params, &mut self.state, &mut self.scratch, &input)
     }
 
-    /// Puts the tip at a point with the needle straight down.
+    /// Moves the tip to a point with the needle pointing straight down.
     pub fn down(&mut self, x_m: f64, y_m: f64, z_m: f64) -> PunctureOutput {
         self.pose(needle_pose(&Point3::new(x_m, y_m, z_m), &-Vector3::z()))
     }
 
-    /// Moves the tip along a line at [`SPEED_M_PER_S`], returning every output with its events.
+    /// Moves the tip along a line at [`SPEED_M_PER_S`] and returns every output with its events.
     pub fn travel(&mut self, axis: Vector3<f64>, from: Point3<f64>, to: Point3<f64>) -> Vec<NeedleTick> {
         let ticks = ((to - from).norm() / (SPEED_M_PER_S * DT)).ceil() as u32;
         (1..=ticks)
@@ -90,12 +90,12 @@ impl DrivenNeedle {
     }
 }
 
-/// What came of one pose.
+/// The result of one pose.
 pub struct NeedleTick {
-    /// Where the tip was, in m.
+    /// Tip position, in m.
     pub tip_m: Point3<f64>,
     /// The forces.
     pub output: PunctureOutput,
-    /// What happened.
+    /// The events.
     pub events: Vec<PunctureEvent>,
 }

@@ -1,4 +1,4 @@
-//! The scenes of physics section 2, and the force law running on one trajectory.
+//! The scenes of physics section 2, and the force law on a single trajectory.
 
 use law::Incidence;
 use law::axial::{
@@ -7,8 +7,8 @@ use law::axial::{
 };
 use law::fracture::SharpPunch;
 
-/// A layer from its numbers: thickness in mm, stiffness in N/m, damping in N·s/m², tip and rim threshold in N, friction in
-/// N/m, cutting in N.
+/// Creates a layer from its numbers: thickness in mm, stiffness in N/m, damping in N·s/m², tip and
+/// rim threshold in N, friction in N/m, cutting in N.
 #[must_use]
 pub fn make_layer(name: &str, numbers: [f64; 7]) -> Layer {
     let [thickness_mm, stiffness, damping, tip, rim, friction, cutting] = numbers;
@@ -25,7 +25,7 @@ pub fn make_layer(name: &str, numbers: [f64; 7]) -> Layer {
     }
 }
 
-/// Layers under a trocar with 2 mm from tip to rim.
+/// Creates the specification of layers under a trocar with 2 mm from tip to rim.
 #[must_use]
 pub fn trocar_through(layers: Vec<Layer>) -> AxialSpec {
     AxialSpec {
@@ -40,13 +40,13 @@ pub fn trocar_through(layers: Vec<Layer>) -> AxialSpec {
     }
 }
 
-/// Layers under a needle without a rim.
+/// Creates the specification of layers under a needle without a rim.
 #[must_use]
 pub fn needle_through(layers: Vec<Layer>) -> AxialSpec {
     AxialSpec { tip_to_rim_m: 0.0, ..trocar_through(layers) }
 }
 
-/// The paper's lower back with the thresholds of section 2: no friction, no cutting.
+/// The lower back of the paper with the thresholds of section 2: no friction, no cutting.
 #[must_use]
 pub fn paper_axial_spec() -> AxialSpec {
     trocar_through(vec![
@@ -66,14 +66,14 @@ pub fn training_axial_spec() -> AxialSpec {
     ])
 }
 
-/// An option of version 3 of the law, at the size at which it is tried.
+/// An option of version 3 of the law, with the size used in trials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TriedOption {
     /// Tents that stiffen.
     Stiffening,
     /// Branches that relax.
     Relaxation,
-    /// Boundaries that give way at a dent; nothing without branches.
+    /// Boundaries that rupture at a fixed indentation; no effect without branches.
     DentCriterion,
     /// Static over kinetic friction.
     StaticFriction,
@@ -81,11 +81,11 @@ pub enum TriedOption {
     Fibres,
     /// Sheets under tension.
     Tension,
-    /// Thresholds of the tip that follow from a fracture energy.
+    /// Tip thresholds derived from a fracture energy.
     Toughness,
 }
 
-/// Every option alone, and all at once.
+/// Every option alone, and all together.
 pub const OPTION_SETS: [&[TriedOption]; 8] = [
     &[TriedOption::Stiffening],
     &[TriedOption::Relaxation],
@@ -96,7 +96,7 @@ pub const OPTION_SETS: [&[TriedOption]; 8] = [
     &[TriedOption::Toughness],
     ALL_OPTIONS,
 ];
-/// All at once.
+/// Every option.
 pub const ALL_OPTIONS: &[TriedOption] = &[
     TriedOption::Stiffening,
     TriedOption::Relaxation,
@@ -107,15 +107,17 @@ pub const ALL_OPTIONS: &[TriedOption] = &[
     TriedOption::Toughness,
 ];
 
-/// Radius of the needle to which the scenes' numbers belong, in m.
+/// Radius of the needle for which the scenes' numbers hold, in m.
 const NEEDLE_RADIUS_M: f64 = 1e-3;
-/// Tension of every sheet, in N/m, held at so far, in m: a fifth of the skin's own stiffness (choice).
+/// Tension of every sheet, in N/m, and the radius at which it is fixed, in m: a fifth of the skin's
+/// own stiffness (choice).
 const TENSION_N_PER_M: f64 = 30.0;
 const HELD_RADIUS_M: f64 = 0.02;
-/// Fracture energy of every layer, in J/m²: of the order of skin's (choice).
+/// Fracture energy of every layer, in J/m²: of the order of magnitude of skin (choice).
 const FRACTURE_ENERGY_J_PER_M2: f64 = 4e3;
 
-/// Threshold of the tip in a layer of that fracture energy, whose modulus is that of a flat punch with its stiffness, in N.
+/// Returns the tip's threshold in a layer with that fracture energy, in N; the modulus is that of a
+/// flat punch with the layer's stiffness.
 fn torn_n(layer: &Layer) -> f64 {
     const POISSON_RATIO: f64 = 0.45;
     let youngs_modulus_pa = layer.stiffness_n_per_m * (1.0 - POISSON_RATIO * POISSON_RATIO) / (2.0 * NEEDLE_RADIUS_M);
@@ -124,7 +126,8 @@ fn torn_n(layer: &Layer) -> f64 {
     SharpPunch { radius_m: NEEDLE_RADIUS_M, shear_modulus_pa, fracture_energy_j_per_m2 }.threshold_n()
 }
 
-/// A scene with options of version 3 in each of its layers, under its own law where that has them.
+/// Adds options of version 3 to each layer of a scene; raises the version of the law to 3 if
+/// necessary.
 #[must_use]
 pub fn with_options(spec: AxialSpec, options: &[TriedOption]) -> AxialSpec {
     let branch = |share, time_s| MaxwellBranch { share, time_s };
@@ -164,42 +167,42 @@ pub fn optioned_axial_spec() -> AxialSpec {
     with_options(training_axial_spec(), ALL_OPTIONS)
 }
 
-/// The force law running on one trajectory.
+/// The force law on a single trajectory.
 pub struct AxialRun {
     /// The scene.
     pub params: AxialParams,
-    /// The track so far.
+    /// The state of the track.
     pub state: AxialState,
     /// The last step's ruptures.
     pub scratch: AxialScratch,
-    /// How the needle meets the layers.
+    /// The needle's incidence on the layers.
     pub incidence: Incidence,
 }
 
 impl AxialRun {
-    /// A needle above the skin of a scene, perpendicular to it.
+    /// Creates a needle above the skin of a scene, perpendicular to it.
     ///
     /// # Errors
-    /// When the scene makes no sense.
+    /// If the law refuses the scene.
     pub fn new(spec: AxialSpec) -> Result<Self, ParamError> {
         let params = AxialParams::new(spec)?;
         let (state, scratch) = (AxialState::new(&params), AxialScratch::new(&params));
         Ok(Self { params, state, scratch, incidence: Incidence::UPRIGHT })
     }
 
-    /// One step, at a time in s and a displacement in m.
+    /// Steps to a displacement in m at a time in s.
     pub fn step(&mut self, t_s: f64, x_m: f64) -> AxialOutput {
         let input = AxialInput { t_s, x_m, incidence: self.incidence };
         step(&self.params, &mut self.state, &mut self.scratch, &input)
     }
 
-    /// The ruptures of the last step.
+    /// Returns the ruptures of the last step.
     #[must_use]
     pub fn ruptures(&self) -> &[Rupture] {
         &self.scratch.ruptures
     }
 
-    /// The ruptures of the last step as the reference files write them, for example `tip:0+tip:1`.
+    /// Formats the ruptures of the last step as in the reference files, for example `tip:0+tip:1`.
     #[must_use]
     pub fn events(&self) -> String {
         let name = |rupture: &Rupture| match rupture.contactor {
@@ -209,7 +212,8 @@ impl AxialRun {
         self.ruptures().iter().map(name).collect::<Vec<_>>().join("+")
     }
 
-    /// Moves at constant speed from one displacement to another, handing each tick to `see` with its displacement in m.
+    /// Moves at constant speed along a leg and passes each tick with its displacement in m to
+    /// `see`.
     pub fn travel(&mut self, leg: &Leg, mut see: impl FnMut(&Self, f64, &AxialOutput)) {
         let ticks = (leg.duration_s / leg.dt_s).round() as u32;
         for tick in 0..=ticks {
@@ -221,14 +225,15 @@ impl AxialRun {
     }
 }
 
-/// A straight piece of a trajectory. The first tick of a leg repeats the last of the one before, and is then held.
+/// A straight segment of a trajectory. The first tick of a leg repeats the last one of the previous
+/// leg and is then held.
 #[derive(Clone, Copy)]
 pub struct Leg {
     /// Time of its first tick, in s.
     pub start_s: f64,
     /// Length, in s.
     pub duration_s: f64,
-    /// Time of a tick, in s.
+    /// Duration of a tick, in s.
     pub dt_s: f64,
     /// First displacement, in m.
     pub from_m: f64,

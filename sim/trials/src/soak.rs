@@ -1,8 +1,9 @@
-//! A soak: a scene under random needle motion, watched at every tick.
+//! Soak test: a scene under random needle motion, checked at every tick.
 //!
-//! Slow insertions and withdrawals, stabs at 1 m/s, teleports, oblique re-entries, rests, and samples that are no numbers or
-//! come twice, in an order drawn from a seed. Whatever the needle does, forces stay finite and below what the scene's numbers
-//! allow, the ledger closes, what was dissipated stays so, and the field that follows stays finite.
+//! Slow insertions and withdrawals, stabs at 1 m/s, teleports, oblique re-entries, rests, and NaN
+//! or repeated samples, in an order drawn from a seed. For every motion, forces stay finite and
+//! below the scene's bound, the ledger closes, dissipated energy never decreases, and the field
+//! stays finite.
 
 use law::ledger::Ledger;
 use law::operator::{Draw, needle_pose};
@@ -18,47 +19,49 @@ use super::needle::DT;
 /// The steepest path, in degrees: the steepest oblique of physics section 8.
 const STEEPEST_DEG: f64 = 60.0;
 
-/// How far the needle strays sideways from where it entered, in m.
+/// Lateral offset of a target, in m: three standard deviations.
 const ASIDE_M: f64 = 0.004;
 
-/// The farthest that a teleport goes, in m.
+/// The deepest target of a teleport, in m.
 const TELEPORT_M: f64 = 0.05;
 
-/// What was seen. Every figure is the largest of any tick; none may be a NaN.
+/// Results of a soak test. Every figure is the maximum over all ticks; none may be NaN.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Soaked {
     /// Ticks of 1 ms.
     pub ticks: u32,
-    /// Punctures begun.
+    /// Number of tracks.
     pub tracks: usize,
-    /// Ruptures.
+    /// Number of ruptures.
     pub ruptures: usize,
     /// Largest elastic, friction and cutting force, in N.
     pub force_n: f64,
-    /// The most that force may be in this scene, in N.
+    /// Upper bound of that force in this scene, in N.
     pub force_bound_n: f64,
-    /// Largest imbalance of the ledger, as a share of the input.
+    /// Largest imbalance of the ledger, relative to the input.
     pub closure: f64,
-    /// Largest fall of the dissipated energy in a tick, in J.
+    /// Largest decrease of the dissipated energy in a tick, in J.
     pub undone_j: f64,
-    /// Largest displacement of a boundary by the field that follows the needle, in m; 0 without a field.
+    /// Largest displacement of a boundary by the field that follows the needle, in m; 0 without a
+    /// field.
     pub tent_m: f64,
-    /// Ticks whose force on the hand, or whose field, was not finite.
+    /// Number of ticks in which the force on the hand or the field was not finite.
     pub not_finite: usize,
 }
 
 impl Soaked {
-    /// Whether every bound was kept.
+    /// Returns whether every bound holds.
     #[must_use]
     pub fn passes(&self) -> bool {
         self.not_finite == 0 && self.force_n <= self.force_bound_n && self.closure <= 1e-3 && self.undone_j <= 0.0
     }
 }
 
-/// Round-off of a sum of energies, as a share of it.
+/// Rounding error of a sum of energies, relative to the sum.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Moves a needle at random through a scene for so many ticks of 1 ms, followed by its field where there is one.
+/// Moves a needle at random through a scene for `ticks` ticks of 1 ms, with the field, if there is
+/// one.
 #[must_use]
 pub fn soak(params: &PunctureParams, field: Option<&Field>, ticks: u32, seed: u64) -> Soaked {
     let (mut state, mut scratch) = (PunctureState::new(params), PunctureScratch::new(params));
@@ -80,10 +83,10 @@ pub fn soak(params: &PunctureParams, field: Option<&Field>, ticks: u32, seed: u6
     seen
 }
 
-/// The field steps once in so many ticks: 125 Hz.
+/// Ticks per step of the field: 125 Hz.
 const FIELD_TICKS: u32 = 8;
 
-/// A field behind the force law.
+/// A field that follows the force law.
 struct Tissue<'a> {
     field: &'a Field,
     state: FollowState,
@@ -112,18 +115,20 @@ impl Soaked {
         let axial = &output.axial;
         self.force_n = libm::fmaximum(self.force_n, (axial.total_n() - axial.viscous_n).abs());
         self.not_finite += usize::from(!output.force_n.iter().all(|part| part.is_finite()));
-        // The first micrometre of a motion has no input to hold a share of.
+        // At the first micrometre of a motion there is no input yet to compare with.
         let share = ledger.closure_error_j().abs() / ledger.input_j.max(1e-9);
         self.closure = libm::fmaximum(self.closure, share);
-        // What viscosity gave back within a window of speed is counted apart, and is no dissipation undone.
+        // Energy that viscosity returns within the speed window is accounted for separately and
+        // does not undo dissipation.
         let spent_j = ledger.dissipated_j() + ledger.lagged_j;
         self.undone_j = libm::fmaximum(self.undone_j, *dissipated_j - spent_j - ROUND_OFF * spent_j);
         *dissipated_j = spent_j;
     }
 }
 
-/// The most that elasticity, friction and cutting may come to, in N: the largest pair of thresholds, as no boundary is left
-/// tented above its own, with what branches hold beside it at any speed; Σ c d along the steepest path; the largest cutting force.
+/// Returns the upper bound of elasticity, friction and cutting, in N: the largest pair of
+/// thresholds (no boundary remains tented above its own), multiplied by the additional hold of the
+/// branches at any speed; Σ c d along the steepest path; the largest cutting force.
 fn force_bound_n(spec: &PunctureSpec) -> f64 {
     let largest = |of: fn(&law::axial::Layer) -> f64| spec.axial.layers.iter().map(of).fold(0.0, f64::max);
     // A rate-dependent threshold may rise to its limit at high speed.
@@ -137,16 +142,16 @@ fn force_bound_n(spec: &PunctureSpec) -> f64 {
         + largest(|l| l.cutting_n)
 }
 
-/// A piece of the motion.
+/// A segment of the motion.
 #[derive(Clone, Copy)]
 enum Piece {
-    /// In a straight line.
+    /// Straight motion.
     Straight,
-    /// To the end at once.
+    /// Immediate motion to the end.
     Teleport,
-    /// A sample that is no number, then where it was.
+    /// NaN samples; the needle does not move.
     NotANumber,
-    /// The clock stands still.
+    /// Time stamps two ticks in the past; the needle does not move.
     Repeated,
 }
 
@@ -194,7 +199,7 @@ impl SeededHand {
         PunctureInput { t_s, patient_from_needle: needle_pose(&tip_m, &self.axis) }
     }
 
-    /// Draws the next piece.
+    /// Draws the next segment.
     fn next(&mut self) {
         (self.from_m, self.done) = (self.to_m, 0);
         let depth_m = self.draw.uniform() * self.deepest_m;
@@ -218,7 +223,7 @@ impl SeededHand {
         }
     }
 
-    /// The point of the needle's path at a depth, in m.
+    /// Returns the point of the needle's path at a depth, in m.
     fn at(&self, depth_m: f64) -> Point3<f64> {
         self.from_m + self.axis * ((depth_m + self.from_m.z) / -self.axis.z)
     }

@@ -1,8 +1,9 @@
-//! Fits of curves with times whose truth is known: options of law 3 beside what they were made with.
+//! Fits of timed curves with known parameters, for the options of version 3 of the law.
 //!
-//! A needle goes 10 mm in at 4 mm/s, rests for 4 s and comes out. The law makes the curve in ticks of 1 ms, of which every 30th is a
-//! sample, with white noise from a seed; the needle stops and turns between two samples, as in any recording. The fit starts from the truth with
-//! every number changed by up to a fifth.
+//! A needle is inserted by 10 mm at 4 mm/s, rests for 4 s and is withdrawn. The law computes the
+//! curve in ticks of 1 ms, of which every 30th is a sample, with white noise from a seed; the
+//! needle stops and reverses between two samples, as in any recording. The fit starts from the
+//! truth with every number changed by up to a fifth.
 
 use law::axial::{AxialSpec, Breakaway, ForceLaw, LayerOptions, MaxwellBranch, ParamError};
 use law::operator::Draw;
@@ -17,29 +18,29 @@ pub const SPEED_M_PER_S: f64 = 4e-3;
 pub const SAMPLE_S: f64 = 0.03;
 /// Ticks between samples.
 const TICKS: u32 = 30;
-/// How deep it goes, in m.
+/// Largest depth, in m.
 pub const DEEPEST_M: f64 = 10e-3;
-/// How long it rests there, in s.
+/// Duration of the hold, in s.
 pub const HOLD_S: f64 = 4.0;
-/// Noises that take turns, in N.
+/// Standard deviations of the noise, used in turn, in N.
 const NOISES_N: [f64; 4] = [0.005, 0.01, 0.02, 0.04];
 
-/// What a curve with times is of.
+/// The tissue of a timed curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimedTissue {
     /// A capsule over tissue, both of which stiffen and relax.
     Relaxing,
-    /// The same, which drags at the shaft as fast as it goes.
+    /// The same with damping along the shaft.
     Damped,
-    /// A sheet over tissue that sticks to a resting shaft.
+    /// A sheet over tissue with static friction on a resting shaft.
     Sticking,
 }
 
 impl TimedTissue {
-    /// All of them.
+    /// Every tissue.
     pub const ALL: [Self; 3] = [Self::Relaxing, Self::Damped, Self::Sticking];
 
-    /// In words.
+    /// Describes the tissue in words.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -49,7 +50,7 @@ impl TimedTissue {
         }
     }
 
-    /// Layers drawn at random.
+    /// Draws random layers.
     pub fn draw(self, draw: &mut Draw) -> AxialSpec {
         match self {
             Self::Relaxing => liver(draw),
@@ -68,22 +69,22 @@ impl TimedTissue {
     }
 }
 
-/// A curve with times, and what it was made from.
+/// A timed curve with its true parameters.
 #[derive(Clone, Debug)]
 pub struct SampledTimedCurve {
-    /// Of what it is.
+    /// The tissue.
     pub tissue: TimedTissue,
-    /// Deviation of its noise, in N.
+    /// Standard deviation of its noise, in N.
     pub noise_n: f64,
     /// The layers.
     pub truth: AxialSpec,
-    /// Where the fit starts.
+    /// Start of the fit.
     pub start: AxialSpec,
     /// The samples, in order.
     pub samples: Vec<TimedSample>,
 }
 
-/// A fit beside the truth.
+/// A fit compared with the truth.
 #[derive(Clone, Debug)]
 pub struct TimedTrial {
     /// The fit.
@@ -92,10 +93,11 @@ pub struct TimedTrial {
     pub parameters: Vec<Judged>,
 }
 
-/// A curve of a seed: tissues take turns, and after them noises.
+/// Creates a curve from a seed; consecutive seeds cycle through the tissues, and then through the
+/// noise levels.
 ///
 /// # Errors
-/// Layers that the law refuses: none that are drawn here.
+/// If the law refuses the layers, which does not happen for those drawn here.
 pub fn sample_timed(seed: u64) -> Result<SampledTimedCurve, ParamError> {
     let mut draw = Draw::new(seed);
     let tissue = TimedTissue::ALL[(seed % 3) as usize];
@@ -107,10 +109,10 @@ pub fn sample_timed(seed: u64) -> Result<SampledTimedCurve, ParamError> {
     Ok(SampledTimedCurve { tissue, noise_n, truth, start, samples })
 }
 
-/// Fits a curve and holds the result against what it was made from.
+/// Fits a curve and compares the result with the truth.
 ///
 /// # Errors
-/// What the fit refuses.
+/// Those of the fit.
 pub fn try_timed_fit(sampled: &SampledTimedCurve) -> Result<TimedTrial, CalibrateError> {
     let fit = fit_timed(&TimedCurve::new(&sampled.samples)?, &sampled.start, &mut |_| ())?;
     let seen = fit.estimates.iter().filter(|estimate| estimate.standing != ParameterStanding::Kept);
@@ -122,7 +124,7 @@ pub fn try_timed_fit(sampled: &SampledTimedCurve) -> Result<TimedTrial, Calibrat
     Ok(TimedTrial { fit, parameters })
 }
 
-/// One layer that stiffens, relaxes and rubs, over one that stays shut.
+/// Draws a layer with stiffening, relaxation and friction above one that never opens.
 #[must_use]
 pub fn liver(draw: &mut Draw) -> AxialSpec {
     let mut number = |low: f64, high: f64| low * libm::pow(high / low, draw.uniform());
@@ -138,7 +140,8 @@ pub fn liver(draw: &mut Draw) -> AxialSpec {
     AxialSpec { law: ForceLaw::Version3, ..needle_through(layers) }
 }
 
-/// A sheet above tissue that sticks to a resting shaft by so much in N/m, which breaks away after it has slid so far in m.
+/// Returns tissue with static friction in N/m on a resting shaft, which breaks away after sliding a
+/// distance in m.
 #[must_use]
 pub fn sticky_at(slid_m: f64, sticking_n_per_m: f64) -> AxialSpec {
     let mut layer = make_layer("liver", [60.0, 300.0, 0.0, 0.8, 0.0, 40.0, 0.2]);
@@ -147,18 +150,19 @@ pub fn sticky_at(slid_m: f64, sticking_n_per_m: f64) -> AxialSpec {
     AxialSpec { law: ForceLaw::Version3, breakaway, ..needle_through(vec![layer]) }
 }
 
-/// White noise of a deviation, in N.
+/// White noise with a standard deviation in N.
 pub struct TimedNoise<'d> {
-    /// Where it comes from.
+    /// Its random generator.
     pub draw: &'d mut Draw,
-    /// Its deviation, in N.
+    /// Its standard deviation, in N.
     pub deviation_n: f64,
 }
 
-/// The law's forces at samples to a depth in m, at rest there for a time in s, and out again.
+/// Returns the law's forces for an insertion to a depth in m, a hold for a time in s, and
+/// withdrawal.
 ///
 /// # Errors
-/// Layers that the law refuses.
+/// If the law refuses the layers.
 pub fn insertion(
     layers: &AxialSpec,
     deepest_m: f64,
@@ -172,10 +176,10 @@ pub fn insertion(
     along(layers, 2.0 * way_s + hold_s, &depth_m, noise)
 }
 
-/// The same along any track of a length in s, a depth in m at every time.
+/// Returns the same for any track: duration in s, and depth in m as a function of time.
 ///
 /// # Errors
-/// Layers that the law refuses.
+/// If the law refuses the layers.
 pub fn along(
     layers: &AxialSpec,
     length_s: f64,
@@ -196,7 +200,7 @@ pub fn along(
     Ok(taken)
 }
 
-/// The truth with every number changed by up to a fifth: where a fit starts.
+/// Returns the truth with every number changed by up to a fifth, as the start of a fit.
 #[must_use]
 pub fn changed(truth: &AxialSpec, draw: &mut Draw) -> AxialSpec {
     let mut start = truth.clone();

@@ -1,4 +1,4 @@
-//! The catalogues: a PO file for each language, carried inside the program and read once.
+//! The catalogues: a PO file for each language, embedded in the program and parsed once.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -15,39 +15,39 @@ use super::plural::PluralForms;
 #[folder = "locales/"]
 struct CatalogueFiles;
 
-/// The sentences of a language, by their English.
+/// The translations of a language, by English sentence.
 #[derive(Debug)]
 pub(super) struct Catalogue {
     plural: PluralForms,
     forms: BTreeMap<String, Vec<String>>,
 }
 
-/// How the header begins by which a count chooses a form.
+/// Beginning of the header that defines the plural rule.
 const HEADER: &[u8] = b"\"Plural-Forms:";
 
-/// By the language's code.
+/// Catalogues by language code.
 type Catalogues = BTreeMap<&'static str, Catalogue>;
 
-/// Read once, or why they cannot be, which [`check`] tells when the service starts.
+/// The catalogues, parsed once, or the error, which [`check`] reports when the service starts.
 static READ: LazyLock<anyhow::Result<Catalogues>> = LazyLock::new(read_all);
 
 impl Catalogue {
     fn read(text: &[u8]) -> anyhow::Result<Self> {
         let file = po_file::parse_from_reader(text).map_err(|refused| anyhow::anyhow!("{refused}"))?;
-        // Without the header, the parser would take the language for one that has a single form.
+        // Without the header, the parser would assume a language with a single form.
         anyhow::ensure!(text.windows(HEADER.len()).any(|part| part == HEADER), "the header Plural-Forms is missing");
         let plural = PluralForms::parse(file.metadata.plural_rules.nplurals, &file.metadata.plural_rules.expr)?;
-        // A sentence that nobody has translated yet, or that has changed since, is said in English.
+        // A sentence without a translation, or with an outdated (fuzzy) one, stays in English.
         let said = file.messages().filter(|message| message.is_translated() && !message.is_fuzzy());
         Ok(Self { plural, forms: said.map(|message| (message.msgid().to_owned(), forms(message))).collect() })
     }
 
-    /// A sentence.
+    /// Returns the translation of a sentence.
     pub(super) fn say(&self, sentence: &str) -> Option<&str> {
         self.forms.get(sentence)?.first().map(String::as_str)
     }
 
-    /// The form of a sentence that goes with a count.
+    /// Returns the plural form for a count.
     pub(super) fn say_counted(&self, one: &str, count: u64) -> Option<&str> {
         self.forms.get(one)?.get(self.plural.find_form(count)?).map(String::as_str)
     }
@@ -64,7 +64,7 @@ fn read_all() -> anyhow::Result<Catalogues> {
     let mut all = Catalogues::new();
     for name in CatalogueFiles::iter() {
         let Some((code, file)) = name.strip_suffix(".po").zip(CatalogueFiles::get(&name)) else { continue };
-        // Read once, and for as long as the program runs.
+        // Leaked on purpose: the codes are read once and live as long as the program.
         all.insert(
             &*code.to_owned().leak(),
             Catalogue::read(&file.data).with_context(|| format!("the catalogue {name}"))?,
@@ -73,27 +73,27 @@ fn read_all() -> anyhow::Result<Catalogues> {
     Ok(all)
 }
 
-/// The catalogue of a language; none of English.
+/// Returns the catalogue of a language; `None` for English.
 pub(super) fn find(language: Language) -> Option<&'static Catalogue> {
     if language == Language::ENGLISH { None } else { READ.as_ref().ok()?.get(language.code()) }
 }
 
-/// The languages that have a catalogue.
+/// Returns the codes of the languages that have a catalogue.
 pub(super) fn codes() -> impl Iterator<Item = &'static str> {
     READ.iter().flat_map(Catalogues::keys).copied()
 }
 
-/// Whether every catalogue can be read.
+/// Checks that every catalogue can be parsed.
 ///
 /// # Errors
-/// When one is broken.
+/// If one is invalid.
 pub(super) fn check() -> anyhow::Result<()> {
     READ.as_ref().map(drop).map_err(|broken| anyhow::anyhow!("{broken:#}"))
 }
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a catalogue whose plurals cannot be chosen is accepted.
+    //! A catalogue without a usable plural rule must be refused.
 
     use super::*;
 

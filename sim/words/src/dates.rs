@@ -1,18 +1,18 @@
-//! Dates as the reader's language writes them.
+//! Localised dates.
 
-/// 2 Mar 2026, from year, month from 1 and day.
+/// Formats a date, month counted from 1: 2 Mar 2026.
 #[must_use]
 pub fn date(year: i32, month: u8, day: u8) -> String {
     tr!("{day} {month} {year}", day = day, month = month_name(month), year = year)
 }
 
-/// Mar 2026, from year and month from 1.
+/// Formats a month, counted from 1, with its year: Mar 2026.
 #[must_use]
 pub fn month(year: i64, month: u8) -> String {
     tr!("{month} {year}", month = month_name(month), year = year)
 }
 
-/// 2 Mar, from month from 1 and day.
+/// Formats a day with its month, counted from 1: 2 Mar.
 #[must_use]
 pub fn day(month: u8, day: u8) -> String {
     tr!("{day} {month}", day = day, month = month_name(month))

@@ -1,11 +1,11 @@
-//! Which languages there are, and which one somebody asks for.
+//! Available languages, and language negotiation.
 
 use std::fmt;
 use std::str::FromStr;
 
 use super::catalogue;
 
-/// A language that the pages are written in.
+/// A language of the user interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Language(&'static str);
 
@@ -13,34 +13,35 @@ impl Language {
     /// The language of the sentences in the code, which needs no catalogue.
     pub const ENGLISH: Self = Self("en");
 
-    /// Everything in brackets, so that a test finds what is not.
+    /// Pseudo-locale that puts every translatable sentence in brackets, so that a test finds
+    /// untranslatable text.
     pub const PSEUDO: Self = Self("zxx");
 
-    /// Its code: `de`.
+    /// Returns the language code: `de`.
     #[must_use]
     pub const fn code(self) -> &'static str {
         self.0
     }
 
-    /// Its own name for itself: Deutsch.
+    /// Returns the language's own name: Deutsch.
     #[must_use]
     pub fn own_name(self) -> &'static str {
         own_name(self.0)
     }
 
-    /// Every language, English first.
+    /// Returns every language, English first.
     pub fn all() -> impl Iterator<Item = Self> {
         std::iter::once(Self::ENGLISH).chain(catalogue::codes().map(Self))
     }
 
-    /// The language of a code, whatever the region: `de-AT` is `de`.
+    /// Returns the language of a code, ignoring the region: `de-AT` is `de`.
     #[must_use]
     pub fn named(code: &str) -> Option<Self> {
         let main = code.split(['-', '_']).next().unwrap_or_default();
         Self::all().find(|language| language.0.eq_ignore_ascii_case(main))
     }
 
-    /// The one that a browser likes best, by its header `Accept-Language`.
+    /// Returns the preferred language of an `Accept-Language` header.
     #[must_use]
     pub fn preferred(header: &str) -> Option<Self> {
         let wishes = header.split(',').filter_map(|wish| {
@@ -48,12 +49,12 @@ impl Language {
             let quality: f32 = quality.trim().strip_prefix("q=")?.parse().ok()?;
             Some((Self::named(code.trim())?, quality)).filter(|_| quality > 0.0)
         });
-        // The first of equals: browsers list by preference.
+        // On a tie the first one wins: browsers list by preference.
         wishes.reduce(|best, wish| if wish.1 > best.1 { wish } else { best }).map(|(language, _)| language)
     }
 }
 
-/// A language by its own name; one without a name here, by its code.
+/// Returns a language's own name, or its code if the name is unknown.
 #[must_use]
 pub fn own_name(code: &str) -> &str {
     match code {
@@ -82,7 +83,7 @@ impl fmt::Display for Language {
     }
 }
 
-/// A language that the pages are not written in.
+/// A language without a catalogue.
 #[derive(Debug, thiserror::Error)]
 #[error("language: \"{0}\"; there is no catalogue of it")]
 pub struct UnknownLanguage(String);
@@ -97,7 +98,7 @@ impl FromStr for Language {
 
 #[cfg(test)]
 mod tests {
-    //! A browser's wish is read as browsers write it; what nobody has translated falls through to the next wish.
+    //! The header is parsed as browsers write it; a language without a catalogue is skipped.
 
     use super::*;
 

@@ -1,9 +1,9 @@
-//! Words in the reader's language.
+//! Translations of the user interface.
 //!
-//! An English sentence stands where it is said, in a template or in the code, and is its own key: `tr!("Sign out")`. The
-//! catalogues in `sim/words/locales` hold it in other languages, for the service and for the simulator's window. Which one is
-//! spoken is a matter of the request (see [`speaking`]) or of who sits before the window (see [`within`]); where nobody has
-//! settled it, as in the API, in logs and on the command line, it is English.
+//! English sentences in templates and code are their own keys: `tr!("Sign out")`. The catalogues in
+//! `sim/words/locales` contain the translations, for the service and for the simulator's window.
+//! The language is set for each request (see [`speaking`]) or for the user of the window (see
+//! [`within`]); if it is not set, as in the API, in logs and on the command line, it is English.
 
 use std::cell::Cell;
 use std::fmt::Display;
@@ -16,7 +16,8 @@ thread_local! {
     static SPOKEN: Cell<Option<Language>> = const { Cell::new(None) };
 }
 
-/// A sentence in the reader's language. Values stand in it by name: `tr!("{passed} of {all}", passed = 3, all = 5)`.
+/// Translates a sentence. Values are inserted by name: `tr!("{passed} of {all}", passed = 3, all =
+/// 5)`.
 #[macro_export]
 macro_rules! tr {
     ($sentence:literal) => {
@@ -30,7 +31,8 @@ macro_rules! tr {
     };
 }
 
-/// A sentence that changes with a count, which stands in it as `{n}`: `trn!("{n} attempt", "{n} attempts", count)`.
+/// Translates a sentence with a count, which is inserted at `{n}`: `trn!("{n} attempt", "{n}
+/// attempts", count)`.
 #[macro_export]
 macro_rules! trn {
     ($one:literal, $many:literal, $count:expr $(, $name:ident = $value:expr)* $(,)?) => {{
@@ -50,25 +52,25 @@ mod plural;
 pub use language::{Language, own_name};
 pub use phrase::{fill, sentence};
 
-/// The language that is spoken here: English where nobody has settled it.
+/// Returns the current language; English if none is set.
 #[must_use]
 pub fn current() -> Language {
     SPOKEN.get().unwrap_or(Language::ENGLISH)
 }
 
-/// Speaks a language for as long as a future runs, on whichever thread it goes on.
+/// Sets the language while a future runs, on any thread.
 pub async fn speaking<F: Future>(language: Language, future: F) -> F::Output {
     let mut future = pin!(future);
     poll_fn(|context| within(language, || future.as_mut().poll(context))).await
 }
 
-/// Speaks a language for one call.
+/// Sets the language for one call.
 pub fn within<T>(language: Language, call: impl FnOnce() -> T) -> T {
     let _before = SpokenBefore(SPOKEN.replace(Some(language)));
     call()
 }
 
-/// What was spoken before a call: it is again after it, however the call ends.
+/// The previous language, restored when the call returns or panics.
 struct SpokenBefore(Option<Language>);
 
 impl Drop for SpokenBefore {
@@ -77,7 +79,7 @@ impl Drop for SpokenBefore {
     }
 }
 
-/// A sentence in the language that is spoken here; as it is where the language has it not.
+/// Translates a sentence into the current language; falls back to English.
 #[must_use]
 pub fn say(sentence: &'static str) -> &'static str {
     let language = current();
@@ -87,7 +89,8 @@ pub fn say(sentence: &'static str) -> &'static str {
     catalogue::find(language).and_then(|catalogue| catalogue.say(sentence)).unwrap_or(sentence)
 }
 
-/// A word that is data as well, as the label of a metric: in the language that is spoken here, where it has it.
+/// Translates a word that is also data, such as the label of a metric, into the current language;
+/// falls back to the word itself.
 #[must_use]
 pub fn known(word: &str) -> String {
     let language = current();
@@ -97,7 +100,8 @@ pub fn known(word: &str) -> String {
     catalogue::find(language).and_then(|catalogue| catalogue.say(word)).unwrap_or(word).to_owned()
 }
 
-/// A sentence in the form that goes with a count. A negative count has none: it goes with many, in English.
+/// Returns the plural form of a sentence for a count. A negative count has none: it uses the
+/// English plural.
 #[must_use]
 pub fn say_counted(one: &'static str, many: &'static str, count: impl TryInto<u64>) -> &'static str {
     let count = count.try_into().ok();
@@ -112,15 +116,15 @@ pub fn say_counted(one: &'static str, many: &'static str, count: impl TryInto<u6
         .unwrap_or(english)
 }
 
-/// A number that was written with a full stop, as the reader's language writes it, with a true minus sign.
+/// Localises a number written with a decimal point: decimal separator and a true minus sign.
 #[must_use]
 pub fn decimal(number: &str) -> String {
-    // The catalogue of a language tells its sign by this number.
+    // A language's translation of this number defines its decimal separator.
     let sign = tr!("0.0").trim_matches(|c: char| !matches!(c, '.' | ','));
     number.replace('.', sign).replace('-', "−")
 }
 
-/// A number with so many decimals, as the reader's language writes it; a zero has no sign.
+/// Formats a localised number with `decimals` decimal places; a zero has no sign.
 #[must_use]
 pub fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
@@ -128,7 +132,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     decimal(if is_zero { text.trim_start_matches('-') } else { &text })
 }
 
-/// A phrase of the simulator's, in the language that is spoken here.
+/// Translates a phrase into the current language.
 #[must_use]
 pub fn phrase(phrase: &Phrase) -> String {
     match phrase {
@@ -144,23 +148,23 @@ pub fn phrase(phrase: &Phrase) -> String {
     }
 }
 
-/// For tests that look for what was forgotten: everything said is in brackets.
+/// For tests that search for untranslatable text: puts every sentence in brackets.
 fn bracketed(sentence: &str) -> &'static str {
     Box::leak(format!("⟦{sentence}⟧").into_boxed_str())
 }
 
-/// Reads every catalogue.
+/// Parses every catalogue.
 ///
 /// # Errors
-/// When one is broken.
+/// If one is invalid.
 pub fn check() -> anyhow::Result<()> {
     catalogue::check()
 }
 
 #[cfg(test)]
 mod tests {
-    //! What is said must hold its values, in the form that goes with the count, and fall back to English rather than to
-    //! nothing.
+    //! A translation must contain its values, in the plural form for the count, and fall back to
+    //! English instead of an empty text.
 
     use super::*;
 

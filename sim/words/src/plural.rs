@@ -1,12 +1,13 @@
-//! Which form of a sentence goes with a count: by the expression in the header `Plural-Forms` of a catalogue, an expression of C in `n`
-//! (GNU gettext manual, *Additional functions for plural forms*).
+//! Selects the plural form for a count with the expression in a catalogue's header `Plural-Forms`,
+//! a C expression in `n` (GNU gettext manual, *Additional functions for plural forms*).
 
 use anyhow::Context;
 
-/// Counts in which every form of the languages that gettext's manual lists occurs.
+/// Counts that cover every plural form of the languages listed in gettext's manual: all below the
+/// first, and the second.
 const SAMPLES: [u64; 2] = [201, 1_000_000];
 
-/// The operators, those that bind least first; in a row the longer ones first.
+/// The operators, lowest precedence first; within a row the longer ones first.
 const OPERATORS: [&[(&str, Operation)]; 6] = [
     &[("||", |a, b| Some(u64::from(a != 0 || b != 0)))],
     &[("&&", |a, b| Some(u64::from(a != 0 && b != 0)))],
@@ -21,10 +22,10 @@ const OPERATORS: [&[(&str, Operation)]; 6] = [
     &[("*", u64::checked_mul), ("/", u64::checked_div), ("%", u64::checked_rem)],
 ];
 
-/// An operation on two numbers; `None` where its result is no number.
+/// An operation on two numbers; `None` if the result is undefined or out of range.
 type Operation = fn(u64, u64) -> Option<u64>;
 
-/// The forms of a catalogue's sentences.
+/// The plural rule of a catalogue.
 #[derive(Clone, Debug)]
 pub(super) struct PluralForms {
     count: usize,
@@ -41,10 +42,11 @@ enum PluralExpression {
 }
 
 impl PluralForms {
-    /// Reads an expression that chooses among so many forms.
+    /// Parses an expression that selects one of `count` forms.
     ///
     /// # Errors
-    /// If it cannot be parsed, or if a count chooses a form that does not exist, or no count chooses one that does.
+    /// If it cannot be parsed, or if a count selects a form that does not exist, or no count
+    /// selects one that does.
     pub(super) fn parse(count: usize, expression: &str) -> anyhow::Result<Self> {
         let mut parser = Parser { text: expression, rest: expression.trim_start() };
         let rule = parser.choice().with_context(|| format!("Plural-Forms: plural={expression}"))?;
@@ -64,7 +66,7 @@ impl PluralForms {
         Ok(forms)
     }
 
-    /// The place of the form that goes with a count.
+    /// Returns the index of the form for a count.
     pub(super) fn find_form(&self, n: u64) -> Option<usize> {
         let form = usize::try_from(self.rule.evaluate(n)?).ok()?;
         (form < self.count).then_some(form)
@@ -95,7 +97,7 @@ struct Parser<'a> {
 }
 
 impl Parser<'_> {
-    /// `condition ? then : otherwise`, or what binds more.
+    /// Parses `condition ? then : otherwise`, or an expression of higher precedence.
     fn choice(&mut self) -> anyhow::Result<PluralExpression> {
         let condition = self.operation(&OPERATORS)?;
         if !self.take("?") {
@@ -106,7 +108,7 @@ impl Parser<'_> {
         Ok(PluralExpression::Choice(Box::new([condition, then, self.choice()?])))
     }
 
-    /// Operands with operators of the first row between them, from left to right.
+    /// Parses operands separated by operators of the first row, left-associative.
     fn operation(&mut self, rows: &[&[(&str, Operation)]]) -> anyhow::Result<PluralExpression> {
         let Some((row, tighter)) = rows.split_first() else { return self.operand() };
         let mut left = self.operation(tighter)?;
@@ -135,7 +137,7 @@ impl Parser<'_> {
         Ok(PluralExpression::Number(number))
     }
 
-    /// Takes a symbol and the spaces after it, if it comes next.
+    /// Consumes a symbol and the spaces after it, if it comes next.
     fn take(&mut self, symbol: &str) -> bool {
         let after = self.rest.strip_prefix(symbol).map(str::trim_start);
         self.rest = after.unwrap_or(self.rest);
@@ -147,7 +149,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// What was expected, and where.
+    /// Describes the expected token and its position.
     fn place(&self, expected: &str) -> String {
         format!("expected {expected} at character {}", self.text.len() - self.rest.len() + 1)
     }
@@ -155,8 +157,8 @@ impl Parser<'_> {
 
 #[cfg(test)]
 mod tests {
-    //! The headers that gettext's manual and its catalogues publish. Fails when a count gets another form than the language gives it,
-    //! or a broken header is accepted.
+    //! The headers that gettext's manual and its catalogues publish. Every count must get the form
+    //! of its language, and a malformed header must be refused.
 
     use super::*;
 

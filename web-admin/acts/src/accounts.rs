@@ -1,4 +1,5 @@
-//! Accounts: who is added, invited, disabled and made anonymous, and by which links passwords are set.
+//! Accounts: adds, invites, changes, disables and enables people, and issues the links by which
+//! passwords are set.
 
 use model::directory::{AccountState, DirectoryEntry};
 use model::ids::{CohortId, PersonId};
@@ -19,13 +20,15 @@ use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
 
-/// How long a password is good that somebody else has set, in s: for the first sign-in alone.
+/// Lifetime of an initial password set by another person, in s. It is valid for the first sign-in
+/// only.
 pub const INITIAL_PASSWORD_S: i64 = 3 * 86_400;
-/// How long nobody can have another link sent to somebody who has just been sent one, in s: whoever knows an address could fill its box,
-/// and end the link that its owner is about to follow.
+/// Minimum time between two password links requested for the same account, in s. Without it, anyone
+/// who knows an address could flood its mailbox and invalidate the link that its owner is about to
+/// follow.
 const ASKED_AGAIN_S: i64 = 600;
 
-/// Somebody to be added.
+/// A person to add.
 #[derive(Clone, Debug)]
 pub struct NewAccount<'a> {
     /// Name.
@@ -34,14 +37,14 @@ pub struct NewAccount<'a> {
     pub email: &'a str,
     /// Role.
     pub role: Role,
-    /// Cohort to join.
+    /// Cohort to join, if any.
     pub cohort: Option<CohortId>,
 }
 
-/// Adds somebody and queues their invitation. `None` when the address cannot be used.
+/// Adds a person and queues their invitation. Returns `None` if the address is already in use.
 ///
 /// # Errors
-/// When the cohort is not of this school, or the database fails.
+/// Fails if the cohort does not belong to this school, or the database fails.
 pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> Result<Option<PersonId>, Error> {
     let (school_id, now) = (by.school_id, state.clock.now());
     let mut tx = state.db.write().await?;
@@ -69,7 +72,7 @@ pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> R
     Ok(Some(person.id))
 }
 
-/// Changes name, address and role. False when the address is somebody else's.
+/// Changes name, address and role. Returns false if the address belongs to another person.
 pub async fn change(
     state: &Service,
     by: &CurrentPerson,
@@ -92,10 +95,11 @@ pub async fn change(
     Ok(true)
 }
 
-/// Queues a mail with a link: an invitation to whoever has no password yet, and another password to everybody else.
+/// Queues a mail with a link: an invitation if the person has no password yet, a password reset
+/// otherwise.
 ///
 /// # Errors
-/// When they may not sign in, or the database fails.
+/// Fails if the account is disabled or erased, or the database fails.
 pub async fn mail_link(state: &Service, by: &CurrentPerson, person: &DirectoryEntry) -> Result<(), Error> {
     let purpose = purpose(person)?;
     let mut tx = state.db.write().await?;
@@ -106,10 +110,11 @@ pub async fn mail_link(state: &Service, by: &CurrentPerson, person: &DirectoryEn
     Ok(())
 }
 
-/// Makes a link that the administrator hands over, and its lifetime in s; earlier ones are good no more.
+/// Creates a link for the administrator to hand over, and returns it with its lifetime in s.
+/// Earlier links of the same kind are revoked.
 ///
 /// # Errors
-/// When the person may not sign in, or the database fails.
+/// Fails if the account is disabled or erased, or the database fails.
 pub async fn hand_over_link(
     state: &Service,
     by: &CurrentPerson,
@@ -142,8 +147,9 @@ const fn lifetime_s(purpose: Purpose) -> i64 {
     }
 }
 
-/// Makes a link for a letter and returns its address, which is nowhere else. Earlier ones stay good: a letter that a mail server has taken
-/// may go once more if the connection broke before it could say so, and either may be the one that is read.
+/// Creates a link for a mail and returns its address, which is stored nowhere (only a hash of its
+/// token is). Earlier links stay valid: if the connection breaks after a mail server has accepted a
+/// mail, the mail is sent again, and the recipient may open either copy.
 pub async fn make_link(state: &Service, whose: PersonKey, purpose: Purpose) -> Result<String, Error> {
     let mut tx = state.db.write().await?;
     let address = make_link_within(&mut tx, state, whose, purpose).await?;
@@ -151,7 +157,7 @@ pub async fn make_link(state: &Service, whose: PersonKey, purpose: Purpose) -> R
     Ok(address)
 }
 
-/// Makes a link within a transaction.
+/// Creates a link within a transaction and returns its absolute address.
 async fn make_link_within(
     tx: &mut Connection,
     state: &Service,
@@ -163,17 +169,18 @@ async fn make_link_within(
     Ok(format!("{}{path}", state.config.address()))
 }
 
-/// Makes a link and returns its path here.
+/// Creates a link within a transaction and returns its path.
 async fn make_path(tx: &mut Connection, link: NewLink) -> Result<String, Error> {
     let token = secret::random_hex()?;
     account_links::add_account_link(tx, link, &secret::token_sha256(&token)).await?;
     Ok(format!("/join/{token}"))
 }
 
-/// How long whoever has signed in by an initial password may take to choose their own, in s.
+/// Time to choose a password after signing in with an initial one, in s.
 const CHOOSING_S: i64 = 3600;
 
-/// Leads somebody whose initial password was right to where they choose their own, and nowhere else: the path.
+/// Returns the path at which a person who has signed in with an initial password chooses their own.
+/// Until they have done so, they are not signed in.
 pub async fn use_initial_password(state: &Service, person: &Person) -> Result<String, Error> {
     let (school_id, person_id, now) = (person.school_id, person.id, state.clock.now());
     let mut tx = state.db.write().await?;
@@ -187,7 +194,7 @@ pub async fn use_initial_password(state: &Service, person: &Person) -> Result<St
     Ok(path)
 }
 
-/// Whether a password is the one that somebody else has set for a person.
+/// Returns whether a password is the initial one that another person has set for this account.
 pub async fn is_initial_password(state: &Service, email: &str, typed: &str) -> Result<bool, Error> {
     let known = people::find_credentials(state.db.reader(), email).await?.filter(|known| known.initial_until.is_some());
     let Some(hash) = known.and_then(|known| known.password_hash) else { return Ok(false) };
@@ -195,7 +202,8 @@ pub async fn is_initial_password(state: &Service, email: &str, typed: &str) -> R
     state.hash(move || secret::password_fits(&typed, &hash)).await
 }
 
-/// Queues the mail with a link; the link is made when it is sent, and earlier ones are good no more.
+/// Queues the mail with a link and revokes earlier links. The link itself is created when the mail
+/// is sent.
 pub async fn queue_link(
     tx: &mut Connection,
     state: &Service,
@@ -211,8 +219,8 @@ pub async fn queue_link(
     Ok(mails::queue_mail(tx, mail, state.clock.now()).await?)
 }
 
-/// Notes that a link to another password is asked for by an address. Whether somebody has it is looked up later, by
-/// [`answer_asked`]: the time that this takes tells nothing.
+/// Records that a password link was requested for an address. [`answer_asked`] looks up later
+/// whether an account has that address, so that the response time does not reveal it.
 pub async fn ask_for_link(state: &Service, email: &str) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     account_links::ask_for_link(&mut tx, email, state.clock.now()).await?;
@@ -221,7 +229,8 @@ pub async fn ask_for_link(state: &Service, email: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Queues a link for everybody whose address it was asked for by and who has no fresh one, and forgets the other addresses.
+/// Queues a link for every requested address that belongs to an account without a recent link, and
+/// deletes all requests.
 pub async fn answer_asked(state: &Service) -> Result<(), Error> {
     while let Some(email) = account_links::find_next_asked_link(state.db.reader()).await? {
         let mut tx = state.db.write().await?;
@@ -248,13 +257,13 @@ async fn answer(tx: &mut Connection, state: &Service, person: &Person) -> Result
     Ok(asked.append(tx, state.clock.now()).await?)
 }
 
-/// The link of a token, if it is good.
+/// Returns the link of a token, or `None` if it is unknown, used or expired.
 pub async fn link(state: &Service, token: &str) -> Result<Option<AccountLink>, Error> {
     Ok(account_links::find_valid_link(state.db.reader(), &secret::token_sha256(token), state.clock.now()).await?)
 }
 
-/// Sets the password that a link allows, which ends the link and every earlier sign-in. False when the link is not good
-/// any more.
+/// Sets the password by a link, which revokes the link and ends all earlier sessions. Returns false
+/// if the link is no longer valid.
 pub async fn set_password_by_link(state: &Service, token: &str, password: &str) -> Result<bool, Error> {
     let hash = hash(state, password).await?;
     let mut tx = state.db.write().await?;
@@ -265,7 +274,7 @@ pub async fn set_password_by_link(state: &Service, token: &str, password: &str) 
     Ok(true)
 }
 
-/// Whether this is somebody's own password; what is not is written down.
+/// Returns whether a password is the person's own. A wrong one is recorded in the audit log.
 pub async fn is_own_password(state: &Service, person: &CurrentPerson, typed: &str) -> Result<bool, Error> {
     let Some(known) = people::find_person(state.db.reader(), person.id).await? else { return Ok(false) };
     let known = people::find_credentials(state.db.reader(), &known.email).await?.and_then(|known| known.password_hash);
@@ -280,7 +289,7 @@ pub async fn is_own_password(state: &Service, person: &CurrentPerson, typed: &st
     Ok(false)
 }
 
-/// Sets somebody's own new password, if the old one is right.
+/// Changes a person's own password. Returns false if the old one is wrong.
 pub async fn change_own_password(state: &Service, person: &CurrentPerson, old: &str, new: &str) -> Result<bool, Error> {
     if !is_own_password(state, person, old).await? {
         return Ok(false);
@@ -309,7 +318,7 @@ async fn set_password(
         .await?)
 }
 
-/// Keeps somebody from signing in and revokes their tokens; what they did stays.
+/// Prevents a person from signing in and revokes their tokens. Their data is kept.
 pub async fn disable(state: &Service, by: &CurrentPerson, person: PersonId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     disable_in(&mut tx, state, by, person).await?;
@@ -333,7 +342,7 @@ pub async fn disable_in(
     Ok(())
 }
 
-/// Lets somebody sign in again.
+/// Enables a disabled account again.
 pub async fn enable(state: &Service, by: &CurrentPerson, person: PersonId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     enable_in(&mut tx, state, by, person).await?;
@@ -353,7 +362,7 @@ pub(crate) async fn enable_in(
     Ok(())
 }
 
-/// Sets the language that somebody reads in; none for what their browser asks for.
+/// Sets a person's language; `None` follows the browser's `Accept-Language`.
 pub async fn set_language(state: &Service, person: &CurrentPerson, chosen: Option<Language>) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     people::set_language(&mut tx, PersonKey { school_id: person.school_id, person_id: person.id }, chosen).await?;

@@ -1,7 +1,10 @@
-//! The end of the audit log, told outside the database once a day: whoever cuts the log or makes it anew cannot take back what was told.
+//! Audit checkpoints: publishes the head of the audit log outside the database once a day, so that
+//! truncating or rewriting the log can be detected.
 //!
-//! A statement says how many rows the log had and by which hash it ended, signed by the key of certificates. It is a file in
-//! `statements/` of the data folder or the bucket, one for each day, and a letter to whoever keeps them elsewhere. `web-admin verify --statement` holds the log to it.
+//! A checkpoint (here: statement) holds the number of rows and the hash of the last row, signed by
+//! the certificate key. Each day's is stored as a file in `statements/` of the data folder or the
+//! bucket and, if configured, mailed to an external address. `web-admin verify --statement` checks
+//! the log against it.
 
 use std::time::Duration;
 
@@ -18,33 +21,35 @@ use crate::replicas::{self, Duty};
 use crate::service::Service;
 use crate::statement_store::StatementStore;
 
-/// What a statement is of.
+/// Purpose field of a statement.
 const OF: &str = "the audit log of a Stylet service";
-/// Version of the layout.
+/// Version of the statement format.
 const FORMAT: u32 = 1;
-/// How often it is looked whether today's is made and told.
+/// Interval between checks that today's statement has been made and mailed.
 const EVERY: Duration = Duration::from_secs(3600);
 
-/// What is stated.
+/// Content of a statement: the head of the audit log.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AuditHead {
-    /// Always the same words, by which it is told from whatever else the key signs.
+    /// Always `OF`; distinguishes a statement from other texts signed by the same key.
     of: String,
-    /// Version of this layout.
+    /// Version of the statement format.
     format: u32,
-    /// When, RFC 3339.
+    /// Creation time, RFC 3339.
     pub made_at: String,
-    /// How many rows the log had.
+    /// Number of rows in the log.
     pub rows: i64,
-    /// Hash of the last of them, hexadecimal; 64 zeros where there was none.
+    /// Hash of the last row, hexadecimal; 64 zeros if the log is empty.
     pub head: String,
 }
 
-/// Makes today's statement where there is none, and tells it where it was not told: where it is. None where both were done.
+/// Makes today's statement if it is missing, and mails it if it has not been mailed. Returns its
+/// location, or `None` if there was nothing to do.
 ///
 /// # Errors
-/// When the database, the key, the disk, the bucket or the mail fails; the next look tries again.
+/// Fails if the database, the key, the disk, the bucket or the mail server fails; the next run
+/// retries.
 pub async fn anchor(state: &Service) -> anyhow::Result<Option<String>> {
     let now = state.clock.now();
     let day = now.to_string().chars().take_while(|c| *c != 'T').collect::<String>();
@@ -75,7 +80,7 @@ pub async fn anchor(state: &Service) -> anyhow::Result<Option<String>> {
     Ok(made.then(|| store.place(&name)))
 }
 
-/// A signed statement of how the audit log ends now.
+/// Signs the current head of the audit log.
 async fn sign_head(state: &Service, now: Moment) -> anyhow::Result<Vec<u8>> {
     let (rows, head) = audit::find_audit_head(state.db.reader()).await?;
     let head = AuditHead { of: OF.to_owned(), format: FORMAT, made_at: now.to_string(), rows, head };
@@ -97,10 +102,11 @@ fn letter(day: &str, address: &str, statement: &str) -> Letter {
     }
 }
 
-/// Reads a statement, and checks that a key has signed it. A letter as it was mailed will do: the statement stands between braces.
+/// Reads a statement and checks its signature. Also accepts the whole mail: everything between the
+/// first and the last brace is read.
 ///
 /// # Errors
-/// When it is none, of another key, or was changed.
+/// Fails if the file is not a statement, was signed by another key, or was changed.
 pub fn check(file: &[u8], key: &str) -> anyhow::Result<AuditHead> {
     let text = std::str::from_utf8(file).context("not a statement")?;
     let (from, to) = (text.find('{').context("not a statement")?, text.rfind('}').context("not a statement")?);
@@ -111,7 +117,7 @@ pub fn check(file: &[u8], key: &str) -> anyhow::Result<AuditHead> {
     Ok(head)
 }
 
-/// Looks once an hour, until it is dropped.
+/// Runs [`anchor`] once an hour until the future is dropped.
 pub async fn run(state: Service) {
     loop {
         let state_it = async {

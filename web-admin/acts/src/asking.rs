@@ -1,4 +1,4 @@
-//! Asks whoever judges: a helper, or where there is none this very process.
+//! Sends a job to the sandboxed helper process, or runs it in-process if no helper is configured.
 
 use std::time::Duration;
 
@@ -6,23 +6,24 @@ use crate::helper::{Helper, HelperExit, run_helper};
 use crate::judging::{JudgeAnswer, JudgeQuestion, answer};
 use crate::service::Service;
 
-/// Longest that reading what has just arrived may take.
+/// Time limit for reading an uploaded recording.
 const LONGEST_READING: Duration = Duration::from_secs(60);
-/// Longest that reading a workbook or a picture may take.
+/// Time limit for reading a workbook or an image.
 const LONGEST_FILE: Duration = Duration::from_secs(10);
 
-/// Has a question answered. Dropped, the helper that works on it is ended.
+/// Runs a job and returns its result. Dropping the future kills the helper.
 ///
 /// # Errors
-/// When nobody can be asked.
+/// Fails if the helper cannot be started or its output cannot be parsed. A crash or a timeout of
+/// the helper is not an error but [`JudgeAnswer::Died`].
 pub async fn ask(state: &Service, question: JudgeQuestion) -> anyhow::Result<JudgeAnswer> {
     ask_within(state, question, Duration::MAX).await
 }
 
-/// Has a question answered, in no more than a time.
+/// Like [`ask`], with an upper limit on the time. In-process jobs have no time limit.
 ///
 /// # Errors
-/// When nobody can be asked.
+/// As [`ask`].
 pub async fn ask_within(state: &Service, question: JudgeQuestion, most: Duration) -> anyhow::Result<JudgeAnswer> {
     let Some(helper) = &state.config.helper else {
         let examine_draft = state.examine_draft;

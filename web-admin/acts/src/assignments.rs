@@ -1,4 +1,4 @@
-//! Assignments: made, taken back, judged.
+//! Assignments: creates and withdraws them, and reports progress.
 
 use std::collections::BTreeSet;
 
@@ -22,10 +22,11 @@ use crate::error::Error;
 use crate::notices::{self, News};
 use crate::service::Service;
 
-/// Makes an assignment.
+/// Creates an assignment.
 ///
 /// # Errors
-/// [`Error::Unprocessable`] where the same was assigned to the same, and is not over.
+/// Returns [`Error::Unprocessable`] if the same task is already assigned to the same cohort or
+/// person and is not over.
 pub async fn make(state: &Service, by: &CurrentPerson, new: &NewAssignment) -> Result<AssignmentId, Error> {
     let mut tx = state.db.write().await?;
     if assignments::find_same_assignment(&mut *tx, by.school_id, new, state.clock.now()).await?.is_some() {
@@ -41,7 +42,7 @@ pub async fn make(state: &Service, by: &CurrentPerson, new: &NewAssignment) -> R
     Ok(id)
 }
 
-/// What is put off when an assignment is.
+/// Returns the deadline of an assignment in the form in which deadlines are extended.
 #[must_use]
 pub fn dated(assignment: &ManagedAssignment) -> Dated<'_> {
     Dated {
@@ -52,7 +53,7 @@ pub fn dated(assignment: &ManagedAssignment) -> Dated<'_> {
     }
 }
 
-/// Takes an assignment back.
+/// Withdraws an assignment and deletes its notices.
 pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: AssignmentId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     assignments::withdraw_assignment(&mut tx, by.school_id, assignment, state.clock.now()).await?;
@@ -61,7 +62,7 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: Assignmen
     Ok(tx.commit().await?)
 }
 
-/// The curricula that a school teaches, each with its course.
+/// Lists the curricula that a school teaches, each with its course.
 pub async fn taught_curricula(state: &Service, school: SchoolId) -> Result<Vec<(TaughtCurriculum, Course)>, Error> {
     let reader = state.db.reader();
     let curricula = curricula::list_taught_curricula(reader, school).await?;
@@ -73,13 +74,13 @@ pub async fn taught_curricula(state: &Service, school: SchoolId) -> Result<Vec<(
     Ok(curricula.into_iter().map(with_course).collect())
 }
 
-/// The courses of a school, for judging.
+/// Lists the courses of a school, as [`AttemptHistory`] needs them.
 pub async fn taught(state: &Service, school: SchoolId) -> Result<Vec<TaughtCourse>, Error> {
     let taught = taught_curricula(state, school).await?.into_iter();
     Ok(taught.map(|(curriculum, course)| TaughtCourse { id: curriculum.curriculum_id, course }).collect())
 }
 
-/// What is assigned to a trainee and how far they have come, what is due first before.
+/// Returns a trainee's assignments with their progress, earliest deadline first.
 pub async fn standings(state: &Service, school: SchoolId, person: PersonId) -> Result<Vec<AssignmentStanding>, Error> {
     let taught = taught(state, school).await?;
     let attempts = practice::list_trainee_practice(state.db.reader(), school, person).await?;
@@ -87,7 +88,7 @@ pub async fn standings(state: &Service, school: SchoolId, person: PersonId) -> R
     standings_by(state, PersonKey { school_id: school, person_id: person }, &tried).await
 }
 
-/// The same of a trainee whose attempts are known.
+/// Like [`standings`], for a trainee whose attempts have already been read.
 pub async fn standings_by(
     state: &Service,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -106,36 +107,37 @@ pub async fn standings_by(
     Ok(standings)
 }
 
-/// What is assigned in a cohort, and how far everybody has come with it.
+/// The assignments of a cohort and the progress of each trainee.
 #[derive(Clone, Debug)]
 pub struct CohortStandings {
-    /// What is assigned to the whole cohort, the earliest first.
+    /// Assignments to the whole cohort, earliest first.
     pub assigned: Vec<Assigned>,
-    /// Every trainee.
+    /// Progress of each trainee.
     pub trainees: Vec<TraineeStandings>,
 }
 
-/// How far a trainee has come.
+/// Progress of one trainee.
 #[derive(Clone, Debug)]
 pub struct TraineeStandings {
-    /// Who.
+    /// The trainee.
     pub trainee: NamedItem<PersonId>,
-    /// With what is assigned to the cohort, in its order.
+    /// Progress on the assignments to the cohort, in their order.
     pub with_cohort: Vec<AssignmentStanding>,
-    /// With what is assigned to them alone.
+    /// Progress on the assignments to this trainee alone.
     pub alone: Vec<AssignmentStanding>,
 }
 
-/// A trainee and what they have practised.
+/// A trainee and their practice.
 #[derive(Debug)]
 pub struct PractisedTrainee<'a> {
-    /// Who.
+    /// The trainee.
     pub trainee: &'a NamedItem<PersonId>,
-    /// Their attempts, and their progress by them.
+    /// Their attempts and the progress computed from them.
     pub history: AttemptHistory<'a>,
 }
 
-/// How far the trainees of a cohort have come with everything that is assigned in it.
+/// Computes the progress of the trainees of a cohort on all its assignments, personal extensions
+/// included.
 pub async fn cohort_standings(
     state: &Service,
     school: SchoolId,
@@ -175,18 +177,19 @@ pub async fn cohort_standings(
     Ok(CohortStandings { assigned, trainees })
 }
 
-/// Who of those to whom an exercise is to be assigned cannot do it yet.
+/// Trainees who cannot do an exercise yet because they have not mastered its prerequisites.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LockedTrainees {
-    /// How many they are.
+    /// Number of locked trainees.
     pub locked: usize,
-    /// Of how many.
+    /// Number of trainees to whom the exercise is to be assigned.
     pub of: usize,
-    /// Titles of what any of them must master first.
+    /// Titles of the prerequisites that any of them is missing.
     pub missing: BTreeSet<String>,
 }
 
-/// Who would have to master something else before what is to be assigned; none of a course, which begins at its beginning.
+/// Finds the trainees who have not mastered the prerequisites of an exercise. Returns `None` if all
+/// can do it, or if a course is to be assigned: its first exercise has no prerequisites.
 pub async fn find_locked_trainees(
     state: &Service,
     school: SchoolId,
@@ -218,10 +221,10 @@ pub async fn find_locked_trainees(
     Ok((found.locked > 0).then_some(found))
 }
 
-/// How far those have come to whom something was assigned, in the order of `people`, who are some of them.
+/// Returns the progress of `people`, a subset of the assignees, on one assignment, in their order.
 ///
 /// # Errors
-/// [`Error::NotFound`] when it was taken back.
+/// Returns [`Error::NotFound`] if the assignment does not exist or was withdrawn.
 pub async fn standings_at(
     state: &Service,
     school: SchoolId,

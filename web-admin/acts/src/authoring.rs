@@ -1,5 +1,5 @@
-//! Beginning documents: a copy of an exercise or of an instrument under a title of its own, a course or an instrument from nothing, and an
-//! exercise in a course.
+//! Creates drafts: copies an exercise or an instrument under a new title, begins an empty course or
+//! instrument, and adds an exercise to a course.
 
 use model::authoring::{EditedDocument, FieldSort, find_exercise_id, id_from_title};
 use model::ids::{DraftId, SchoolId};
@@ -13,21 +13,21 @@ use crate::drafting::{
 use crate::error::{Error, refuse_trainees};
 use crate::service::Service;
 
-/// Longest id of a document, in characters.
+/// Maximum length of a document id, in characters.
 const LONGEST_ID: usize = 64;
-/// Longest title, in characters, as documents allow it.
+/// Maximum length of a title, in characters; the document schema has the same limit.
 const LONGEST_TITLE: usize = 300;
 
-/// A document to be begun.
+/// A document to create.
 #[derive(Clone, Copy, Debug)]
 pub struct NewDocument<'a> {
     /// Its title.
     pub title: &'a str,
-    /// Its id; empty where it is to be made from the title.
+    /// Its id; empty to derive it from the title.
     pub id: &'a str,
 }
 
-/// A draft in the version that was seen.
+/// A draft and the version that the editor has seen, for optimistic locking.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenDraft {
     /// The draft.
@@ -36,19 +36,19 @@ pub struct SeenDraft {
     pub version: i64,
 }
 
-/// An exercise in the draft of a course.
+/// An exercise in a course draft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AddedExercise {
     /// The draft.
     pub draft: DraftId,
-    /// The row in which the exercise stands, from 0.
+    /// Row of the exercise, from 0.
     pub row: usize,
 }
 
-/// The draft of a new exercise that begins as a copy of another.
+/// Creates a draft of a new exercise, as a copy of another.
 ///
 /// # Errors
-/// When there is no such exercise, or title or id are refused.
+/// Fails if the exercise does not exist, or the title or id is not allowed.
 pub async fn copy_exercise(
     state: &Service,
     person: &CurrentPerson,
@@ -66,10 +66,10 @@ pub async fn copy_exercise(
     begin_draft_of(state, person, &draft).await
 }
 
-/// The draft of a new course without exercises.
+/// Creates a draft of a new course without exercises.
 ///
 /// # Errors
-/// When title or id are refused.
+/// Fails if the title or id is not allowed.
 pub async fn begin_course(state: &Service, person: &CurrentPerson, new: NewDocument<'_>) -> Result<DraftId, Error> {
     refuse_trainees(person)?;
     let title = check_title(new.title)?;
@@ -79,10 +79,10 @@ pub async fn begin_course(state: &Service, person: &CurrentPerson, new: NewDocum
     begin_draft_of(state, person, &draft).await
 }
 
-/// The draft of a new instrument: a copy of another, or one without questions.
+/// Creates a draft of a new instrument: a copy of another, or an empty one.
 ///
 /// # Errors
-/// When there is no such instrument, or title or id are refused.
+/// Fails if the instrument does not exist, or the title or id is not allowed.
 pub async fn begin_instrument(
     state: &Service,
     person: &CurrentPerson,
@@ -101,13 +101,13 @@ pub async fn begin_instrument(
     begin_draft_of(state, person, &draft).await
 }
 
-/// What an instrument begins with; its language is that of whoever begins it.
+/// Text of an empty instrument; its language becomes that of its author.
 const EMPTY_INSTRUMENT: &str = "id = \"instrument\"
 title = {}
 duration_min = 1
 ";
 
-/// What a course begins with. The rule is an example, as those of the shipped courses are.
+/// Text of an empty course. The mastery rule is an example, the one that the shipped courses use.
 const EMPTY_COURSE: &str = "id = \"course\"
 title = \"Course\"
 
@@ -118,10 +118,11 @@ passes = 3
 of = 5
 ";
 
-/// Puts an exercise behind the others of a course, in the draft of that course: trainees see it once the draft is published.
+/// Appends an exercise to the draft of a course. Trainees see it once that draft is published. If
+/// the draft already contains the exercise, returns its row.
 ///
 /// # Errors
-/// When there is no such course or exercise, or the course's draft is no TOML.
+/// Fails if the course or exercise does not exist, or the course's draft is not valid TOML.
 pub async fn add_to_course(
     state: &Service,
     person: &CurrentPerson,
@@ -153,10 +154,11 @@ pub async fn add_to_course(
     }
 }
 
-/// Saves the draft of an exercise with the scene of another exercise, meshes included, in the place of its own.
+/// Replaces the scene in an exercise draft by that of another exercise, meshes included, and saves
+/// the draft.
 ///
 /// # Errors
-/// When there is no such draft or exercise, or the database fails.
+/// Fails if the draft or exercise does not exist, or the database fails.
 pub async fn take_scene(
     state: &Service,
     person: &CurrentPerson,
@@ -201,7 +203,8 @@ fn check_title(title: &str) -> Result<&str, Error> {
     }
 }
 
-/// The id of a new document: the one that was typed, where nothing else has it; else one made from the title that nothing has.
+/// Chooses the id of a new document: the requested one if it is free, else the first free one
+/// derived from the title.
 async fn choose_id(state: &Service, school: SchoolId, kind: DraftKind, new: NewDocument<'_>) -> Result<String, Error> {
     let wanted = new.id.trim();
     if !wanted.is_empty() {
@@ -227,7 +230,7 @@ async fn choose_id(state: &Service, school: SchoolId, kind: DraftKind, new: NewD
     Err(Error::Unprocessable(tr!("id: “{id}” is taken already; choose another, or edit that one", id = made)))
 }
 
-/// Whether a document or a draft has an id.
+/// Returns whether an id is used by a published document or a draft.
 async fn is_taken(state: &Service, school: SchoolId, kind: DraftKind, id: &str) -> Result<bool, Error> {
     let reader = state.db.reader();
     let published = match kind {
@@ -253,7 +256,7 @@ fn check_new_id(id: &str) -> Result<(), Error> {
     }
 }
 
-/// A document under another id and title, and otherwise as it is.
+/// Returns the document with another id and title, otherwise unchanged.
 fn name_document(document: &str, id: &str, title: &str) -> String {
     let Some(mut edited) = EditedDocument::from_text(document) else { return document.to_owned() };
     edited.write_field("id", FieldSort::Text, id);
@@ -261,8 +264,9 @@ fn name_document(document: &str, id: &str, title: &str) -> String {
     edited.into_text()
 }
 
-/// An instrument under another id, and under a title that stands in one language: that of whoever gives it, where the instrument is written in
-/// that. Its titles in other languages were those of another.
+/// Returns the instrument with another id and a title in one language only: the current language if
+/// the instrument has it, else its first. Titles in other languages are removed, since they belong
+/// to the original.
 fn name_instrument(document: &str, id: &str, title: &str) -> String {
     let Some(mut edited) = EditedDocument::from_text(document) else { return document.to_owned() };
     let language = words::current().code();
@@ -280,7 +284,7 @@ fn name_instrument(document: &str, id: &str, title: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! A copy must be another document, and nothing else in it may change.
+    //! A copy gets its own id and title, and nothing else in it may change.
 
     use super::*;
 

@@ -1,4 +1,4 @@
-//! How often the log repeats that somebody is held up.
+//! Limits how often the log reports rate-limited addresses.
 
 use std::net::IpAddr;
 use std::num::NonZeroU32;
@@ -6,15 +6,16 @@ use std::time::Duration;
 
 use governor::{DefaultKeyedRateLimiter, Quota, RateLimiter};
 
-/// Between two notes that an address is held up.
+/// Minimum time between two log lines about one address.
 const NOTE_PERIOD: Duration = Duration::from_secs(60);
 
-/// So many at once, and then one in each period.
+/// Returns a quota of `burst` cells at once, then one per `period`.
 pub fn quota(period: Duration, burst: NonZeroU32) -> Quota {
     Quota::with_period(period).unwrap_or_else(|| Quota::per_minute(burst)).allow_burst(burst)
 }
 
-/// How often this process notes that an address is held up: once in a while, so that a flood fills no log.
+/// Throttle for log lines about rate-limited addresses, per process, so that a flood of requests
+/// does not fill the log.
 #[derive(Debug)]
 pub struct BrakeNotes(DefaultKeyedRateLimiter<IpAddr>);
 
@@ -25,12 +26,12 @@ impl Default for BrakeNotes {
 }
 
 impl BrakeNotes {
-    /// Whether it is to be written down that an address is held up.
+    /// Returns whether to log that an address is rate-limited.
     pub fn is_worth_noting(&self, address: IpAddr) -> bool {
         self.0.check_key(&address).is_ok()
     }
 
-    /// Forgets whoever has not been held up for a while.
+    /// Drops addresses that have not been rate-limited recently.
     pub fn tidy(&self) {
         self.0.retain_recent();
         self.0.shrink_to_fit();

@@ -1,5 +1,5 @@
-//! Brakes on guessing passwords, codes and pairings, by account and by address. They are kept in the database: whoever guesses has
-//! the same tries at one service or at many.
+//! Rate limits on guessing passwords, codes and pairing codes, by account and by address. They are
+//! stored in the database, so that attackers gain nothing from spreading attempts over replicas.
 
 use std::net::IpAddr;
 
@@ -12,49 +12,52 @@ use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
 
-/// Tries in a row, and the pace afterwards.
+/// A rate limit: a burst of attempts, then one per period (GCRA).
 #[derive(Clone, Copy, Debug)]
 struct BrakePace {
     burst: i64,
     period_s: i64,
 }
 
-/// Tries for one account from one address.
+/// Attempts on one account from one address.
 const PAIR: BrakePace = BrakePace { burst: 10, period_s: 30 };
-/// Tries for one account from all addresses that never got in: no single one of them uses them up.
+/// Attempts on one account from all addresses that have never signed in to it. High, so that a
+/// single address cannot use it up.
 const STRANGERS: BrakePace = BrakePace { burst: 100, period_s: 5 };
-/// Tries from one address: a class that signs in at once through one router passes.
+/// Attempts from one address. High enough for a class that signs in at once behind one router.
 const ADDRESS: BrakePace = BrakePace { burst: 100, period_s: 2 };
-/// Codes of a second factor tried for one person: three of a million are right at a time.
+/// Second-factor codes tried for one person. Three of the 10⁶ codes are valid at any time.
 const CODE: BrakePace = BrakePace { burst: 10, period_s: 120 };
 /// Pairing codes tried from one address.
 const PAIRING: BrakePace = BrakePace { burst: 10, period_s: 30 };
-/// How long it is known that the right password came from an address, in s.
+/// How long an address counts as known after a correct password, in s.
 const KNOWN_S: i64 = 90 * 24 * 3600;
 
 impl BrakePace {
-    /// Until when a further try counts, with those that count until a moment; where there is none left, how long until there is, in s.
+    /// Counts one attempt against `until`, the time up to which earlier attempts extend. Returns
+    /// the new time, or the wait in s if no attempt is left.
     fn count(self, until: Option<Moment>, now: Moment) -> Result<Moment, u64> {
         let most = now.plus_s(self.burst * self.period_s);
-        // Whatever counts for longer was counted by a clock that has been set back since.
+        // A time further ahead was counted by a clock that has since been set back.
         let next = until.map_or(now, |until| until.clamp(now, most)).plus_s(self.period_s);
         if next <= most { Ok(next) } else { Err(next.duration_since(most).as_secs() + 1) }
     }
 }
 
-/// What somebody uses up with a try.
+/// A rate limit for one key.
 struct Brake {
     key_sha256: [u8; 32],
     pace: BrakePace,
 }
 
 impl Brake {
-    /// Hashed, so that what a stranger types takes the same room whatever its length, and no address lies in the database.
+    /// Hashes the key, so that arbitrary input has a fixed size and no address is stored in plain
+    /// text.
     fn new(pace: BrakePace, of: &str) -> Self {
         Self { key_sha256: secret::token_sha256(of), pace }
     }
 
-    /// Until when a further try counts.
+    /// Returns the time up to which attempts would extend after one more.
     async fn count(&self, executor: impl Executor<'_>, now: Moment) -> Result<Moment, Error> {
         let until = brakes::find_brake(executor, &self.key_sha256).await?;
         self.pace.count(until, now).map_err(refuse)
@@ -70,10 +73,10 @@ const fn refuse(retry_after_s: u64) -> Error {
     Error::TooMany { retry_after_s }
 }
 
-/// Takes a try: all of what it uses up, or nothing where one of them is used up.
+/// Counts an attempt against all limits, or against none if one of them is exhausted.
 async fn press_all(service: &Service, brakes: &[Brake]) -> Result<(), Error> {
     let now = service.clock.now();
-    // Whoever is held up writes nothing.
+    // Check first without writing, so that a rejected attempt costs no write transaction.
     for brake in brakes {
         brake.count(service.db.reader(), now).await?;
     }
@@ -92,13 +95,15 @@ fn known_key(address: IpAddr, email: &str) -> [u8; 32] {
     secret::token_sha256(&format!("known {}", pair(address, email)))
 }
 
-/// Takes a try to sign in, right or wrong: a right password waits its turn too, else the brake would tell which it is.
+/// Counts an attempt to sign in, whether the password is right or wrong. Were right passwords
+/// exempt, the limit would reveal them.
 ///
-/// Whoever guesses at an account uses up their own tries, and at the utmost those of all strangers: where its owner has signed
-/// in before, they still can.
+/// An attacker uses up their own attempts, and at most those of all unknown addresses: the owner
+/// can still sign in from an address that they have used before.
+///
 ///
 /// # Errors
-/// When there is none left, with the time until there is.
+/// Fails if no attempt is left, with the time until the next one.
 pub async fn take_sign_in(service: &Service, address: IpAddr, email: &str) -> Result<(), Error> {
     let mut used = vec![
         Brake::new(ADDRESS, &format!("address {address}")),
@@ -110,52 +115,54 @@ pub async fn take_sign_in(service: &Service, address: IpAddr, email: &str) -> Re
     press_all(service, &used).await
 }
 
-/// Whether the right password of an account came from an address before.
+/// Returns whether the correct password of an account came from an address within the last 90 days.
 ///
 /// # Errors
-/// When the database fails.
+/// Fails if the database fails.
 pub async fn is_known(service: &Service, address: IpAddr, email: &str) -> Result<bool, Error> {
     let until = brakes::find_brake(service.db.reader(), &known_key(address, email)).await?;
     Ok(until.is_some_and(|until| until > service.clock.now()))
 }
 
-/// Remembers that the right password came from an address.
+/// Records that the correct password came from an address.
 ///
 /// # Errors
-/// When the database fails.
+/// Fails if the database fails.
 pub async fn welcome(service: &Service, address: IpAddr, email: &str) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     brakes::put_brake(&mut tx, &known_key(address, email), service.clock.now().plus_s(KNOWN_S)).await?;
     Ok(tx.commit().await?)
 }
 
-/// Takes a try of somebody who is signed in and is to say their password once more.
+/// Counts an attempt by a signed-in person to confirm their own password.
 ///
 /// # Errors
-/// When there is none left, with the time until there is.
+/// Fails if no attempt is left, with the time until the next one.
 pub async fn take_own(service: &Service, person: PersonId) -> Result<(), Error> {
     press_all(service, &[Brake::new(PAIR, &format!("own {person}"))]).await
 }
 
-/// Takes a try of a code of somebody's second factor, wherever it comes from: whoever tries has their password.
+/// Counts an attempt with a second-factor code, from any address: the caller already knows the
+/// password.
 ///
 /// # Errors
-/// When there is none left, with the time until there is.
+/// Fails if no attempt is left, with the time until the next one.
 pub async fn take_code(service: &Service, person: PersonId) -> Result<(), Error> {
     press_all(service, &[Brake::new(CODE, &format!("code {person}"))]).await
 }
 
-/// Takes a try of a pairing code, right or wrong.
+/// Counts an attempt with a pairing code, right or wrong.
 ///
 /// # Errors
-/// When there is none left, with the time until there is.
+/// Fails if no attempt is left, with the time until the next one.
 pub async fn take_pairing(service: &Service, address: IpAddr) -> Result<(), Error> {
     press_all(service, &[Brake::new(PAIRING, &format!("pairing {address}"))]).await
 }
 
 #[cfg(test)]
 mod tests {
-    //! A brake that lets one more through in each round, or that a clock locks for ever, is none.
+    //! A limit must not let one more attempt through in each round, and a clock that jumps must not
+    //! lock a person out for ever.
 
     use super::*;
 

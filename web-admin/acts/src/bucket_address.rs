@@ -1,28 +1,31 @@
-//! Where a bucket is, and how to get in.
+//! Address and credentials of an S3 bucket.
 
 use std::collections::BTreeMap;
 
-/// Why a program that is built without the feature `replicas` takes no bucket, and how to build the other one.
+/// Error message of a program built without the feature `replicas`, with the command that builds
+/// it.
 #[cfg(not(feature = "replicas"))]
 pub(crate) const UNBUILT: &str = "this program is built without buckets: allowed is a path or a file:// URL; one for a s3:// URL is built by \
                                   `cargo build --release -p web-admin --features replicas`";
 
-/// What the variables that say how to get in begin with.
+/// Prefix of the environment variables that configure access.
 const VARIABLES: &str = "AWS_";
 
-/// A bucket of a store that speaks S3, and the part of it that is ours.
+/// A bucket of an S3-compatible store, and the prefix under which this service stores its objects.
 #[derive(Clone, PartialEq, Eq)]
 pub struct BucketAddress {
-    /// Its name.
+    /// Name of the bucket.
     pub bucket: String,
-    /// What the names of all that is ours begin with; empty where the bucket is all ours.
+    /// Prefix of all object names of this service; empty if the whole bucket belongs to it.
     pub prefix: String,
-    /// Endpoint, region, keys and whatever else the usual variables say, by their names: `AWS_REGION`.
+    /// Endpoint, region, credentials and other settings, by the name of their variable
+    /// (`AWS_REGION`).
     pub settings: BTreeMap<String, String>,
 }
 
 impl BucketAddress {
-    /// What stands behind `s3://`, with the variables of the environment that are of use. None where that is no address.
+    /// Parses the part after `s3://` and takes the relevant environment variables. Returns `None`
+    /// if it is not a valid address.
     #[must_use]
     pub fn parse(given: &str, environment: impl IntoIterator<Item = (String, String)>) -> Option<Self> {
         let given = given.strip_suffix('/').unwrap_or(given);
@@ -34,13 +37,14 @@ impl BucketAddress {
         fits.then(|| Self { bucket: bucket.to_owned(), prefix: prefix.to_owned(), settings })
     }
 
-    /// The full name of something of ours.
+    /// Returns the full object name, with the prefix.
     #[must_use]
     pub fn name_within(&self, name: &str) -> String {
         if self.prefix.is_empty() { name.to_owned() } else { format!("{}/{name}", self.prefix) }
     }
 
-    /// Whether a variable of the environment says how to get in, which is nobody's business but the service's.
+    /// Returns whether an environment variable configures access. Such variables must not reach
+    /// child processes.
     #[must_use]
     pub fn is_variable(name: &str) -> bool {
         name.starts_with(VARIABLES)
@@ -55,7 +59,7 @@ impl std::fmt::Display for BucketAddress {
 }
 
 impl std::fmt::Debug for BucketAddress {
-    /// Without the settings, which hold keys.
+    /// Omits the settings, which contain credentials.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "BucketAddress({self})")
     }
@@ -63,7 +67,8 @@ impl std::fmt::Debug for BucketAddress {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a key is shown, or a name is taken that means another object than it says.
+    //! Credentials must never be printed, and an address that names another object than it appears
+    //! to must be rejected.
 
     use super::*;
 

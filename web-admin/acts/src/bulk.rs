@@ -1,4 +1,5 @@
-//! What is done to many people at once: shown first, with who is left out and why, then done in one transaction.
+//! Bulk actions: previews them with the people left out and the reasons, then carries them out in
+//! one transaction.
 
 use std::collections::BTreeSet;
 
@@ -16,24 +17,25 @@ use crate::accounts;
 use crate::error::Error;
 use crate::service::Service;
 
-/// How many people at most something is done to at once.
+/// Maximum number of people in one bulk action.
 pub const MOST_PEOPLE: u32 = 1000;
 
-/// What is to be done, and to whom.
+/// A bulk action and its targets.
 #[derive(Clone, Debug)]
 pub struct BulkRequest {
-    /// What.
+    /// Action.
     pub act: BulkAct,
-    /// The cohort, where it is about one.
+    /// Cohort, for actions that need one.
     pub cohort: Option<CohortId>,
-    /// To whom.
+    /// People selected.
     pub people: Vec<PersonId>,
 }
 
-/// To whom it would be done, and who would be left out.
+/// Returns the people to whom the action would apply, and those left out.
 ///
 /// # Errors
-/// [`Error::NotFound`] when the cohort is not of this school, [`Error::BadRequest`] when none is named or too many people are.
+/// Returns [`Error::NotFound`] if the cohort does not belong to this school, and
+/// [`Error::BadRequest`] if a required cohort is missing or there are too many people.
 pub async fn plan_bulk_act(state: &Service, by: &CurrentPerson, request: &BulkRequest) -> Result<BulkPlan, Error> {
     plan_within(&mut *state.db.reader().acquire().await?, by, request).await
 }
@@ -65,10 +67,10 @@ async fn plan_within(
     Ok(plan)
 }
 
-/// Does it to everybody to whom it can be done still, and tells to whom it was.
+/// Carries out the action for everyone to whom it still applies, and returns them.
 ///
 /// # Errors
-/// As [`plan_bulk_act`]; nothing is done then.
+/// As [`plan_bulk_act`]; nothing is changed then.
 pub async fn do_bulk_act(state: &Service, by: &CurrentPerson, request: &BulkRequest) -> Result<BulkPlan, Error> {
     let mut tx = state.db.write().await?;
     let plan = plan_within(&mut tx, by, request).await?;

@@ -1,4 +1,4 @@
-//! The key that signs certificates: made where it is missing, it stays in the folder of the keys.
+//! The key that signs certificates, stored in the key folder and generated on first use.
 
 use std::path::Path;
 
@@ -13,26 +13,26 @@ use crate::error::Error;
 use crate::sealing;
 use crate::service::Service;
 
-/// The private key's file in the folder of the keys, 64 hexadecimal digits.
+/// File name of the private key in the key folder; 64 hexadecimal digits.
 pub const KEY_FILE: &str = "certificate-key";
 
-/// The service's key, which is made where there is none yet.
+/// Returns the service's signing key, generating it if it does not exist.
 ///
 /// # Errors
-/// When it cannot be read or made.
+/// Fails if it cannot be read or created.
 pub fn signing_key(keys_dir: &Path) -> anyhow::Result<SigningKey> {
     Ok(SigningKey::from_bytes(&sealing::file_key(&keys_dir.join(KEY_FILE))?))
 }
 
-/// The public key of this service, hexadecimal.
+/// Returns the public key of this service, hexadecimal.
 ///
 /// # Errors
-/// When the key cannot be read or made.
+/// Fails if the key cannot be read or created.
 pub fn public_key(keys_dir: &Path) -> anyhow::Result<String> {
     Ok(certificate::public_key(&signing_key(keys_dir)?))
 }
 
-/// Writes down that a certificate was issued to a trainee.
+/// Records in the audit log that a certificate was issued to a trainee.
 pub async fn note_issued(
     state: &Service,
     by: &CurrentPerson,

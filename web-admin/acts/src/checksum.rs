@@ -1,4 +1,4 @@
-//! The checksum that a piece may carry, and whether it fits.
+//! Checksums of uploaded chunks.
 
 use data_encoding::BASE64;
 use sha1::Sha1;
@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 
 use crate::error::Error;
 
-/// What a piece must hash to.
+/// The expected checksum of a chunk.
 #[derive(Clone, Debug)]
 pub struct Checksum {
     digest: Digesting,
@@ -20,13 +20,13 @@ enum Digesting {
 }
 
 impl Checksum {
-    /// The algorithms there are, as `Tus-Checksum-Algorithm` lists them.
+    /// Supported algorithms, as listed in `Tus-Checksum-Algorithm`.
     pub const ALGORITHMS: &str = "sha256,sha1";
 
-    /// From the header `Upload-Checksum`: an algorithm, and a hash in base64.
+    /// Parses the header `Upload-Checksum`: an algorithm and a base64 hash.
     ///
     /// # Errors
-    /// When the algorithm is another, or the hash is none of its.
+    /// Fails if the algorithm is not supported, or the hash is malformed.
     pub fn parse(header: &str) -> Result<Self, Error> {
         let (algorithm, hash) = header.split_once(' ').unwrap_or((header, ""));
         let (digest, length) = match algorithm {
@@ -38,11 +38,11 @@ impl Checksum {
         Ok(Self { digest, expected: expected.ok_or_else(|| refused(header))? })
     }
 
-    /// From the header `Content-Digest` (RFC 9530): hashes by algorithm, as `sha-256=:…:`. None where it names no algorithm of ours:
-    /// others may be passed over.
+    /// Parses the header `Content-Digest` (RFC 9530), such as `sha-256=:…:`. Returns `None` if it
+    /// contains no `sha-256`: the RFC lets recipients ignore other algorithms.
     ///
     /// # Errors
-    /// When what stands at `sha-256` is no such hash.
+    /// Fails if the value of `sha-256` is malformed.
     pub fn of_content(header: &str) -> Result<Option<Self>, Error> {
         let members = header.split(',').filter_map(|member| member.trim().split_once('='));
         let Some((_, hash)) = members.into_iter().find(|(algorithm, _)| *algorithm == "sha-256") else {
@@ -56,7 +56,7 @@ impl Checksum {
         Ok(Some(Self { digest: Digesting::Sha256(Sha256::new()), expected: hash.ok_or_else(refused)? }))
     }
 
-    /// Takes in the next bytes of the piece.
+    /// Hashes the next bytes of the chunk.
     pub fn update(&mut self, bytes: &[u8]) {
         match &mut self.digest {
             Digesting::Sha256(digest) => digest.update(bytes),
@@ -64,7 +64,7 @@ impl Checksum {
         }
     }
 
-    /// Whether the bytes so far are the ones that were meant.
+    /// Returns whether the bytes so far match the expected checksum.
     #[must_use]
     pub fn fits(&self) -> bool {
         match &self.digest {

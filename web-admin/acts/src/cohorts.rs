@@ -1,4 +1,5 @@
-//! Who is in a cohort: administrators decide it; its instructors ask, and the trainee or an administrator answers.
+//! Cohort membership: administrators decide; instructors request a member, and the trainee or an
+//! administrator accepts or declines.
 
 use model::ids::{CohortId, PersonId};
 use model::{CurrentPerson, Role};
@@ -14,10 +15,10 @@ fn deed(service: &Service, by: &CurrentPerson) -> Deed {
     Deed { by: Some(by.id), at: service.clock.now() }
 }
 
-/// Makes a cohort; an instructor teaches what they have made.
+/// Creates a cohort. An instructor who creates one becomes a member of it.
 ///
 /// # Errors
-/// [`Error::Conflict`] when there is one of the name; else when the database fails.
+/// Returns [`Error::Conflict`] if a cohort has this name already; fails if the database fails.
 pub async fn make_cohort(service: &Service, by: &CurrentPerson, name: &str) -> Result<Cohort, Error> {
     let school_id = by.school_id;
     let mut tx = service.db.write().await?;
@@ -35,8 +36,9 @@ pub async fn make_cohort(service: &Service, by: &CurrentPerson, name: &str) -> R
     Ok(cohort)
 }
 
-/// Adds somebody of the school, where an administrator does it, else asks for them. False where nobody of the school who could be
-/// in a cohort has the address: whoever is of another school is answered like nobody.
+/// Adds a person of the school if called by an administrator, and requests them otherwise. Returns
+/// false if no eligible person of this school has the address; a person of another school gives the
+/// same result as an unknown address.
 pub async fn add_member(service: &Service, by: &CurrentPerson, cohort: CohortId, email: &str) -> Result<bool, Error> {
     let mut tx = service.db.write().await?;
     let known = people::find_person_by_email(&mut *tx, email).await?;
@@ -67,19 +69,19 @@ pub async fn add_member(service: &Service, by: &CurrentPerson, cohort: CohortId,
     Ok(true)
 }
 
-/// Who is asked for, and for which cohort.
+/// A membership request: the person and the cohort.
 #[derive(Clone, Copy, Debug)]
 pub struct RequestKey {
     /// The cohort.
     pub cohort_id: CohortId,
-    /// Who.
+    /// The person.
     pub person_id: PersonId,
 }
 
-/// Answers the request for somebody.
+/// Accepts or declines a membership request.
 ///
 /// # Errors
-/// [`Error::NotFound`] when nobody has asked for them; else when the database fails.
+/// Returns [`Error::NotFound`] if there is no such request; fails if the database fails.
 pub async fn answer_request(
     service: &Service,
     by: &CurrentPerson,
@@ -101,10 +103,10 @@ pub async fn answer_request(
     Ok(tx.commit().await?)
 }
 
-/// Takes somebody out of a cohort.
+/// Removes a person from a cohort.
 ///
 /// # Errors
-/// [`Error::NotFound`] when they are not in it; else when the database fails.
+/// Returns [`Error::NotFound`] if they are not a member; fails if the database fails.
 pub async fn remove_member(
     service: &Service,
     by: &CurrentPerson,

@@ -1,4 +1,4 @@
-//! What people say about an attempt.
+//! Comments on an attempt.
 
 use model::CurrentPerson;
 use model::comment::{Comment, CommentKind};
@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::notices::{self, News};
 use crate::service::Service;
 
-/// Adds a comment; its id.
+/// Adds a comment, notifies its readers and returns its id.
 pub async fn add_comment(
     service: &Service,
     by: &CurrentPerson,
@@ -30,10 +30,10 @@ pub async fn add_comment(
     Ok(made)
 }
 
-/// Answers a comment; the answer's id.
+/// Answers a comment, notifies its author and returns the answer's id.
 ///
 /// # Errors
-/// [`Error::NotFound`] when there is no such comment; else when the database fails.
+/// Returns [`Error::NotFound`] if there is no such comment; fails if the database fails.
 pub async fn answer_comment(
     service: &Service,
     by: &CurrentPerson,
@@ -52,10 +52,11 @@ pub async fn answer_comment(
     Ok(made)
 }
 
-/// Takes back what somebody said themselves.
+/// Withdraws a person's own comment and deletes its notices.
 ///
 /// # Errors
-/// [`Error::NotFound`] when they have said no such thing; else when the database fails.
+/// Returns [`Error::NotFound`] if this person has written no such comment; fails if the database
+/// fails.
 pub async fn withdraw_comment(
     service: &Service,
     by: &CurrentPerson,

@@ -1,4 +1,4 @@
-//! How the service was told to run.
+//! Configuration of the service.
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -13,17 +13,17 @@ use crate::helper::Helper;
 use crate::scanning::Scanner;
 use crate::secret::PasswordCost;
 
-/// Where mail goes.
+/// Destination of outgoing mail.
 #[derive(Clone, PartialEq, Eq)]
 pub enum MailTo {
     /// Files in a folder.
     Folder(PathBuf),
-    /// A server, as a `smtp:` or `smtps:` URL.
+    /// A server, as an `smtp:` or `smtps:` URL.
     Smtp(String),
 }
 
 impl std::fmt::Debug for MailTo {
-    /// Without the URL, which may hold a password.
+    /// Omits the URL, which may contain a password.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Folder(folder) => f.debug_tuple("Folder").field(folder).finish(),
@@ -32,74 +32,76 @@ impl std::fmt::Debug for MailTo {
     }
 }
 
-/// How many uploads, and how many bytes.
+/// A limit on the number and size of uploads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UploadQuota {
-    /// Uploads.
+    /// Number of uploads.
     pub uploads: u64,
-    /// Bytes in all.
+    /// Total size, in bytes.
     pub bytes: u64,
 }
 
-/// How the service runs.
+/// Configuration of the service.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// Where to listen.
+    /// Address to listen on.
     pub listen: SocketAddr,
-    /// Folder for everything the service keeps.
+    /// Data folder: everything that the service stores.
     pub data_dir: PathBuf,
-    /// Folder of the keys, which several services may share.
+    /// Key folder; several replicas may share one.
     pub keys_dir: PathBuf,
     /// Database.
     pub database: DatabaseAddress,
-    /// Folder for recordings; where they lie in a bucket, for what is on its way there.
+    /// Folder of the recordings; with a bucket, a staging area for files on their way to it.
     pub recordings_dir: PathBuf,
-    /// The bucket that recordings lie in, where they do not lie in the folder.
+    /// Bucket of the recordings, if they are not stored in the folder.
     pub bucket: Option<BucketAddress>,
-    /// A proxy in front speaks TLS and sets `X-Forwarded-For`: cookies are `Secure`, and its word for the client's
-    /// address is believed.
+    /// A reverse proxy terminates TLS and sets `X-Forwarded-For`: cookies are `Secure`, and the
+    /// header is trusted for the client's address.
     pub behind_tls: bool,
-    /// What `/metrics` asks for as a bearer token. Without one it is answered only where no proxy is in front.
+    /// Bearer token required by `/metrics`. Without one, `/metrics` is served only if no proxy is
+    /// in front.
     pub metrics_token: Option<String>,
-    /// Largest upload, in bytes.
+    /// Maximum size of an upload, in bytes.
     pub max_upload_bytes: u64,
-    /// How many recordings are judged at once, 1 or more.
+    /// Maximum number of recordings scored concurrently, at least 1.
     pub judges: usize,
-    /// Who judges recordings in a process of its own; none where this process does.
+    /// Sandboxed process that scores recordings; `None` to score in this process.
     pub helper: Option<Helper>,
-    /// Longest that looking what a draft comes to may take, where a helper looks.
+    /// Time limit for previewing a draft; applies only with a helper.
     pub preview_time: Duration,
-    /// Who scans what arrives for malware; none where nobody does.
+    /// Malware scanner for uploads; `None` disables scanning.
     pub scanner: Option<Scanner>,
-    /// Free room on the disk of the recordings, in bytes, below which no upload is taken.
+    /// Free space on the disk of the recordings, in bytes, below which uploads are rejected.
     pub reserve_bytes: u64,
-    /// Free room on the disk of the data folder, in bytes, that nothing but the database may take.
+    /// Free space on the disk of the data folder, in bytes, reserved for the database.
     pub database_reserve_bytes: u64,
-    /// Uploads in pieces that an owner may have begun and not ended, and their announced bytes.
+    /// Limit on the unfinished resumable uploads of one owner, by number and announced size.
     pub owner_quota: UploadQuota,
-    /// As many of all owners of a school together.
+    /// The same limit for all owners of a school together.
     pub school_quota: UploadQuota,
-    /// Attempts of a person that are taken within 24 hours, and the bytes of all their recordings.
+    /// Limit on the attempts accepted from one person within 24 hours, by number and size of their
+    /// recordings.
     pub person_quota: UploadQuota,
-    /// Longest silence within a body before it is given up.
+    /// Maximum time without data before the reception of a request body is aborted.
     pub upload_silence: Duration,
-    /// How long an upload in pieces is kept after its last piece, in s.
+    /// How long an unfinished resumable upload is kept after its last chunk, in s.
     pub upload_lifetime_s: i64,
-    /// What it costs to hash a password.
+    /// Cost parameters of password hashing.
     pub password_cost: PasswordCost,
-    /// Where mail goes.
+    /// Destination of outgoing mail.
     pub mail: MailTo,
-    /// Whom mail is from.
+    /// Sender address of outgoing mail.
     pub mail_from: String,
-    /// Who is mailed each day by which hash the audit log ends.
+    /// Address to which the daily audit checkpoint is mailed, if any.
     pub anchor_mail: Option<String>,
-    /// Where people find this service, without a slash at its end, where it was told.
+    /// Public URL of this service, without a trailing slash, if configured.
     pub public_url: Option<String>,
-    /// Origins whose pages may upload with a token, as a browser names them.
+    /// Origins whose pages may upload with a token, as browsers write them in `Origin`.
     pub allowed_origins: Vec<String>,
 }
 
-/// An option whose value cannot be used.
+/// An option with an invalid value.
 #[derive(Debug, thiserror::Error)]
 #[error("{option}: \"{value}\"; {allowed}")]
 pub struct ConfigError {
@@ -107,12 +109,12 @@ pub struct ConfigError {
     pub option: &'static str,
     /// Its value.
     pub value: String,
-    /// What is allowed.
+    /// Description of the allowed values.
     pub allowed: &'static str,
 }
 
 impl Config {
-    /// Everything in one folder, listening on this machine only.
+    /// Returns the defaults: everything in one folder, listening on the loopback interface only.
     #[must_use]
     pub fn in_folder(data_dir: &Path) -> Self {
         Self {
@@ -145,7 +147,7 @@ impl Config {
         }
     }
 
-    /// Has recordings lie elsewhere.
+    /// Sets where recordings are stored.
     pub fn keep_recordings_in(&mut self, place: RecordingsPlace) {
         match place {
             RecordingsPlace::Folder(folder) => self.recordings_dir = folder,
@@ -156,37 +158,39 @@ impl Config {
         }
     }
 
-    /// What links begin with that leave the service: where people find it, or else where it listens.
+    /// Returns the base URL of links in mails: the public URL if configured, else the listening
+    /// address.
     #[must_use]
     pub fn address(&self) -> String {
         self.public_url.clone().unwrap_or_else(|| format!("http://{}", self.listen))
     }
 
-    /// Folder for uploads that are not acknowledged yet.
+    /// Returns the folder of uploads that have not been acknowledged yet.
     #[must_use]
     pub fn uploads_dir(&self) -> PathBuf {
-        // Beside the recordings, so that a finished upload is moved by a rename within one file system.
+        // On the same file system as the recordings, so that a finished upload is moved by a
+        // rename.
         self.recordings_dir.join(".uploads")
     }
 
-    /// Where a backup is unpacked before its parts are moved to their places: beside the recordings, so that moving them is a
-    /// rename within one file system.
+    /// Returns the folder into which a backup is unpacked. It is next to the recordings, so that
+    /// they are moved by a rename within one file system.
     #[must_use]
     pub fn restoring_dir(&self) -> PathBuf {
         self.recordings_dir.with_extension("restoring")
     }
 
-    /// Folder for what was made of recordings to replay them: it may be deleted at any time, and is made again.
+    /// Returns the folder of derived replay files. It is a cache and may be deleted at any time.
     #[must_use]
     pub fn replays_dir(&self) -> PathBuf {
         self.data_dir.join("replays")
     }
 }
 
-/// A database as given: its address.
+/// Parses a database address.
 ///
 /// # Errors
-/// When it is one of an engine that this program is not built for.
+/// Fails if it names an engine that this program was not built with.
 pub fn database_address(given: &str) -> Result<DatabaseAddress, ConfigError> {
     DatabaseAddress::parse(given).map_err(|AddressRefused { address }| ConfigError {
         option: "--database",
@@ -195,10 +199,10 @@ pub fn database_address(given: &str) -> Result<DatabaseAddress, ConfigError> {
     })
 }
 
-/// Where mail goes, as given: a `smtp:` or `smtps:` URL, or a folder.
+/// Parses a mail destination: an `smtp:` or `smtps:` URL, or a folder.
 ///
 /// # Errors
-/// When it is a URL of something else.
+/// Fails for any other URL scheme.
 pub fn mail_to(given: &str) -> Result<MailTo, ConfigError> {
     match given.split_once("://") {
         Some(("smtp" | "smtps", _)) => Ok(MailTo::Smtp(given.to_owned())),
@@ -211,10 +215,10 @@ pub fn mail_to(given: &str) -> Result<MailTo, ConfigError> {
     }
 }
 
-/// Who is mailed the end of the audit log, as given: an address.
+/// Parses the address to which audit checkpoints are mailed.
 ///
 /// # Errors
-/// When it is none.
+/// Fails if it is not a mail address.
 pub fn anchor_mail(given: &str) -> Result<String, ConfigError> {
     let refused = || ConfigError {
         option: "--anchor-mail",
@@ -224,10 +228,11 @@ pub fn anchor_mail(given: &str) -> Result<String, ConfigError> {
     if is_email(given) { Ok(given.to_owned()) } else { Err(refused()) }
 }
 
-/// An origin as given, in the words of a browser: `https://lab.example.org`, with a port where it is not the scheme's own.
+/// Parses an origin and normalizes it as browsers do: `https://lab.example.org`, with a port only
+/// if it is not the default of the scheme.
 ///
 /// # Errors
-/// When it is none, or stands for more than one.
+/// Fails if it is not an origin, or contains a wildcard.
 pub fn origin(given: &str) -> Result<String, ConfigError> {
     let refused = || ConfigError {
         option: "--allow-origin",
@@ -249,7 +254,7 @@ pub fn origin(given: &str) -> Result<String, ConfigError> {
     Ok(if uri.port_u16() == Some(own_port) { format!("{scheme}://{host}") } else { text })
 }
 
-/// Where recordings lie.
+/// Where recordings are stored.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RecordingsPlace {
     /// In a folder.
@@ -258,10 +263,11 @@ pub enum RecordingsPlace {
     Bucket(BucketAddress),
 }
 
-/// Where recordings lie, as given: a path, a `file://` URL, or a `s3://` URL of a bucket, to which the environment has the keys.
+/// Parses where recordings are stored: a path, a `file://` URL, or an `s3://` URL of a bucket whose
+/// credentials are in the environment.
 ///
 /// # Errors
-/// When it is a URL of something else.
+/// Fails for any other URL scheme, or if this program was built without buckets.
 pub fn recordings_place(
     given: &str,
     environment: impl IntoIterator<Item = (String, String)>,

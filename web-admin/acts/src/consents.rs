@@ -1,4 +1,4 @@
-//! Consents of experts to have their attempts shown as a corridor.
+//! Consents of experts to publish their attempts as a reference corridor.
 
 use model::ids::PersonId;
 use model::{CurrentPerson, PersonKey};
@@ -9,10 +9,10 @@ use store::experts::{self, NewDeclaration};
 use crate::error::Error;
 use crate::service::Service;
 
-/// Keeps a consent that somebody gave outside, on paper or in words, and was typed by another.
+/// Records a consent that a person gave offline, on paper or orally, entered by another person.
 ///
 /// # Errors
-/// [`Error::Conflict`] when one stands already; else when the database fails.
+/// Returns [`Error::Conflict`] if the person has already consented; fails if the database fails.
 pub async fn record_consent(
     service: &Service,
     by: &CurrentPerson,
@@ -28,7 +28,8 @@ pub async fn record_consent(
     Ok(tx.commit().await?)
 }
 
-/// Gives one's own consent, in the words that were shown; where one stands already, it goes on standing.
+/// Records a person's own consent, with the wording shown. Has no effect if they have already
+/// consented.
 pub async fn give_own_consent(service: &Service, by: &CurrentPerson, wording: &str) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     let new = NewDeclaration { wording, how: "given by themselves, signed in", given_at: now, recorded_by: by.id };
@@ -38,7 +39,7 @@ pub async fn give_own_consent(service: &Service, by: &CurrentPerson, wording: &s
     Ok(tx.commit().await?)
 }
 
-/// Takes back the consent of `person`, where one stands.
+/// Withdraws the consent of `person`, if there is one.
 pub async fn withdraw_consent(service: &Service, by: &CurrentPerson, person: PersonId) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     if experts::withdraw_consent(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, by.id, now).await? {

@@ -1,4 +1,5 @@
-//! Copies of uploaded pictures. A helper process with limits of memory and time makes them; schools take turns.
+//! Sanitizes uploaded images: a helper process with memory and time limits copies their pixels.
+//! Schools are scheduled fairly.
 
 use std::time::Duration;
 
@@ -11,13 +12,14 @@ use crate::error::Error;
 use crate::judging::{CopiedPicture, JudgeAnswer, JudgeQuestion, PictureQuestion};
 use crate::service::Service;
 
-/// Longest wait in the queue.
+/// Maximum time in the queue.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Copies only the pixels of a picture. Returns the reason in the reader's language if the picture is refused.
+/// Copies only the pixels of an image, without metadata. If the image is rejected, returns the
+/// reason in the reader's language.
 ///
 /// # Errors
-/// [`Error::Busy`] when the school's queue is full, or an error when no helper can be started.
+/// Returns [`Error::Busy`] if the school's queue is full; fails if no helper can be started.
 pub(crate) async fn copy_picture(
     state: &Service,
     school: SchoolId,

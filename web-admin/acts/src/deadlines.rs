@@ -1,4 +1,4 @@
-//! Due dates of assignments and of tasks to mark pops: put off for one trainee, and reminded of.
+//! Deadlines of assignments and marking tasks: extensions for single trainees, and reminders.
 
 use std::time::Duration;
 
@@ -15,30 +15,30 @@ use crate::error::{Error, tell_in_full};
 use crate::replicas::{self, Duty};
 use crate::service::Service;
 
-/// How long before it is due somebody is reminded, in s.
+/// How long before a deadline the reminder is sent, in s.
 const REMIND_S: i64 = 48 * 3600;
-/// How often it is looked who is to be reminded.
+/// Interval between checks for due reminders.
 const EVERY: Duration = Duration::from_secs(600);
-/// Most calendar days of an extension.
+/// Maximum extension, in calendar days.
 const MAX_DAYS: i64 = 366;
 
-/// Something with a due date.
+/// An item with a deadline.
 #[derive(Clone, Copy, Debug)]
 pub struct Dated<'a> {
-    /// What it is.
+    /// Kind of the item.
     pub kind: DeadlineKind,
     /// Its id.
     pub id: DatedId,
-    /// When it is due for everybody, as it was said.
+    /// Common deadline as entered, in local time.
     pub due_local: Option<&'a str>,
-    /// The time zone in which it was said.
+    /// Time zone of `due_local`.
     pub time_zone: &'a str,
 }
 
-/// Lets one trainee have so many calendar days longer; as long as everybody with 0.
+/// Extends the deadline for one trainee by `days` calendar days; 0 removes the extension.
 ///
 /// # Errors
-/// When there are too many days, it has no due date, or the database fails.
+/// Fails if `days` is out of range, the item has no deadline, or the database fails.
 pub async fn extend(
     state: &Service,
     by: &CurrentPerson,
@@ -67,7 +67,7 @@ pub async fn extend(
     Ok(tx.commit().await?)
 }
 
-/// Queues reminders, now and then.
+/// Queues reminders periodically until the future is dropped.
 pub async fn run(state: Service) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::Reminders, remind(&state)).await {
@@ -77,7 +77,7 @@ pub async fn run(state: Service) {
     }
 }
 
-/// Queues a reminder for whatever is due soon; each once.
+/// Queues a reminder for every deadline within the next 48 h, once each.
 pub async fn remind(state: &Service) -> Result<(), Error> {
     let now = state.clock.now();
     let soon = now.plus_s(REMIND_S);

@@ -1,4 +1,4 @@
-//! Writing documents in the browser: drafts, what is wrong with them, and how they become revisions.
+//! Editing documents in the browser: drafts, their validation, and publication as revisions.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -21,45 +21,47 @@ use crate::publishing::{CourseRefused, DocumentPublisher};
 use crate::service::Service;
 use crate::{asking, publishing, surveys};
 
-/// What a draft comes to.
+/// Result of validating a draft.
 #[derive(Debug)]
 pub enum Checked {
-    /// An exercise, which could be published where nothing is wrong.
+    /// An exercise; it can be published if the verdict contains no problem.
     Exercise(Box<DraftVerdict>),
-    /// A course that could be published.
+    /// A valid course.
     Course(Box<CheckedCourse>),
-    /// An instrument that could be published.
+    /// A valid instrument.
     Instrument(Box<Instrument>),
-    /// What is wrong with a course or an instrument, in the order of the documents.
+    /// Problems of a course or an instrument, in document order.
     Refused(Vec<Issue>),
-    /// Nobody knows yet, for others of this school are before it; when to ask again, in s.
+    /// Not validated yet, because earlier requests of this school are being processed; when to
+    /// retry, in s.
     Waiting(u64),
 }
 
-/// A course that could be published.
+/// A valid course.
 #[derive(Debug)]
 pub struct CheckedCourse {
     /// The course.
     pub course: Curriculum,
-    /// When an exercise of it is mastered.
+    /// Rule by which its exercises count as mastered.
     pub mastery: Mastery,
-    /// Titles of its exercises, by their ids.
+    /// Titles of its exercises, by id.
     pub titles: BTreeMap<String, Wording>,
 }
 
-/// What became of a save.
+/// Result of saving a draft.
 #[derive(Debug)]
 pub enum SaveOutcome {
-    /// The draft as it is now.
+    /// Saved; contains the new version.
     Kept(DocumentDraft),
-    /// Somebody else has saved it since it was seen: nothing was written. Theirs.
+    /// Edit conflict: another person has saved the draft since it was read, and nothing was
+    /// written. Contains their version.
     Elsewhere(DocumentDraft),
 }
 
-/// The draft of an exercise, begun from its current revision where there is none.
+/// Returns the draft of an exercise, or creates one from the current revision.
 ///
 /// # Errors
-/// When there is no such exercise.
+/// Fails if there is no such exercise.
 pub async fn open_exercise(state: &Service, person: &CurrentPerson, exercise_id: &str) -> Result<DraftId, Error> {
     refuse_trainees(person)?;
     let (current, texts) = current_exercise(state, person.school_id, exercise_id).await?;
@@ -72,7 +74,7 @@ pub async fn open_exercise(state: &Service, person: &CurrentPerson, exercise_id:
     begin_draft_of(state, person, &draft).await
 }
 
-/// The current revision of an exercise, with its texts.
+/// Returns the current revision of an exercise, with its texts.
 pub(crate) async fn current_exercise(
     state: &Service,
     school: SchoolId,
@@ -84,10 +86,10 @@ pub(crate) async fn current_exercise(
     Ok((current.id, Texts { document: text(bytes.exercise)?, scene: text(bytes.scene)? }))
 }
 
-/// The draft of a course, begun from its current revision where there is none.
+/// Returns the draft of a course, or creates one from the current revision.
 ///
 /// # Errors
-/// When there is no such course.
+/// Fails if there is no such course.
 pub async fn open_course(state: &Service, person: &CurrentPerson, course_id: &str) -> Result<DraftId, Error> {
     refuse_trainees(person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
@@ -99,10 +101,10 @@ pub async fn open_course(state: &Service, person: &CurrentPerson, course_id: &st
     begin_draft_of(state, person, &draft).await
 }
 
-/// The draft of an instrument, begun from its current revision where there is none.
+/// Returns the draft of an instrument, or creates one from the current revision.
 ///
 /// # Errors
-/// When there is no such instrument.
+/// Fails if there is no such instrument.
 pub async fn open_instrument(state: &Service, person: &CurrentPerson, instrument_id: &str) -> Result<DraftId, Error> {
     refuse_trainees(person)?;
     let document = current_instrument(state, person.school_id, instrument_id).await?;
@@ -112,7 +114,7 @@ pub async fn open_instrument(state: &Service, person: &CurrentPerson, instrument
         .await
 }
 
-/// The text of an instrument's current revision.
+/// Returns the text of an instrument's current revision.
 pub(crate) async fn current_instrument(
     state: &Service,
     school: SchoolId,
@@ -122,7 +124,7 @@ pub(crate) async fn current_instrument(
     text(current.ok_or(Error::NotFound)?.bytes)
 }
 
-/// The draft of a document, begun where there is none.
+/// Returns the draft of a document, or creates one.
 pub(crate) async fn begin_draft_of(
     state: &Service,
     person: &CurrentPerson,
@@ -141,15 +143,15 @@ pub(crate) async fn begin_draft_of(
     Ok(id)
 }
 
-/// A published document was UTF-8 when it was read.
+/// Decodes a published document. It was UTF-8 when it was published.
 fn text(bytes: Vec<u8>) -> Result<String, Error> {
     String::from_utf8(bytes).map_err(|error| Error::Internal(anyhow::Error::new(error).context("a published document")))
 }
 
-/// Saves a draft over the version that was seen.
+/// Saves a draft if its version is still `seen`.
 ///
 /// # Errors
-/// When there is no such draft, or the database fails.
+/// Fails if there is no such draft, or the database fails.
 pub async fn save_draft(
     state: &Service,
     person: &CurrentPerson,
@@ -166,11 +168,11 @@ pub async fn save_draft(
     Ok(if kept { SaveOutcome::Kept(draft) } else { SaveOutcome::Elsewhere(draft) })
 }
 
-/// Publishes a draft that could be: a new revision, and the draft is gone. Attempts already made keep theirs. False when somebody
-/// has saved the draft meanwhile.
+/// Publishes a valid draft as a new revision and deletes the draft. Earlier attempts keep their
+/// revision. Returns false if the draft has been saved in the meantime.
 ///
 /// # Errors
-/// When the database fails, or a course's mastery rule cannot be kept.
+/// Fails if the database fails, or a course's mastery rule is invalid.
 pub async fn publish(
     state: &Service,
     person: &CurrentPerson,
@@ -207,7 +209,7 @@ pub async fn publish(
     Ok(true)
 }
 
-/// Throws a draft away in the version that was seen. False when it is another by now.
+/// Deletes a draft if its version is still `seen`; returns false otherwise.
 pub async fn discard(state: &Service, person: &CurrentPerson, id: DraftId, seen: i64) -> Result<bool, Error> {
     refuse_trainees(person)?;
     let by = draft_editor(state, person);
@@ -223,10 +225,11 @@ pub async fn discard(state: &Service, person: &CurrentPerson, id: DraftId, seen:
     Ok(removed)
 }
 
-/// Reads a draft as publishing would, plans its tissue and tries its rubric. Dropped, the work on an exercise ends.
+/// Validates a draft: parses it as publishing would, plans its tissue and tries its rubric.
+/// Dropping the future ends the work on an exercise.
 ///
 /// # Errors
-/// When the database fails, or nobody can be asked.
+/// Fails if the database fails, or no helper can be started.
 pub async fn check(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Result<Checked, Error> {
     let checked = match draft.kind {
         DraftKind::Exercise => {
@@ -247,7 +250,8 @@ pub async fn check(state: &Service, school: SchoolId, draft: &DocumentDraft) -> 
     }
 }
 
-/// A course names exercises that are published, so reading it is bounded work; its school waits for it like for an exercise.
+/// Validates a course. It references published exercises only, so the work is bounded; still, it
+/// takes a place in its school's preview queue like an exercise.
 async fn course_checked(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Result<Checked, Error> {
     let place = state.previews.enter(school).await?;
     let (texts, id) = (draft.texts.clone(), draft.document_id.clone());
@@ -259,7 +263,7 @@ async fn course_checked(state: &Service, school: SchoolId, draft: &DocumentDraft
     Ok(tokio::task::spawn_blocking(check).await?)
 }
 
-/// What was written in the draft of an exercise, with the meshes of the revision that it is based on.
+/// Returns the documents of an exercise draft, with the meshes of the revision that it is based on.
 async fn bytes(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Result<RevisionBytes, Error> {
     let meshes = match draft.based_on {
         Some(revision) => {
@@ -271,7 +275,7 @@ async fn bytes(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Resu
     Ok(RevisionBytes { exercise: document.into_bytes(), scene: scene.into_bytes(), meshes: meshes.unwrap_or_default() })
 }
 
-/// The exercise of a draft in which nothing was found wrong.
+/// Returns the exercise of a draft that has been validated.
 async fn sound(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Result<ExerciseBundle, Error> {
     let RevisionBytes { exercise, scene, meshes } = bytes(state, school, draft).await?;
     let at_hand = pictures::read_draft_pictures(state.db.reader(), school, draft.id).await?;
@@ -281,7 +285,8 @@ async fn sound(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Resu
     Ok(read.map_err(|refused| anyhow::Error::new(refused).context("a draft that could be published"))?)
 }
 
-/// An instrument names nothing outside itself and is small, so it is read at once.
+/// Validates an instrument. It references nothing outside itself and is small, so it needs no
+/// queue.
 fn check_instrument(texts: &Texts, id: &str) -> Checked {
     let read = Instrument::from_bytes("document", texts.document.as_bytes());
     match read.and_then(|read| same_id(&read.id, id).map(|()| read)) {
@@ -307,10 +312,10 @@ fn check_course(texts: &Texts, known: &ExerciseShelf, id: &str) -> Checked {
     }
 }
 
-/// Ids of exercises by the names that a course's current revision gives their files.
+/// Returns the ids of exercises by the file names in the course's current revision.
 ///
 /// # Errors
-/// When the database fails.
+/// Fails if the database fails.
 pub async fn find_course_files(
     state: &Service,
     school: SchoolId,
@@ -319,11 +324,11 @@ pub async fn find_course_files(
     Ok(ExerciseShelf::of(state, school, course_id).await?.files())
 }
 
-/// The school's exercises, as a course may name them. Each is read when it is named.
+/// The school's exercises that a course may reference. Each is parsed on first use.
 struct ExerciseShelf {
     /// By id.
     documents: BTreeMap<String, RevisionBytes>,
-    /// Those that were read, by id.
+    /// Parsed exercises by id; `None` if parsing failed.
     read: RefCell<BTreeMap<String, Option<ExerciseBundle>>>,
     /// The course's current revision, and the ids of its exercises in order.
     published: Option<(Vec<u8>, Vec<String>)>,
@@ -344,7 +349,7 @@ impl ExerciseShelf {
         Ok(Self { documents, read: RefCell::default(), published })
     }
 
-    /// Ids by the names of files in the course's current revision.
+    /// Returns the ids by the file names in the course's current revision.
     fn files(&self) -> BTreeMap<String, String> {
         let Some((course, ids)) = &self.published else { return BTreeMap::new() };
         let next = Cell::new(0);
@@ -358,7 +363,8 @@ impl ExerciseShelf {
             return known.clone();
         }
         let bytes = self.documents.get(id)?;
-        // It was read when it was published, so a refusal now is our fault: then the course names nothing.
+        // It was parsed when it was published, so a failure is a bug here; the course then sees no
+        // such exercise.
         let read = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
         let read = read.inspect_err(|error| tracing::error!(id, %error, "a published exercise is refused")).ok();
         self.read.borrow_mut().insert(id.to_owned(), read.clone());
@@ -366,22 +372,24 @@ impl ExerciseShelf {
     }
 }
 
-/// Who changes a draft, and when.
+/// Returns the editor of a draft and the current time.
 pub(crate) fn draft_editor(state: &Service, person: &CurrentPerson) -> DraftEditor {
     DraftEditor { school: person.school_id, person: person.id, now: state.clock.now() }
 }
 
-/// What a draft of an exercise comes to. Dropped, the work on it ends.
+/// Examines the draft of an exercise, or returns the cached verdict. Dropping the future ends the
+/// work.
 ///
 /// # Errors
-/// [`Error::Busy`] when its school's turn does not come in time; else when nobody can be asked.
+/// Returns [`Error::Busy`] if the school's queue does not advance in time; fails if no helper can
+/// be started.
 pub async fn examine(state: &Service, school: SchoolId, question: DraftQuestion) -> Result<DraftVerdict, Error> {
     let (previews, key) = (&state.previews, question.sha256());
     if let Some(told) = previews.told(&key) {
         return Ok(told);
     }
     let _place = previews.enter(school).await?;
-    // Whoever was before may have asked the same.
+    // The previous request in the queue may have examined the same draft.
     if let Some(told) = previews.told(&key) {
         return Ok(told);
     }
@@ -398,7 +406,7 @@ pub async fn examine(state: &Service, school: SchoolId, question: DraftQuestion)
     }
 }
 
-/// What is said of a draft that costs more than it may.
+/// Returns the verdict on a draft that exceeds the time or memory limit.
 fn too_costly(state: &Service) -> DraftVerdict {
     let budget_s = state.config.preview_time.as_secs();
     let memory_mb = state.config.helper.as_ref().map_or(0, |helper| helper.memory_mb);

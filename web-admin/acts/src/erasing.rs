@@ -1,4 +1,5 @@
-//! Erasing somebody: whatever tells who they are goes for good, here and in what is restored later.
+//! Erases a person: removes all identifying data for good, from the database and from backups
+//! restored later.
 
 use std::sync::atomic::Ordering;
 
@@ -15,24 +16,25 @@ use crate::erasures::{Erasure, ErasureScope};
 use crate::error::Error;
 use crate::service::Service;
 
-/// Who erases, and what the audit log is told beside.
+/// Actor of an erasure, and details for the audit log.
 #[derive(Clone, Debug)]
 pub struct Eraser {
-    /// Who.
+    /// Actor.
     pub actor: Actor,
-    /// Why, where it is not said by who it is.
+    /// Reason, if it does not follow from the actor.
     pub why: Option<Value>,
 }
 
 impl Eraser {
-    /// Somebody who is signed in.
+    /// Returns a signed-in person as the actor.
     #[must_use]
     pub fn person(person: &CurrentPerson) -> Self {
         Self { actor: Actor::Person(person.id), why: None }
     }
 }
 
-/// What goes with somebody: their texts as it is wished, and their recordings if the school's rule says so.
+/// Returns the scope of an erasure: texts as requested, recordings if the school's policy erases
+/// them.
 pub async fn wish_of_school(
     state: &Service,
     school: SchoolId,
@@ -43,11 +45,12 @@ pub async fn wish_of_school(
     Ok(ErasureScope { written, about, recordings })
 }
 
-/// Takes away everything that tells who somebody is, for good. Attempts and scores stay, under the pseudonym.
+/// Removes all identifying data of a person for good. Attempts and scores stay, under the
+/// pseudonym.
 ///
 /// # Errors
-/// When they are to be kept whatever anybody wishes, or the list of erasures, the mail folder or the database cannot be written; nothing has
-/// changed then.
+/// Returns [`Error::Conflict`] if the person is on legal hold. Fails if the erasure list, the mail
+/// folder or the database cannot be written; the database is unchanged then.
 pub async fn erase(
     state: &Service,
     by: Eraser,
@@ -58,7 +61,7 @@ pub async fn erase(
     let erasure =
         Erasure { at: state.clock.now(), school_id, person_id: person.id, pseudonym: person.pseudonym.clone(), wish };
     let list = ErasureStore::of(&state.config, &state.recordings);
-    // Before the database is locked: a bucket that does not answer holds nobody up.
+    // Before the write lock is taken: an unresponsive bucket must not block other writers.
     list.check().await?;
     let mut tx = state.db.write().await?;
     if retention::find_hold_time(&mut *tx, school_id, person.id).await?.is_some() {
@@ -69,7 +72,7 @@ pub async fn erase(
         told["why"] = why;
     }
     AuditEntry::new(school_id, by.actor, "person.erased", person.id).with(told).append(&mut tx, erasure.at).await?;
-    // Before the commit: what is committed is never missing from the list.
+    // Before the commit, so that no committed erasure is ever missing from the list.
     let done = match list.add(&erasure).await {
         Ok(()) => tx.commit().await.map_err(Error::from),
         Err(error) => {
@@ -81,11 +84,12 @@ pub async fn erase(
         take_back(&list, &erasure).await;
         return Err(error);
     }
+    // The write-ahead log still contains the erased data until it is truncated.
     state.db.fold_log().await?;
     remove(state, gone).await
 }
 
-/// Takes an erasure from the list that has failed.
+/// Removes a failed erasure from the list.
 async fn take_back(list: &ErasureStore, erasure: &Erasure) {
     if let Err(cause) = list.take_back(erasure).await {
         let person = erasure.person_id;
@@ -93,7 +97,8 @@ async fn take_back(list: &ErasureStore, erasure: &Erasure) {
     }
 }
 
-/// Takes away what is in the database, and letters; which recordings are to be removed after the commit, and what the log is told.
+/// Removes data from the database, and stored mails. Returns the recordings to delete after the
+/// commit, and the details for the audit log.
 async fn take_away(
     tx: &mut Connection,
     state: &Service,
@@ -110,7 +115,8 @@ async fn take_away(
         let letters = directory::list_letters_to(&mut *tx, person, erasure.school_id).await?;
         retention::forget_warning(tx, person.id).await?;
         directory::erase_person(tx, person, erasure.school_id, erasure.at).await?;
-        // Before the commit: letters that cannot be removed are not forgotten.
+        // Before the commit: if the mails cannot be deleted, the erasure fails and their record is
+        // kept.
         state.mailer.forget(&letters).await?;
     }
     for (wished, side, word) in [
@@ -130,31 +136,32 @@ async fn take_away(
     Ok((gone, told))
 }
 
-/// Removes recordings and what was made of them. What a store that does not answer still has goes when it does: [`remove_left`].
+/// Deletes recordings and the files derived from them. If the store is unavailable, [`remove_left`]
+/// deletes the rest later.
 async fn remove(state: &Service, gone: Vec<ErasedRecording>) -> Result<(), Error> {
     let removed = state.recordings.remove(&state.config, gone).await;
     state.erased_left.fetch_or(removed.is_err(), Ordering::Relaxed);
     Ok(removed?)
 }
 
-/// Removes what is left of recordings that were erased while their store did not answer.
+/// Deletes the remaining recordings of erased people, after the store was unavailable.
 ///
 /// # Errors
-/// When it still does not.
+/// Fails if the store is still unavailable.
 pub async fn remove_left(state: &Service) -> Result<(), Error> {
     if !state.erased_left.load(Ordering::Relaxed) {
         return Ok(());
     }
-    // Before they are listed: what is left meanwhile is told anew.
+    // Reset the flag before listing, so that a failure in the meantime sets it again.
     state.erased_left.store(false, Ordering::Relaxed);
     remove(state, texts::all_erased(state.db.reader()).await?).await
 }
 
-/// Carries out every erasure of the list that the database knows nothing of: it was restored, or the service ended between the two.
-/// How many people were erased again.
+/// Carries out every erasure of the list that is missing from the database, because a backup was
+/// restored or the service ended between the two writes. Returns the number of people erased again.
 ///
 /// # Errors
-/// When the list cannot be read, or the database or the disk fails.
+/// Fails if the list cannot be read, or the database or the disk fails.
 pub async fn catch_up(state: &Service) -> anyhow::Result<usize> {
     let mut again = 0;
     for erasure in ErasureStore::of(&state.config, &state.recordings).read().await? {
@@ -162,7 +169,7 @@ pub async fn catch_up(state: &Service) -> anyhow::Result<usize> {
             continue;
         }
         let mut tx = state.db.write().await?;
-        // As they are now: another service that starts may have been quicker.
+        // Read within the transaction: another replica that starts may have done it already.
         let found = directory::find_anybody(&mut *tx, erasure.school_id, erasure.person_id).await?;
         let Some(person) = found else { continue };
         let (_, mut told) = take_away(&mut tx, state, &person, &erasure).await.map_err(anyhow::Error::new)?;
@@ -175,12 +182,12 @@ pub async fn catch_up(state: &Service) -> anyhow::Result<usize> {
         tx.commit().await?;
         again += 1;
     }
-    // Also what a service that was killed right after its commit has left.
+    // Includes recordings left by a service that was killed right after its commit.
     remove(state, texts::all_erased(state.db.reader()).await?).await.map_err(anyhow::Error::new)?;
     Ok(again)
 }
 
-/// Whether an erasure has still something to take away.
+/// Returns whether an erasure still has data to remove.
 async fn is_outstanding(state: &Service, erasure: &Erasure) -> store::Result<bool> {
     let Erasure { at, school_id, person_id, wish, .. } = erasure;
     let reader = state.db.reader();

@@ -1,6 +1,7 @@
-//! Where the list of erasures is kept: in a file of the data folder, or where recordings lie in a bucket beside them, for every service on
-//! the same database. There an erasure is an object of its own, which holds the line that a file would have: nobody who adds one touches
-//! another. One that is taken back is removed.
+//! Storage of the erasure list: a file in the data folder or, if recordings are stored in a bucket,
+//! objects there, shared by all replicas on the same database. In a bucket each erasure is an
+//! object that holds its line of the file, so that concurrent additions do not conflict. Taking an
+//! erasure back deletes its object.
 
 use std::path::Path;
 
@@ -11,12 +12,12 @@ use crate::config::Config;
 use crate::erasures::{Erasure, ErasureList, lines_of, read_lines};
 use crate::recording_store::{Bucket, RecordingStore, StoreError};
 
-/// Folder of the erasures in a bucket.
+/// Prefix of the erasures in a bucket.
 const ERASURES: &str = "erasures";
-/// Objects that are asked for at once.
+/// Number of objects fetched concurrently.
 const AT_ONCE: usize = 16;
 
-/// Where the list of erasures is kept.
+/// Storage of the erasure list.
 #[derive(Clone, Debug)]
 pub enum ErasureStore {
     /// In a file.
@@ -26,7 +27,7 @@ pub enum ErasureStore {
 }
 
 impl ErasureStore {
-    /// That of a service.
+    /// Returns the erasure list of a service.
     #[must_use]
     pub fn of(config: &Config, recordings: &RecordingStore) -> Self {
         match recordings {
@@ -35,10 +36,10 @@ impl ErasureStore {
         }
     }
 
-    /// Whether a bucket answers; a file is not asked.
+    /// Checks that the bucket responds; does nothing for a file.
     ///
     /// # Errors
-    /// When it does not.
+    /// Fails if it does not respond.
     pub async fn check(&self) -> Result<(), StoreError> {
         match self {
             Self::File(_) => Ok(()),
@@ -46,10 +47,10 @@ impl ErasureStore {
         }
     }
 
-    /// The erasures that were not taken back, in the order in which they were added.
+    /// Returns the erasures that were not taken back, in the order in which they were added.
     ///
     /// # Errors
-    /// When a file or an object is none of ours, or they cannot be read.
+    /// Fails if a file or an object has an unknown format or cannot be read.
     pub async fn read(&self) -> anyhow::Result<Vec<Erasure>> {
         match self {
             Self::File(list) => Ok(off_the_runtime(list, |list| Ok(list.read())).await??),
@@ -57,7 +58,8 @@ impl ErasureStore {
         }
     }
 
-    /// The list as a file holds it, for a backup. One that cannot be read would be of no use there.
+    /// Returns the list in the file format, for a backup. Fails for an unreadable list, which would
+    /// make the backup useless.
     ///
     /// # Errors
     /// As [`ErasureStore::read`].
@@ -69,10 +71,11 @@ impl ErasureStore {
         }
     }
 
-    /// Adds an erasure, which outlives this machine's power or the machine itself when this returns.
+    /// Adds an erasure durably: when this returns, it survives a power cut or, in a bucket, the
+    /// loss of this machine.
     ///
     /// # Errors
-    /// When the disk refuses or the bucket does not answer. It may have been added all the same.
+    /// Fails if the disk or the bucket fails. The erasure may have been added nevertheless.
     pub async fn add(&self, erasure: &Erasure) -> Result<(), StoreError> {
         match self {
             Self::File(list) => {
@@ -85,10 +88,10 @@ impl ErasureStore {
         }
     }
 
-    /// Notes that an erasure did not come about.
+    /// Takes an erasure back that was not carried out.
     ///
     /// # Errors
-    /// When the disk refuses or the bucket does not answer.
+    /// Fails if the disk or the bucket fails.
     pub async fn take_back(&self, erasure: &Erasure) -> Result<(), StoreError> {
         match self {
             Self::File(list) => {
@@ -99,7 +102,7 @@ impl ErasureStore {
         }
     }
 
-    /// Adds those of another list that are not in this one.
+    /// Adds the erasures of another list that are not in this one.
     ///
     /// # Errors
     /// As [`ErasureStore::read`] and [`ErasureStore::add`].
@@ -114,10 +117,11 @@ impl ErasureStore {
         Ok(())
     }
 
-    /// Has a bucket hold what the data folder's file still has of the time before it. The file stays.
+    /// Copies the erasures from the data folder's file, written before a bucket was used, to the
+    /// bucket. The file is kept.
     ///
     /// # Errors
-    /// When the file cannot be read, or as [`ErasureStore::merge`].
+    /// Fails if the file cannot be read, or as [`ErasureStore::merge`].
     pub async fn carry_over(&self, config: &Config) -> anyhow::Result<()> {
         match self {
             Self::File(_) => Ok(()),
@@ -126,7 +130,7 @@ impl ErasureStore {
     }
 }
 
-/// Works on a file where blocking is allowed.
+/// Runs file operations on the blocking thread pool.
 async fn off_the_runtime<T: Send + 'static>(
     list: &ErasureList,
     work: impl FnOnce(ErasureList) -> std::io::Result<T> + Send + 'static,
@@ -135,7 +139,7 @@ async fn off_the_runtime<T: Send + 'static>(
     Ok(tokio::task::spawn_blocking(move || work(list)).await.map_err(std::io::Error::other)??)
 }
 
-/// Names sort by time.
+/// Returns the object name of an erasure; names sort by time.
 fn name_erasure(erasure: &Erasure) -> String {
     format!("{ERASURES}/{:020}-{}.json", erasure.at.micros(), erasure.person_id)
 }
@@ -145,7 +149,7 @@ async fn read_objects(bucket: &Bucket) -> anyhow::Result<Vec<Erasure>> {
     names.sort();
     let read = futures::stream::iter(names).map(|name| async move {
         let place = format!("{ERASURES}/{name}");
-        // One that was taken back meanwhile is none.
+        // An object that has disappeared was taken back in the meantime.
         let Some(bytes) = bucket.read_whole(&place).await? else { return anyhow::Ok(Vec::new()) };
         let place = format!("{}/{place}", bucket.address());
         let erasures = read_lines(Path::new(&place), bytes)?;

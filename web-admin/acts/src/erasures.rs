@@ -1,8 +1,9 @@
-//! Who was erased, kept outside the database: a backup that is restored later knows nothing of it, and must not bring anybody back.
+//! List of erased people, kept outside the database: restoring an older backup must not bring them
+//! back.
 //!
-//! One line of JSON for each erasure, on the disk before the database is changed, in a file of the data folder to which lines are only
-//! added. It holds ids, pseudonyms and times, which tell nobody's name. An erasure that did not come about after all is taken back
-//! by another line.
+//! An append-only file in the data folder with one JSON line per erasure, synced before the
+//! database is changed. It holds ids, pseudonyms and times, but no names. An erasure that failed is
+//! taken back by another line.
 
 use std::fs::{DirBuilder, File, OpenOptions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
@@ -15,30 +16,30 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
 
-/// The list's file in the data folder, and in a backup.
+/// File name of the list in the data folder and in a backup.
 pub const ERASURES_FILE: &str = "erasures.jsonl";
 
 /// An erasure.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Erasure {
-    /// When.
+    /// Time of the erasure.
     pub at: Moment,
-    /// Of which school.
+    /// School of the person.
     pub school_id: SchoolId,
-    /// Whose.
+    /// The erased person.
     pub person_id: PersonId,
-    /// What recordings say instead of a name.
+    /// Pseudonym that replaces their name in recordings.
     pub pseudonym: String,
-    /// What goes beside name, address and sign-in.
+    /// Data removed in addition to name, address and credentials.
     #[serde(flatten)]
     pub wish: ErasureScope,
 }
 
-/// What goes beside name, address and sign-in.
+/// Data removed in addition to name, address and credentials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ErasureScope {
-    /// Free texts that they wrote.
+    /// Free texts that the person wrote.
     pub written: bool,
     /// Free texts that others wrote about their attempts.
     pub about: bool,
@@ -54,7 +55,7 @@ enum ErasureLine {
     TakenBack(Erasure),
 }
 
-/// A list that cannot be read.
+/// An erasure list that cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[error("{}{}: {why}", path.display(), line.map(|line| format!(", line {line}")).unwrap_or_default())]
 pub struct UnreadableList {
@@ -63,29 +64,29 @@ pub struct UnreadableList {
     why: String,
 }
 
-/// The list of erasures in a file.
+/// An erasure list in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ErasureList {
     path: PathBuf,
 }
 
 impl ErasureList {
-    /// That of a data folder.
+    /// Returns the list of a data folder.
     #[must_use]
     pub fn of(config: &Config) -> Self {
         Self::at(&config.data_dir.join(ERASURES_FILE))
     }
 
-    /// That of a file.
+    /// Returns the list at `path`.
     #[must_use]
     pub fn at(path: &Path) -> Self {
         Self { path: path.to_owned() }
     }
 
-    /// Its bytes as they are; none where nobody was erased yet.
+    /// Returns the raw bytes of the file; empty if it does not exist yet.
     ///
     /// # Errors
-    /// When the file is there and cannot be read.
+    /// Fails if the file exists but cannot be read.
     pub fn bytes(&self) -> std::io::Result<Vec<u8>> {
         match std::fs::read(&self.path) {
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
@@ -93,10 +94,11 @@ impl ErasureList {
         }
     }
 
-    /// The erasures that were not taken back, in the order of the file. A line that a power cut has left unfinished was never acted upon.
+    /// Returns the erasures that were not taken back, in file order. A line without its end, left
+    /// by a power cut, is ignored: its erasure was never carried out.
     ///
     /// # Errors
-    /// When the file cannot be read, or a line of it is none of ours.
+    /// Fails if the file cannot be read, or one of its lines has an unknown format.
     pub fn read(&self) -> Result<Vec<Erasure>, UnreadableList> {
         match self.bytes() {
             Ok(bytes) => read_lines(&self.path, bytes),
@@ -104,18 +106,18 @@ impl ErasureList {
         }
     }
 
-    /// Adds an erasure, which is on the disk when this returns.
+    /// Adds an erasure and syncs the file.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// Fails if the file cannot be written.
     pub fn add(&self, erasure: &Erasure) -> std::io::Result<()> {
         self.append(&ErasureLine::Erased(erasure.clone()))
     }
 
-    /// Notes that an erasure did not come about.
+    /// Takes an erasure back that was not carried out.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// Fails if the file cannot be written.
     pub fn take_back(&self, erasure: &Erasure) -> std::io::Result<()> {
         self.append(&ErasureLine::TakenBack(erasure.clone()))
     }
@@ -128,7 +130,7 @@ impl ErasureList {
         file.lock()?;
         let mut kept = Vec::new();
         file.read_to_end(&mut kept)?;
-        // What a power cut has left of a line.
+        // Cut off an incomplete line left by a power cut.
         let end = kept.iter().rposition(|&byte| byte == b'\n').map_or(0, |last| last + 1);
         file.set_len(end as u64)?;
         file.seek(SeekFrom::Start(end as u64))?;
@@ -138,11 +140,11 @@ impl ErasureList {
     }
 }
 
-/// The erasures of the lines of a file or an object that were not taken back; `path` is named where it is none of ours. A line without its
-/// end is none.
+/// Parses the lines of a file or an object and returns the erasures that were not taken back.
+/// `path` is used in error messages only. An incomplete last line is ignored.
 ///
 /// # Errors
-/// When a line is none of ours.
+/// Fails if a line has an unknown format.
 pub fn read_lines(path: &Path, bytes: Vec<u8>) -> Result<Vec<Erasure>, UnreadableList> {
     let refused = |line, why: String| UnreadableList { path: path.to_owned(), line, why };
     let text = String::from_utf8(bytes).map_err(|_| refused(None, "is no text; a list of erasures is".to_owned()))?;
@@ -158,10 +160,10 @@ pub fn read_lines(path: &Path, bytes: Vec<u8>) -> Result<Vec<Erasure>, Unreadabl
     Ok(standing)
 }
 
-/// The lines of a file with these erasures.
+/// Returns the lines of a file with these erasures.
 ///
 /// # Errors
-/// When one cannot be written as JSON.
+/// Fails if one cannot be written as JSON.
 pub fn lines_of(erasures: &[Erasure]) -> std::io::Result<String> {
     erasures.iter().map(|erasure| text_of(&ErasureLine::Erased(erasure.clone()))).collect()
 }
@@ -172,7 +174,7 @@ fn text_of(line: &ErasureLine) -> std::io::Result<String> {
 
 #[cfg(test)]
 mod tests {
-    //! An erasure that a power cut takes out of the list comes back with the next backup.
+    //! An erasure lost from the list by a power cut would be undone by restoring a backup.
 
     use super::*;
 

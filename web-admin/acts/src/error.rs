@@ -1,4 +1,4 @@
-//! Why something is not done, and how it is said.
+//! Errors of requests and their user-facing messages.
 
 use std::io::ErrorKind;
 
@@ -8,124 +8,127 @@ use tower_sessions::{session, session_store};
 use crate::recording_store::StoreError;
 use crate::web_sessions::AWAY;
 
-/// Why a request was not done.
+/// Error of a request.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// There is no such thing, or it is another school's.
+    /// It does not exist, or belongs to another school.
     #[error("there is nothing here")]
     NotFound,
-    /// It was there, and is no more.
+    /// It existed and was removed.
     #[error("{0}")]
     Gone(&'static str),
-    /// Nobody is signed in.
+    /// The request is not authenticated.
     #[error("a bearer token is needed")]
     Unauthorized,
-    /// What somebody shows was good once.
+    /// The credential has expired.
     #[error("{0}")]
     Expired(String),
-    /// Somebody is signed in who may not do this.
+    /// The person may not do this.
     #[error("{0}")]
     Forbidden(&'static str),
-    /// The request makes no sense.
+    /// The request is malformed.
     #[error("{0}")]
     BadRequest(String),
-    /// It contradicts what is stored.
+    /// The request conflicts with the stored state.
     #[error("{0}")]
     Conflict(String),
-    /// Another request is at it.
+    /// Another request holds the lock.
     #[error("another request is writing to this upload; try again when it has ended")]
     Locked,
-    /// The request is in a version of a protocol that is not spoken here.
+    /// The protocol version is not supported.
     #[error("{0}")]
     WrongVersion(&'static str),
-    /// The body is not what its checksum says.
+    /// The body does not match its checksum.
     #[error("the piece is not what Upload-Checksum says: it was not kept")]
     ChecksumMismatch,
-    /// The body is larger than allowed.
+    /// The body exceeds the size limit.
     #[error("the body is larger than {limit_bytes} bytes, the largest allowed")]
     TooLarge {
-        /// Largest allowed, in bytes.
+        /// Size limit, in bytes.
         limit_bytes: u64,
     },
-    /// The body is of a kind that is not taken.
+    /// The media type is not supported.
     #[error("{0}")]
     UnsupportedMedia(&'static str),
-    /// There is no score, and there will be none.
+    /// The attempt has no score and will not get one.
     #[error("this attempt was not scored: {0}")]
     Unscored(String),
-    /// The body was understood and is wrong.
+    /// The body was parsed but is invalid.
     #[error("{0}")]
     Unprocessable(String),
     /// The body did not arrive in time.
     #[error("the body stopped arriving")]
     Timeout,
-    /// Too many attempts.
+    /// Rate limit exceeded.
     #[error("too many attempts; try again in {retry_after_s} s")]
     TooMany {
-        /// When to try again, in s.
+        /// When to retry, in s.
         retry_after_s: u64,
     },
-    /// Others of the same school are before it.
+    /// Earlier requests of the same school are still in the queue.
     #[error("others of this school are before this; try again in {retry_after_s} s")]
     Busy {
-        /// When to try again, in s.
+        /// When to retry, in s.
         retry_after_s: u64,
     },
-    /// Too many sign in at this moment.
+    /// Too many concurrent sign-ins.
     #[error("too many sign in at this moment; try again in {retry_after_s} s")]
     Crowded {
-        /// When to try again, in s.
+        /// When to retry, in s.
         retry_after_s: u64,
     },
-    /// The scanner for malware has said nothing of it. The cause goes to the log.
+    /// The malware scanner did not return a verdict. The cause is logged.
     #[error("the scanner for malware says nothing of this now, so it was not taken in; send it again later")]
     Unscanned(#[source] anyhow::Error),
-    /// Whoever worked on it has died of it, or took too long; how. The cause goes to the log.
+    /// The helper process crashed or timed out on this file; contains how it ended. The cause is
+    /// logged.
     #[error("this could not be worked on to its end; it is tried once more when it is sent again, and then set aside")]
     Deadly(String),
-    /// The helper crashed twice on this recording. It is not read again until the operator runs `web-admin retry`.
+    /// The helper crashed twice on this recording. It is not read again until the operator runs
+    /// `web-admin retry`.
     #[error(
         "whoever read this recording has died of it twice: it is read no more, and whoever runs the service was told; keep it until they have let it be tried again"
     )]
     SetAside,
-    /// The person was erased, has withdrawn or never consented: the recording must be deleted, also at the station.
+    /// The person was erased, withdrew or never consented: the recording must be deleted at the
+    /// station, too.
     #[error("{0}")]
     Unwanted(&'static str),
-    /// More was begun than one may have begun at once.
+    /// Too many unfinished uploads, or too much accepted within a day.
     #[error("{0}")]
     OverQuota(String),
-    /// The disk is full. The cause goes to the log.
+    /// The disk is full. The cause is logged.
     #[error("{NO_ROOM}")]
     NoRoom(#[source] anyhow::Error),
-    /// The store of the recordings does not answer. The cause goes to the log.
+    /// The recording store is unavailable. The cause is logged.
     #[error("{STORE_AWAY}")]
     StoreAway(#[source] anyhow::Error),
-    /// The database does not answer. The cause goes to the log.
+    /// The database is unavailable. The cause is logged.
     #[error("{DATABASE_AWAY}")]
     DatabaseAway(#[source] anyhow::Error),
-    /// Our fault. The cause goes to the log, never to the user.
+    /// An internal error. The cause is logged and never shown to the user.
     #[error("something went wrong here; it has been noted")]
     Internal(#[source] anyhow::Error),
 }
 
-/// What is said of one.
+/// Message of [`Error::NoRoom`].
 const NO_ROOM: &str =
     "this service has no room left on its disk, so nothing was changed; tell whoever runs it, and try again later";
 
-/// What is said where the store of the recordings does not answer.
+/// Message of [`Error::StoreAway`].
 const STORE_AWAY: &str = "recordings cannot be reached now, so this was not done; try again later";
 
-/// What is said where the database does not answer. What was being committed may be there all the same.
+/// Message of [`Error::DatabaseAway`]. A commit that was in progress may have succeeded.
 const DATABASE_AWAY: &str = "the database does not answer now; try again later, and where something was to be changed, look first whether it was";
 
-/// An error and all that it came of, for the log: users are told the first of it alone.
+/// Formats an error with its chain of causes, for the log. Users only see the outermost message.
 #[must_use]
 pub fn tell_in_full(error: &(dyn std::error::Error + 'static)) -> String {
     let causes: Vec<String> = anyhow::Chain::new(error).map(ToString::to_string).collect();
     causes.join(": ")
 }
 
-/// Whether work came to nothing because the database does not answer.
+/// Returns whether the cause of an error is an unavailable database.
 #[must_use]
 pub fn is_database_away(cause: &anyhow::Error) -> bool {
     let is_away = |error: &(dyn std::error::Error + 'static)| {
@@ -136,12 +139,13 @@ pub fn is_database_away(cause: &anyhow::Error) -> bool {
 }
 
 impl Error {
-    /// What storage said, by whether there is room.
+    /// Converts a storage error, depending on whether the disk is full.
     fn of_storage(full: bool, cause: anyhow::Error) -> Self {
         if full { Self::NoRoom(cause) } else { Self::Internal(cause) }
     }
 
-    /// What is wrong, in the reader's language; whoever refused in words of their own has said them in it.
+    /// Returns the message in the current language. Variants that carry a text were translated when
+    /// they were created.
     #[must_use]
     pub fn said(&self) -> String {
         match self {
@@ -174,10 +178,10 @@ impl Error {
     }
 }
 
-/// Some acts are for those who teach, whoever asks for them.
+/// Rejects trainees.
 ///
 /// # Errors
-/// [`Error::Forbidden`] for a trainee.
+/// Returns [`Error::Forbidden`] for a trainee.
 pub fn refuse_trainees(person: &CurrentPerson) -> Result<(), Error> {
     match person.role.teaches() {
         true => Ok(()),

@@ -1,4 +1,5 @@
-//! Schools that nobody goes to: the demonstration's people, a crowd to measure pages on, answers to a survey that nobody gave.
+//! Generates schools: the people of the demonstration, a crowd for measuring page times, and survey
+//! responses.
 
 use std::ops::Range;
 
@@ -21,25 +22,26 @@ use crate::publishing::DocumentPublisher;
 use crate::service::Service;
 use crate::{secret, surveys};
 
-/// Somebody of a generated school.
+/// A person of a generated school.
 #[derive(Clone, Debug)]
 pub struct GeneratedPerson {
     /// Name.
     pub name: &'static str,
-    /// Address to sign in with.
+    /// Email address.
     pub email: String,
-    /// What they may do.
+    /// Role.
     pub role: Role,
-    /// The name of their cohort.
+    /// Name of their cohort.
     pub cohort: Option<&'static str>,
-    /// What the registrar knows them by.
+    /// Id in the registrar's system.
     pub registrar_id: Option<String>,
 }
 
-/// Founds a school with its people, all of them or none; who they are, in order. Their password is no first one: it stays theirs.
+/// Creates a school with its people in one transaction and returns the people in order. The
+/// password is a regular one, not an initial one that must be changed.
 ///
 /// # Errors
-/// When an address is taken, or the database fails.
+/// Fails if an address is in use, or the database fails.
 pub async fn found_school(
     service: &Service,
     name: &str,
@@ -87,7 +89,7 @@ pub async fn found_crowd(service: &Service, crowd: &GeneratedCrowd<'_>) -> anyho
     Ok(tx.commit().await?)
 }
 
-/// Adds the attempts of some trainees of a crowd, and ten acts of each to the audit log.
+/// Adds the attempts of some trainees of a crowd, and ten audit entries for each.
 pub async fn practise_crowd(service: &Service, crowd: &GeneratedCrowd<'_>, trainees: Range<u32>) -> anyhow::Result<()> {
     const ENTRIES_EACH: u32 = 10;
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
@@ -101,30 +103,30 @@ pub async fn practise_crowd(service: &Service, crowd: &GeneratedCrowd<'_>, train
     Ok(tx.commit().await?)
 }
 
-/// Brings what the database sums up to date with a crowd's attempts.
+/// Updates the database's aggregates for a crowd's attempts.
 pub async fn conclude_crowd(service: &Service, crowd: &GeneratedCrowd<'_>) -> anyhow::Result<()> {
     let mut tx = service.db.write().await?;
     generated::conclude(&mut tx, crowd).await?;
     Ok(tx.commit().await?)
 }
 
-/// A survey that nobody answers.
+/// A survey with generated responses.
 #[derive(Clone, Copy, Debug)]
 pub struct GeneratedSurvey<'a> {
-    /// Whose it is.
+    /// Owner.
     pub owner: &'a Person,
     /// Title.
     pub title: &'a str,
-    /// The document of its instrument.
+    /// Document of its instrument.
     pub document: &'a str,
-    /// How many responses.
+    /// Number of responses.
     pub responses: usize,
 }
 
 /// Adds a survey with responses, each item answered by a number from 1 to 5.
 ///
 /// # Errors
-/// When the document is wrong, or the database fails.
+/// Fails if the document is invalid, or the database fails.
 pub async fn ask_nobody(service: &Service, survey: GeneratedSurvey<'_>) -> anyhow::Result<()> {
     let GeneratedSurvey { owner, title, document, responses } = survey;
     let (now, school_id, mut tx) = (service.clock.now(), owner.school_id, service.db.write().await?);
@@ -152,7 +154,7 @@ pub async fn ask_nobody(service: &Service, survey: GeneratedSurvey<'_>) -> anyho
     Ok(tx.commit().await?)
 }
 
-/// What is answered, and when.
+/// The survey that is answered, and the time.
 #[derive(Clone, Copy)]
 struct AskedSurvey {
     school_id: SchoolId,

@@ -1,4 +1,4 @@
-//! A process that works for us, within its limits, and is ended when nobody waits for it any more.
+//! Runs a helper process within time and memory limits, and kills it when its caller goes away.
 
 use std::io::{Read, Write};
 use std::path::PathBuf;
@@ -11,32 +11,32 @@ use std::time::Duration;
 use crate::bucket_address::BucketAddress;
 use crate::clock;
 
-/// How long between two looks whether a helper has ended.
+/// Interval for polling whether a helper has exited.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
-/// What a helper may cost.
+/// A helper program and its limits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Helper {
     /// The program: `web-admin`.
     pub program: PathBuf,
-    /// Most memory, in MB.
+    /// Memory limit, in MB.
     pub memory_mb: u64,
-    /// Longest time.
+    /// Time limit.
     pub time: Duration,
 }
 
-/// How a helper has ended.
+/// How a helper exited.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum HelperExit {
-    /// With what it said.
+    /// Successfully, with this output.
     Said(Vec<u8>),
-    /// It was ended, for it took too long.
+    /// It was killed because it exceeded the time limit.
     Late,
-    /// By a signal, or with an error; how.
+    /// It crashed or failed; contains the exit status as text.
     Died(String),
 }
 
-/// Tells the thread beside a helper that nobody waits any more.
+/// Signals on drop that the caller no longer waits for the helper.
 struct HelperWait(Arc<AtomicBool>);
 
 impl Drop for HelperWait {
@@ -45,20 +45,20 @@ impl Drop for HelperWait {
     }
 }
 
-/// Gives a helper its input, and waits for what it says. Dropped, the helper is ended.
+/// Passes input to a helper and waits for its output. Dropping the future kills the helper.
 ///
 /// # Errors
-/// When it cannot be started.
+/// Fails if it cannot be started.
 pub async fn run_helper(helper: Helper, input: Vec<u8>) -> anyhow::Result<HelperExit> {
     let left = Arc::new(AtomicBool::new(false));
     let _waiting = HelperWait(Arc::clone(&left));
     Ok(tokio::task::spawn_blocking(move || attend(&helper, &input, &left)).await??)
 }
 
-/// Starts a helper and stays with it until it has ended.
+/// Starts a helper and blocks until it has exited.
 fn attend(helper: &Helper, input: &[u8], left: &AtomicBool) -> std::io::Result<HelperExit> {
     let mut command = Command::new(&helper.program);
-    // What a stranger has sent is read where there are no keys.
+    // The helper reads untrusted input, so it must not have the bucket's credentials.
     for (name, _) in std::env::vars_os() {
         if name.to_str().is_some_and(BucketAddress::is_variable) {
             command.env_remove(name);
@@ -72,7 +72,7 @@ fn attend(helper: &Helper, input: &[u8], left: &AtomicBool) -> std::io::Result<H
         .spawn()?;
     let (stdin, stdout) = (child.stdin.take(), child.stdout.take());
     thread::scope(|scope| {
-        // A helper that dies early has no ears; how it ended tells more than that.
+        // A helper that crashes early breaks the pipe; its exit status is the better report.
         scope.spawn(move || stdin.map(|mut stdin| stdin.write_all(input)));
         let said = scope.spawn(move || {
             let mut said = Vec::new();
@@ -88,7 +88,7 @@ fn attend(helper: &Helper, input: &[u8], left: &AtomicBool) -> std::io::Result<H
     })
 }
 
-/// Waits for a helper to end; none where it had to be ended.
+/// Waits until a helper exits; returns `None` if it was killed.
 fn wait(child: &mut Child, time: Duration, left: &AtomicBool) -> std::io::Result<Option<ExitStatus>> {
     let begun = clock::instant();
     loop {
@@ -106,14 +106,14 @@ fn wait(child: &mut Child, time: Duration, left: &AtomicBool) -> std::io::Result
 
 #[cfg(test)]
 mod tests {
-    //! A helper that hangs, dies or is no longer wanted must not be left behind.
+    //! A helper that hangs, crashes or is abandoned must not keep running.
 
     use std::os::unix::fs::PermissionsExt;
     use std::path::{Path, PathBuf};
 
     use super::*;
 
-    /// A program in a shell, which writes its process id into the folder first.
+    /// Returns a helper that is a shell script. It first writes its process id into the folder.
     fn helper(folder: &Path, script: &str, time: Duration) -> Helper {
         let program = folder.join("helper.sh");
         let pid = folder.join("pid");
@@ -133,7 +133,7 @@ mod tests {
     async fn who_hangs_is_ended_and_who_dies_is_told() {
         let folder = tempfile::tempdir().unwrap();
         let minute = Duration::from_secs(60);
-        // More than a pipe holds, both ways.
+        // More than a pipe buffers, in both directions.
         let input = vec![b'x'; 1_000_000];
         let said = run_helper(helper(folder.path(), "exec cat", minute), input.clone()).await.unwrap();
         assert_eq!(said, HelperExit::Said(input.clone()));

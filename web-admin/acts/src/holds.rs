@@ -1,18 +1,20 @@
-//! Letting go of what was held to be read, however long the database does not answer: as long as this service seems to hold it, no other
-//! takes it up.
+//! Releases leases on recordings even while the database is unavailable: no other replica takes a
+//! recording over while this one appears to hold it.
 
 use std::future::Future;
 use std::time::Duration;
 
 use crate::error::{Error, tell_in_full};
 
-/// Between two tries.
+/// Delay between retries.
 const AGAIN: Duration = Duration::from_secs(2);
 
-/// Lets go now, or else as soon as the database answers again; `what` is for the log.
+/// Releases a lease now or, if the database is unavailable, in the background as soon as it answers
+/// again; `what` names the lease in the log.
 ///
 /// # Errors
-/// When it is not let go of yet. Where the database answers and refuses, it never is before the service ends.
+/// Fails if the lease has not been released yet. If the database answers with an error, there is no
+/// further retry, and the lease lasts until the service stops.
 pub async fn let_go<Released>(what: &'static str, release: impl Fn() -> Released + Send + 'static) -> Result<(), Error>
 where
     Released: Future<Output = Result<(), Error>> + Send,
@@ -38,7 +40,8 @@ where
 
 #[cfg(test)]
 mod tests {
-    //! Fails when what was held stays so after the database is back, or when it is tried for ever what the database refuses.
+    //! A lease must not outlast a database outage, and an error from the database must end the
+    //! retries.
 
     use std::sync::Arc;
     use std::sync::atomic::AtomicUsize;
@@ -46,7 +49,8 @@ mod tests {
 
     use super::*;
 
-    /// Lets go of something by a database that is away for the first tries, and then says so; how often it was tried.
+    /// Releases a lease while the database is unavailable for the first `away` attempts and then
+    /// returns `then`. Returns the number of attempts.
     async fn tries(away: usize, then: fn() -> Result<(), Error>) -> usize {
         let tried = Arc::new(AtomicUsize::new(0));
         let counted = Arc::clone(&tried);

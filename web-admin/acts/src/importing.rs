@@ -1,4 +1,4 @@
-//! Publishing documents from a folder: a course whole or not at all, and instruments likewise.
+//! Publishes courses and instruments from a folder, each call in one transaction.
 
 use std::path::{Path, PathBuf};
 
@@ -16,10 +16,10 @@ impl From<CourseRefused> for RegistryError {
     }
 }
 
-/// Publishes the course of a folder at the named school, or the only one there is.
+/// Publishes the course in a folder at the named school, or at the only school.
 ///
 /// # Errors
-/// When a document is wrong, the school is not clear, or the database fails.
+/// Fails if a document is invalid, the school is ambiguous or unknown, or the database fails.
 pub async fn import_course(
     service: &Service,
     school: Option<&str>,
@@ -33,10 +33,10 @@ pub async fn import_course(
     Ok(published)
 }
 
-/// Publishes instruments at the named school, or the only one there is.
+/// Publishes instruments at the named school, or at the only school.
 ///
 /// # Errors
-/// When a document is wrong, the school is not clear, or the database fails.
+/// Fails if a document is invalid, the school is ambiguous or unknown, or the database fails.
 pub async fn import_instruments(
     service: &Service,
     school: Option<&str>,

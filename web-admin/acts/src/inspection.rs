@@ -1,7 +1,9 @@
-//! The database looked through when the service starts: its pages table by table, and the audit log row by row. A start waits a little
-//! for it, so that a school's database is whole before anybody is served; what takes longer goes on while the service serves.
+//! Checks the integrity of the database at start-up: its pages table by table, and the audit log
+//! row by row. Start-up waits for a limited time, so that a school's database has been checked
+//! before requests are served; a longer check continues in the background.
 //!
-//! A finding is written into the data folder. The next start then waits for the whole look, and refuses what is still damaged.
+//! Damage is recorded in the data folder. The next start then waits for the whole check, and
+//! refuses to serve a database that is still damaged.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,32 +15,32 @@ use store::{Database, audit};
 use crate::config::Config;
 use crate::removing::remove_if_there;
 
-/// What to do about a finding.
+/// Advice shown with a finding.
 const ADVICE: &str = "the database is damaged and is not served; restore a backup with web-admin restore";
 
-/// How far a look through the database is.
+/// Progress of an integrity check.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InspectionState {
-    /// Tables there are.
+    /// Number of tables.
     pub tables: usize,
-    /// Tables whose pages were read.
+    /// Number of tables whose pages have been read.
     pub tables_read: usize,
-    /// Rows that the audit log had at the beginning.
+    /// Rows of the audit log when the check began.
     pub audit_rows: i64,
-    /// Rows of it that were walked.
+    /// Rows of the audit log that have been verified.
     pub audit_rows_read: usize,
-    /// Whether it goes on.
+    /// Whether the check is running.
     pub going: bool,
-    /// What is wrong, each in words that name the place.
+    /// Findings, each naming the damaged place.
     pub findings: Vec<String>,
 }
 
-/// A look through the database that others may ask about.
+/// An integrity check whose progress can be queried.
 #[derive(Debug, Default)]
 pub struct Inspection(Mutex<InspectionState>);
 
 impl Inspection {
-    /// How far it is now.
+    /// Returns the current progress.
     #[must_use]
     pub fn state(&self) -> InspectionState {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -58,11 +60,12 @@ impl Inspection {
     }
 }
 
-/// Begins to look through the database and waits for that for a while. It waits to the end where a look found something before,
-/// and where the schema is to be brought up to date: nothing is written to a file that is damaged. One that is not there yet is whole.
+/// Starts the check and waits for up to `patience`. Waits until its end if an earlier check found
+/// damage, or if migrations are pending, since a damaged file must not be written to. A missing
+/// database passes.
 ///
 /// # Errors
-/// When damage is found while it waits, in one line that says how and what to do.
+/// Fails if damage is found while waiting, with one line that describes it and what to do.
 pub async fn begin_inspection(config: &Config, patience: Duration) -> anyhow::Result<Arc<Inspection>> {
     let inspection = Arc::new(Inspection::default());
     let Some(db) = Database::open_if_there(&config.database).await.context(ADVICE)? else {
@@ -82,12 +85,13 @@ pub async fn begin_inspection(config: &Config, patience: Duration) -> anyhow::Re
     }
 }
 
-/// Where a finding is kept for the next start.
+/// Returns the path of the file that records damage for the next start.
 fn damage_mark(config: &Config) -> PathBuf {
     config.data_dir.join("damaged")
 }
 
-/// Whether this program may change the schema: so it may where the file cannot say which migrations it has had.
+/// Returns whether migrations may be pending; true also if the database cannot report which have
+/// run.
 async fn is_migration_due(db: &Database) -> bool {
     !matches!(db.count_missing_migrations().await, Ok(0))
 }

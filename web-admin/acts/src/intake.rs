@@ -1,4 +1,5 @@
-//! Taking a recording in: from a file that has arrived to a row, a job and an audit entry, all or nothing.
+//! Accepts a recording: stores the received file with its session row, its job and its audit entry,
+//! all or nothing.
 
 use std::time::Duration;
 
@@ -22,35 +23,35 @@ use crate::scanning::ScanVerdict;
 use crate::service::Service;
 use crate::{asking, holds, keys, motions, room};
 
-/// Longest wait until it is one's turn to be read.
+/// Maximum time in the school's queue for reading.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Who brings a recording.
+/// The uploader of a recording.
 #[derive(Clone, Debug)]
 pub struct Bearer {
     /// Their school.
     pub school_id: SchoolId,
-    /// Whose attempt it is; where absent, whoever the recording names by pseudonym.
+    /// The trainee who made the attempt; if absent, the person whose pseudonym is in the recording.
     pub trainee_id: Option<PersonId>,
-    /// The station that brings it, where one does.
+    /// The uploading station, if any.
     pub station_id: Option<StationId>,
-    /// For the audit log.
+    /// Actor in the audit log.
     pub actor: Actor,
-    /// How far their clock is ahead of ours, in µs, where they have told it.
+    /// How far the uploader's clock is ahead of the server's, in µs, if reported.
     pub ahead_us: Option<i64>,
 }
 
-/// A recording that is kept.
+/// An accepted recording.
 #[derive(Debug)]
 pub enum RecordingReceipt {
-    /// Since now.
+    /// Stored by this upload.
     Now(Session),
-    /// Since before: these were the same bytes.
+    /// Stored by an earlier upload of the same bytes.
     Before(Session),
 }
 
 impl RecordingReceipt {
-    /// The session that it is.
+    /// Returns the session of the recording.
     #[must_use]
     pub const fn session(&self) -> &Session {
         match self {
@@ -59,10 +60,11 @@ impl RecordingReceipt {
     }
 }
 
-/// Keeps a recording and queues it. When this returns, file and row are on the disk.
+/// Stores a recording and queues it for scoring. When this returns, file and row are durable.
 ///
 /// # Errors
-/// When it is no recording, names a trainee who does not exist, contradicts what is stored, or the disk refuses.
+/// Fails if the file is not a recording, names an unknown trainee or conflicts with stored data, or
+/// if the disk or the database fails.
 pub async fn take_in(state: &Service, bearer: &Bearer, received: Received) -> Result<RecordingReceipt, Error> {
     let told = read(state, bearer, &received).await?;
     KillPoint::RecordingRead.pass();
@@ -70,20 +72,21 @@ pub async fn take_in(state: &Service, bearer: &Bearer, received: Received) -> Re
     keep(state, bearer, received, session).await
 }
 
-/// What a recording says of itself, read where its death harms nobody and when it is its school's turn.
+/// Reads the metadata of a recording in a helper process, in the school's queue.
 async fn read(state: &Service, bearer: &Bearer, received: &Received) -> Result<RecordingFacts, Error> {
     let school = bearer.school_id;
     let place = state.helpers.enter(school, PATIENCE).await;
     let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
     scan(state, bearer, received).await?;
     match received.upload {
-        // Its own row counts its tries.
+        // A resumable upload counts its attempts in its own row.
         Some(_) => have_read(state, received).await,
         None => read_counted(state, school, received).await,
     }
 }
 
-/// Lets a scanner look at it before anything reads it, where there is one. What it finds is in the audit log, and the recording nowhere.
+/// Scans the file, if a scanner is configured, before anything parses it. Malware is recorded in
+/// the audit log, and the recording is rejected.
 async fn scan(state: &Service, bearer: &Bearer, received: &Received) -> Result<(), Error> {
     let Some(scanner) = &state.config.scanner else { return Ok(()) };
     let ScanVerdict::Found(found) = scanner.scan(received.path()).await.map_err(Error::Unscanned)? else {
@@ -99,11 +102,13 @@ async fn scan(state: &Service, bearer: &Bearer, received: &Received) -> Result<(
     Err(Error::Unprocessable(format!("the scanner for malware has found {found} in this recording: it was not kept")))
 }
 
-/// Reads what came at once. That it is about to be read is written down before the file is touched.
+/// Reads a recording uploaded in a single request. The attempt is recorded before the file is
+/// opened, so that a crash counts against it.
 async fn read_counted(state: &Service, school: SchoolId, received: &Received) -> Result<RecordingFacts, Error> {
     let mut tx = state.db.write().await?;
     let begun = tries::begin_reading(&mut tx, school, &received.sha256, state.replica, state.clock.now()).await?;
     if begun.deaths >= tries::MOST_DEATHS {
+        // Dropping the transaction undoes the attempt.
         return Err(Error::SetAside);
     }
     tx.commit().await?;
@@ -193,7 +198,8 @@ async fn describe(
     })
 }
 
-/// Whether a revision was current at the given time, or was replaced less than the school's grace period before.
+/// Returns whether a revision was current at the given time, or had been replaced within the
+/// school's grace period before it.
 async fn was_given(state: &Service, school: SchoolId, revision: RevisionId, at: Moment) -> Result<bool, Error> {
     const DAY_S: i64 = 24 * 3600;
     let reader = state.db.reader();
@@ -202,12 +208,14 @@ async fn was_given(state: &Service, school: SchoolId, revision: RevisionId, at: 
     Ok(at <= replaced_at.plus_s(i64::from(grace_days) * DAY_S))
 }
 
-/// The time of a signed recording is trusted far into the past, so only the clock of the station that signed it may correct it.
+/// Returns whether the uploader's clock may correct the start time. The time of a signed recording
+/// is trusted far into the past, so only the station that signed it may do so.
 fn may_set_clock(bearer: &Bearer, signer: Option<&Signer>) -> bool {
     signer.is_none_or(|signer| bearer.station_id == Some(signer.id))
 }
 
-/// Whose attempt it is. A recording that names somebody belongs to them, and nobody else brings it as their own.
+/// Returns the trainee of an attempt. A recording with a pseudonym belongs to that person, and no
+/// one else may upload it as their own.
 async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<PersonId, Error> {
     let Some(id) = bearer.trainee_id else { return by_pseudonym(state, bearer.school_id, named).await };
     let own = people::find_person(state.db.reader(), id).await?.ok_or(Error::NotFound)?.pseudonym;
@@ -219,7 +227,7 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Person
     )))
 }
 
-/// Refuses a recording that must not be kept. The status tells the station to delete it.
+/// Rejects a recording that must not be kept. The status code makes the station delete it.
 async fn refuse_unwanted(state: &Service, trainee: PersonKey) -> Result<(), Error> {
     let consent = people::find_recording_consent(state.db.reader(), trainee).await?;
     if consent.is_erased {
@@ -232,8 +240,9 @@ async fn refuse_unwanted(state: &Service, trainee: PersonKey) -> Result<(), Erro
     Ok(())
 }
 
-/// The station that has signed it, where it is one of this school's that is paired now, and its signature is right. A recording
-/// without a trainee proves nothing: any trainee could upload it.
+/// Returns the station that signed a recording, if it is currently paired with this school and its
+/// signature is valid. A signature over a recording without a trainee is ignored: any trainee could
+/// upload that recording.
 async fn signer(state: &Service, school: SchoolId, told: &RecordingFacts) -> Result<Option<Signer>, Error> {
     let (Some(signature), Some(hashes)) = (&told.signature, &told.hashes) else { return Ok(None) };
     if told.session.trainee.is_empty() {
@@ -252,8 +261,9 @@ async fn by_pseudonym(state: &Service, school: SchoolId, pseudonym: &str) -> Res
     })
 }
 
-/// Sends a recording that is new to the bucket, where there is one: before the database is locked, for that may take long. Two that are
-/// sent under one id do not meet there, and the database takes one.
+/// Uploads a new recording to the bucket, if there is one, and returns whether it did. Runs before
+/// the write lock is taken, because it may take long. Two different recordings under one id get
+/// different object names, and the database accepts one of them.
 async fn send_ahead(state: &Service, received: &Received, session: &Session) -> Result<bool, Error> {
     let RecordingStore::Bucket(bucket) = &state.recordings else { return Ok(false) };
     if sessions::find_session(state.db.reader(), session.school_id, session.id).await?.is_some() {
@@ -263,7 +273,7 @@ async fn send_ahead(state: &Service, received: &Received, session: &Session) -> 
     Ok(true)
 }
 
-/// Puts the file into its place in the folder, where there is one.
+/// Moves the file to its place in the folder, if recordings are stored in one.
 async fn place_file(state: &Service, received: Received, session: &Session, sent: bool) -> Result<Received, Error> {
     match &state.recordings {
         RecordingStore::Folder(folder) => {
@@ -271,13 +281,14 @@ async fn place_file(state: &Service, received: Received, session: &Session, sent
             Ok(tokio::task::spawn_blocking(move || received.place(&place).map(|()| received)).await??)
         }
         RecordingStore::Bucket(_) if sent => Ok(received),
-        // It was there when it was looked for.
+        // `send_ahead` had found the session.
         RecordingStore::Bucket(_) => Err(anyhow::anyhow!("session {} has gone meanwhile", session.id).into()),
     }
 }
 
-/// Puts the file into its place and stores what tells of it; only then does it go from where it arrived. The write lock is
-/// held across both, so that of two uploads under one id the second finds the first.
+/// Moves the file to its place and stores its rows; the received file is deleted only afterwards.
+/// The write lock is held across both, so that of two uploads under one id the second finds the
+/// first.
 async fn keep(
     state: &Service,
     bearer: &Bearer,
@@ -315,8 +326,8 @@ async fn keep(
     Ok(RecordingReceipt::Now(session))
 }
 
-/// Looks for an attempt of the same motion that counts. One of the two is a duplicate from now on: the later, or an unsigned copy of a
-/// signed attempt. An attempt that does not count is not compared.
+/// Looks for a counted attempt with the same motion. One of the two becomes a duplicate: the later
+/// one, or an unsigned copy of a signed attempt. Attempts that do not count are not compared.
 async fn find_repeated(state: &Service, tx: &mut Connection, session: &mut Session) -> Result<(), Error> {
     let Some(motion) = session.motion_sha256.as_deref().filter(|_| session.uncounted.is_none()) else { return Ok(()) };
     let Some(first) = sessions::find_session_of_motion(&mut *tx, session.school_id, motion).await? else {
@@ -332,7 +343,7 @@ async fn find_repeated(state: &Service, tx: &mut Connection, session: &mut Sessi
     Ok(())
 }
 
-/// What the audit log is told of an attempt.
+/// Returns the audit details of an attempt.
 fn noted(session: &Session) -> Value {
     let mut told = json!({ "sha256": session.recording_sha256, "complete": session.complete });
     let more = [
@@ -349,7 +360,7 @@ fn noted(session: &Session) -> Value {
     told
 }
 
-/// Says in the row of an upload in pieces what it has become, in the transaction that makes it so.
+/// Links a resumable upload to its session, in the transaction that creates the session.
 async fn note_upload(tx: &mut Connection, upload: Option<UploadId>, session: &Session) -> Result<(), Error> {
     match upload {
         Some(id) => Ok(uploads::finish_upload(tx, session.school_id, id, session.id).await?),
@@ -357,7 +368,7 @@ async fn note_upload(tx: &mut Connection, upload: Option<UploadId>, session: &Se
     }
 }
 
-/// The stored session, when the new upload is the very same.
+/// Returns the stored session if the new upload is identical to it.
 fn same(existing: Session, new: &Session) -> Result<Session, Error> {
     if existing.recording_sha256 != new.recording_sha256 {
         return Err(Error::Conflict(format!("session {} was uploaded before with other bytes", new.id)));

@@ -1,21 +1,22 @@
-//! The keys of a service: files of their own, in the data folder or in another that several services share, and in no database.
+//! Key files of a service: in the data folder or in a folder shared by replicas, never in the
+//! database.
 
 use std::path::Path;
 
 use crate::{certificates, sealing};
 
-/// A key in a file, which is in a backup only sealed with a passphrase.
+/// A key file. A backup contains it only sealed with a passphrase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KeyFile {
-    /// Its name in the folder of the keys.
+    /// File name in the key folder.
     pub name: &'static str,
-    /// Its name in a backup.
+    /// File name in a backup.
     pub(crate) sealed: &'static str,
-    /// What it does, in words.
+    /// Purpose, as text.
     pub does: &'static str,
 }
 
-/// Every such key.
+/// All keys.
 pub const KEYS: [KeyFile; 2] = [
     KeyFile { name: certificates::KEY_FILE, sealed: "certificate-key.sealed", does: "signs certificates" },
     KeyFile {
@@ -25,10 +26,10 @@ pub const KEYS: [KeyFile; 2] = [
     },
 ];
 
-/// Makes every key of a folder that is not there yet.
+/// Generates the keys that are missing in a folder.
 ///
 /// # Errors
-/// When one cannot be made, or what is there is no key.
+/// Fails if one cannot be created, or an existing file is not a key.
 pub fn make_missing_keys(keys_dir: &Path) -> anyhow::Result<()> {
     KEYS.iter().try_for_each(|key| sealing::file_key(&keys_dir.join(key.name)).map(drop))
 }

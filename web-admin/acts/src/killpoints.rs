@@ -1,23 +1,24 @@
-//! Places at which a test ends the process as a power cut would, by name. A release passes them by.
+//! Fail points: named places at which a test kills the process, as a power cut would. Release
+//! builds ignore them.
 
 use rustix::process::{Signal, getpid, kill_process};
 
-/// The variable that names the place.
+/// Environment variable that names the active fail point.
 pub const VARIABLE: &str = "STYLET_KILL_AT";
 
 macro_rules! kill_points {
     ($($(#[$about:meta])* $point:ident = $name:literal,)+) => {
-        /// A place at which the process may end.
+        /// A fail point.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum KillPoint {
             $($(#[$about])* $point,)+
         }
 
         impl KillPoint {
-            /// Every place, in the order in which an attempt comes by them.
+            /// All fail points, in the order in which an attempt passes them.
             pub const ALL: &[Self] = &[$(Self::$point),+];
 
-            /// Its name.
+            /// Returns its name.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
@@ -29,63 +30,65 @@ macro_rules! kill_points {
 }
 
 kill_points! {
-    /// The file of an upload in pieces is there, its row is not.
+    /// The file of a resumable upload exists, its row does not.
     UploadMade = "upload-made",
-    /// A piece is written and may not be on the disk.
+    /// A chunk has been written but maybe not synced.
     PieceWritten = "piece-written",
-    /// A piece is on the disk and not counted.
+    /// A chunk has been synced but not counted.
     PieceSynced = "piece-synced",
-    /// A piece is counted and not acknowledged.
+    /// A chunk has been counted but not acknowledged.
     PieceCounted = "piece-counted",
-    /// It is noted that a whole upload is about to be read.
+    /// A complete upload is marked as about to be read.
     UploadMarked = "upload-marked",
-    /// It is noted that what came at once is about to be read.
+    /// A single-request upload is marked as about to be read.
     ReadingBegun = "reading-begun",
-    /// A recording was read and is not in its place.
+    /// A recording has been read but not moved to its place.
     RecordingRead = "recording-read",
-    /// A recording is in its place and no row names it.
+    /// A recording is in place, but no row refers to it.
     RecordingLinked = "recording-linked",
-    /// The rows of a recording are written and not committed.
+    /// The rows of a recording have been written but not committed.
     RecordingCommitting = "recording-committing",
-    /// A recording is kept and not acknowledged; it lies under its old name, too.
+    /// A recording has been stored but not acknowledged; its file still exists under the old name,
+    /// too.
     RecordingCommitted = "recording-committed",
-    /// An upload in pieces has become an attempt, and its file is about to go.
+    /// A resumable upload has become an attempt, and its file is about to be removed.
     UploadUnlinking = "upload-unlinking",
-    /// It is noted that a job is begun.
+    /// A job is marked as started.
     JobBegun = "job-begun",
-    /// A recording was judged and nothing of it stored.
+    /// A recording has been scored, but no result has been stored.
     JobJudged = "job-judged",
-    /// A score is added, and with it the grade; what pages sum up is not.
+    /// The score and its grade have been inserted; the aggregates have not been updated.
     ScoreAdded = "score-added",
-    /// Everything of a score is written and not committed.
+    /// All rows of a score have been written but not committed.
     ScoreCommitting = "score-committing",
-    /// A score is stored.
+    /// A score has been committed.
     ScoreCommitted = "score-committed",
-    /// A backup has its copy of the database.
+    /// A backup has copied the database.
     BackupCopied = "backup-copied",
-    /// A backup is whole and has not its name.
+    /// A backup is complete but does not have its final name.
     BackupWritten = "backup-written",
-    /// A backup has its name.
+    /// A backup has its final name.
     BackupNamed = "backup-named",
-    /// A backup is unpacked, checked, and nothing of it in its place.
+    /// A backup has been unpacked and verified, and nothing has been moved to its place.
     RestoreUnpacked = "restore-unpacked",
-    /// The recordings are in their place, the database is not.
+    /// The recordings are in place, the database is not.
     RestoreMoving = "restore-moving",
-    /// Everything is in its place.
+    /// Everything is in place.
     RestoreMoved = "restore-moved",
-    /// A move has copied the recordings, and no row.
+    /// A move has copied the recordings, but no rows.
     MoveCopied = "move-copied",
-    /// A move has carried and compared every row, and keeps none of them yet.
+    /// A move has copied and compared all rows but not committed them.
     MoveCarried = "move-carried",
-    /// A move has kept the rows, and not said so.
+    /// A move has committed the rows but not reported it.
     MoveKept = "move-kept",
 }
 
 impl KillPoint {
-    /// Ends the process where its environment names this place: nothing is flushed, nobody is told.
+    /// Kills the process if the environment names this fail point, without flushing or closing
+    /// anything.
     pub fn pass(self) {
         if cfg!(debug_assertions) && std::env::var_os(VARIABLE).is_some_and(|wanted| wanted == self.name()) {
-            // It cannot be refused: the process is our own.
+            // A process may always signal itself, so this cannot fail.
             let _ = kill_process(getpid(), Signal::KILL);
         }
     }

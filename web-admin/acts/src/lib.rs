@@ -1,7 +1,8 @@
-//! Everything that changes something: one function an act, which opens the transaction, checks, writes and notes it in the audit
-//! log. Nothing else opens a write transaction.
+//! All operations that change data: one function per operation, which opens the transaction,
+//! checks, writes, and appends to the audit log. Nothing else opens a write transaction.
 //!
-//! Whatever asks the database fails when the database does; a function says only what else it refuses.
+//! Every function that uses the database can fail with a database error; `# Errors` sections list
+//! the other errors.
 
 #[macro_use(tr)]
 extern crate words;
@@ -96,12 +97,12 @@ mod webauthn_challenges;
 pub use error::Error;
 pub use service::Service;
 
-/// Target of the spans that are sent to a collector; the log leaves them out.
+/// Target of the spans exported to a collector; the log omits them.
 pub const SPANS: &str = "spans";
 
-/// Says which cryptography TLS goes by, for what does not say so itself.
+/// Sets the default TLS crypto provider, for dependencies that do not choose one.
 #[cfg(feature = "replicas")]
 pub fn settle_tls() {
-    // Another part of the program may have said so before: then it is said.
+    // Fails only if a provider has been set already, which is fine.
     let _ = rustls::crypto::ring::default_provider().install_default();
 }

@@ -1,4 +1,5 @@
-//! Lines for work that takes long: fewer places for a school than there are in all, so that nobody waits for one other school.
+//! Bounded concurrency for expensive work, with a lower limit per school than in total, so that one
+//! school cannot block the others.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -7,7 +8,7 @@ use std::time::Duration;
 use model::ids::SchoolId;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// Lines before a kind of work.
+/// Semaphores for one kind of work: one for all schools and one per school.
 #[derive(Debug)]
 pub struct Lines {
     all: Arc<Semaphore>,
@@ -15,7 +16,7 @@ pub struct Lines {
     schools: Mutex<BTreeMap<SchoolId, Arc<Semaphore>>>,
 }
 
-/// A place where work may be done, until it is dropped.
+/// A permit to do the work, released on drop.
 #[derive(Debug)]
 pub struct WorkPlace {
     _of_school: OwnedSemaphorePermit,
@@ -23,13 +24,13 @@ pub struct WorkPlace {
 }
 
 impl Lines {
-    /// Lines before so many places in all, of which a school may have so many.
+    /// Creates a limit of `all` concurrent permits in total and `of_each` per school.
     #[must_use]
     pub fn new(all: usize, of_each: usize) -> Self {
         Self { all: Arc::new(Semaphore::new(all)), of_each, schools: Mutex::default() }
     }
 
-    /// Waits in the line of a school; none where its turn does not come in time.
+    /// Waits for a permit; returns `None` after `patience`.
     pub async fn enter(&self, school: SchoolId, patience: Duration) -> Option<WorkPlace> {
         let line = self.of(school);
         let wait = async {
@@ -41,7 +42,7 @@ impl Lines {
     }
 
     fn of(&self, school: SchoolId) -> Arc<Semaphore> {
-        // Nothing can be half done in a map of lines, so a panic elsewhere spoils nothing.
+        // A poisoned lock is harmless: each operation leaves the map valid.
         let mut schools = self.schools.lock().unwrap_or_else(PoisonError::into_inner);
         Arc::clone(schools.entry(school).or_insert_with(|| Arc::new(Semaphore::new(self.of_each))))
     }
@@ -49,7 +50,7 @@ impl Lines {
 
 #[cfg(test)]
 mod tests {
-    //! Who waits must wait for its own school alone.
+    //! A school must wait for its own work only.
 
     use super::*;
 

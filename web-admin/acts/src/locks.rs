@@ -1,4 +1,5 @@
-//! Who has the data: a process that needs everything to itself, or those that serve it.
+//! Locks on the data: exclusive for processes that need it to themselves, shared for replicas that
+//! serve it.
 
 use model::Moment;
 use store::locks::{FileLock, LockError};
@@ -6,7 +7,8 @@ use store::{Database, DatabaseAddress, DatabaseLock};
 
 use crate::config::Config;
 
-/// Database and recordings, held by this process until it is dropped. A folder is held by one; a bucket by whoever has its database.
+/// Lock on database and recordings, held until dropped. A recordings folder is locked by a file; a
+/// bucket is protected by the lock of its database.
 #[derive(Debug)]
 pub struct DataLock {
     database: DatabaseLock,
@@ -16,20 +18,22 @@ pub struct DataLock {
 }
 
 impl DataLock {
-    /// Takes database and recordings, wherever each lies, for this process alone; `purpose` tells others what for.
+    /// Takes an exclusive lock on database and recordings. `purpose` is shown to processes that
+    /// fail to get the lock.
     ///
     /// # Errors
-    /// When another process has one of them, or one cannot be locked.
+    /// Fails if another process holds one of them, or a lock cannot be taken.
     pub async fn take(config: &Config, purpose: &str, now: Moment) -> anyhow::Result<Self> {
         let holder = name_holder(purpose, now);
         let database = Database::hold(&config.database, &holder).await?;
         Self::with_folder(config, database, holder)
     }
 
-    /// Takes them beside others that serve the same database, where it may have several.
+    /// Takes a shared lock, together with other replicas on the same database, if the engine
+    /// supports several.
     ///
     /// # Errors
-    /// When a process has one of them to itself, or one cannot be locked.
+    /// Fails if another process holds an exclusive lock, or a lock cannot be taken.
     pub async fn join(config: &Config, purpose: &str, now: Moment) -> anyhow::Result<Self> {
         let holder = name_holder(purpose, now);
         let database = Database::join(&config.database, &holder).await?;
@@ -41,10 +45,11 @@ impl DataLock {
         Ok(Self { database, address: config.database.clone(), holder, _folder: folder })
     }
 
-    /// Joins those that serve the database once more, where the server has been started anew and knows of nobody.
+    /// Takes the shared lock again after a restart of the database server has dropped it.
     ///
     /// # Errors
-    /// When a process has the database to itself by now, or the server does not answer.
+    /// Fails if another process has taken an exclusive lock in the meantime, or the server does not
+    /// respond.
     pub async fn rejoin_if_lost(&mut self) -> Result<(), LockError> {
         if !self.database.is_held().await {
             self.database = Database::join(&self.address, &self.holder).await?;
@@ -54,19 +59,19 @@ impl DataLock {
     }
 }
 
-/// What others are told of whoever has the data: what for, which process, and since when.
+/// Describes the lock holder to other processes: purpose, process id, and start time.
 pub(crate) fn name_holder(purpose: &str, now: Moment) -> String {
     format!("{purpose} (process {}, since {now})", std::process::id())
 }
 
-/// Takes the folder of a configuration's recordings for this process alone.
+/// Takes an exclusive lock on the recordings folder of a configuration.
 pub(crate) fn hold_folder(config: &Config, holder: &str) -> Result<FileLock, LockError> {
     FileLock::take(&config.recordings_dir.with_extension("lock"), holder)
 }
 
 #[cfg(test)]
 mod tests {
-    //! Two services on one folder score everything twice and destroy each other's uploads.
+    //! Two services on one folder would score everything twice and destroy each other's uploads.
 
     use super::*;
 

@@ -1,4 +1,5 @@
-//! Mail: by SMTP where a server was named, else as files in a folder, which anybody can read while trying things out.
+//! Sends mail: by SMTP if a server is configured, else as files in a folder, for evaluation and
+//! tests.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -13,22 +14,22 @@ use model::ids::LetterId;
 
 use crate::config::{Config, MailTo};
 
-/// A letter that is ready.
+/// A mail ready to be sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Letter {
-    /// Stands for it; also the name of its file.
+    /// Id; also its file name and part of its `Message-ID`.
     pub id: LetterId,
-    /// Name of whom it goes to.
+    /// Name of the recipient.
     pub name: String,
-    /// Where it goes.
+    /// Address of the recipient.
     pub email: String,
     /// Subject.
     pub subject: String,
-    /// Plain text.
+    /// Body, plain text.
     pub body: String,
 }
 
-/// Where letters go out.
+/// Sends mails.
 #[derive(Clone, Debug)]
 pub struct Mailer {
     from: Mailbox,
@@ -42,16 +43,16 @@ enum MailerWay {
 }
 
 impl Mailer {
-    /// As it was configured.
+    /// Creates a mailer from the configuration.
     ///
     /// # Errors
-    /// When the sender is no address, or the server's URL cannot be used.
+    /// Fails if the sender is not a valid address, or the server's URL is invalid.
     pub fn new(config: &Config) -> anyhow::Result<Self> {
         let from = config.mail_from.parse().with_context(|| format!("--mail-from: \"{}\"", config.mail_from))?;
         let way = match &config.mail {
             MailTo::Folder(folder) => MailerWay::Folder(folder.clone()),
             MailTo::Smtp(url) => {
-                // The URL may hold a password: it is not repeated.
+                // The error must not repeat the URL, which may contain a password.
                 let transport = AsyncSmtpTransport::<Tokio1Executor>::from_url(url).context("--mail")?;
                 MailerWay::Smtp(transport.timeout(Some(Duration::from_secs(30))).build())
             }
@@ -59,10 +60,11 @@ impl Mailer {
         Ok(Self { from, way })
     }
 
-    /// Takes letters out of the folder, where there is one: they name whom they went to. A server's are out of reach.
+    /// Deletes mails from the mail folder, if there is one, because they name their recipients.
+    /// Mails sent by SMTP cannot be recalled.
     ///
     /// # Errors
-    /// When a file is there and cannot be removed.
+    /// Fails if a file exists and cannot be deleted.
     pub async fn forget(&self, letters: &[LetterId]) -> std::io::Result<()> {
         let MailerWay::Folder(folder) = &self.way else { return Ok(()) };
         for letter in letters {
@@ -74,10 +76,10 @@ impl Mailer {
         Ok(())
     }
 
-    /// Sends a letter.
+    /// Sends a mail.
     ///
     /// # Errors
-    /// When the server does not take it, or the file cannot be written.
+    /// Fails if the server rejects it, or the file cannot be written.
     pub async fn send(&self, letter: Letter, now: Moment) -> anyhow::Result<()> {
         let since = now.duration_since(Moment::from_micros(0));
         let message = Message::builder()

@@ -1,5 +1,5 @@
-//! The queue of letters: what becomes of one, and the links that it carries. What it says is pages' to say, and whoever sends it
-//! notes here how that went.
+//! The mail queue: claiming, retries, and the links in mails. The pages module writes the texts;
+//! the sender records the result here.
 
 use model::PersonKey;
 use model::mail::{Mail, RetentionLetter, SurveyLetter};
@@ -13,20 +13,20 @@ use crate::service::Service;
 use crate::surveys::link_expiry;
 use crate::{accounts, secret};
 
-/// Waits before the tries after the first, in s; after the last a letter is given up.
+/// Delays before the retries, in s; after the last one a mail is given up.
 const AGAIN_S: [i64; 6] = [60, 300, 1800, 7200, 21_600, 86_400];
 
-/// How a letter went: sent, or why not.
+/// Result of sending a mail: the reason if it failed.
 pub type LetterResult = Result<(), String>;
 
-/// When a letter is tried again after so many tries; never after the last.
+/// Returns the time of the next retry after `tries` earlier retries; `None` after the last.
 fn next_try(state: &Service, tries: i64) -> Option<model::Moment> {
     let wait_s = usize::try_from(tries).ok().and_then(|tries| AGAIN_S.get(tries));
     wait_s.map(|wait_s| state.clock.now().plus_s(*wait_s))
 }
 
-/// Takes a mail out of the queue before it goes, so that a service that dies on the way has written to nobody twice. False where somebody
-/// else has taken it.
+/// Claims a mail before it is sent, so that a service that crashes while sending does not send it
+/// twice. Returns false if another replica has claimed it.
 pub async fn claim_mail(state: &Service, mail: &Mail) -> Result<bool, Error> {
     let mut tx = state.db.write().await?;
     let claimed = mails::claim_mail(&mut tx, mail.id).await?;
@@ -34,7 +34,7 @@ pub async fn claim_mail(state: &Service, mail: &Mail) -> Result<bool, Error> {
     Ok(claimed)
 }
 
-/// Notes how a mail went; one that did not go is tried again, or given up.
+/// Records the result of sending a mail; a failed one is scheduled for a retry or given up.
 pub async fn note_mail(state: &Service, mail: &Mail, sent: &LetterResult) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     match sent {
@@ -47,19 +47,20 @@ pub async fn note_mail(state: &Service, mail: &Mail, sent: &LetterResult) -> Res
     Ok(tx.commit().await?)
 }
 
-/// Takes a mail that is not wanted any more out of the queue.
+/// Removes an obsolete mail from the queue.
 pub async fn withdraw_mail(state: &Service, mail: &Mail) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     mails::withdraw_mail(&mut tx, mail.id).await?;
     Ok(tx.commit().await?)
 }
 
-/// Makes the link that a mail carries; its address.
+/// Creates the link in a mail and returns its address.
 pub async fn make_link(state: &Service, mail: &Mail, purpose: Purpose) -> Result<String, Error> {
     accounts::make_link(state, PersonKey { school_id: mail.school_id, person_id: mail.person_id }, purpose).await
 }
 
-/// Takes a survey's letter out of the queue before it goes, as [`claim_mail`] does; the secret of its link.
+/// Claims a survey invitation, as [`claim_mail`] does, and returns the secret of its link. Returns
+/// `None` if another replica has claimed it.
 pub async fn claim_survey_letter(
     state: &Service,
     letter: &SurveyLetter,
@@ -98,14 +99,15 @@ pub async fn claim_survey_letter(
     Ok(Some(token))
 }
 
-/// Gives up a survey's letter: the survey is over.
+/// Gives up a survey invitation because the survey is over.
 pub async fn give_up_survey_letter(state: &Service, letter: &SurveyLetter, why: &str) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     letters::mark_letter_failed(&mut tx, letter, why, None).await?;
     Ok(tx.commit().await?)
 }
 
-/// Notes how a survey's letter went; one that did not go is tried again, or given up.
+/// Records the result of sending a survey invitation; a failed one is scheduled for a retry or
+/// given up.
 pub async fn note_survey_letter(state: &Service, letter: &SurveyLetter, sent: &LetterResult) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     match sent {
@@ -118,7 +120,8 @@ pub async fn note_survey_letter(state: &Service, letter: &SurveyLetter, sent: &L
     Ok(tx.commit().await?)
 }
 
-/// Notes how a warning of erasure went; one that did not go is tried again, or given up.
+/// Records the result of sending an erasure warning; a failed one is scheduled for a retry or given
+/// up.
 pub async fn note_retention_letter(
     state: &Service,
     letter: &RetentionLetter,

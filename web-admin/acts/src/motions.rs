@@ -1,5 +1,6 @@
-//! Attempts of before there was a hash of motions are compared, too, when nothing else waits: an old recording that somebody brings
-//! again is found, and of two old ones with one motion the first counts.
+//! Backfills motion hashes for attempts recorded before duplicate detection existed, while no other
+//! job is waiting. Afterwards a repeated upload of such a recording is detected, and of two old
+//! attempts with the same motion the first one counts.
 
 use anyhow::Context;
 use data_encoding::HEXLOWER;
@@ -13,10 +14,10 @@ use crate::asking;
 use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
 use crate::service::Service;
 
-/// Hashes the motion of one attempt. False where none is left.
+/// Hashes the motion of one attempt. Returns false if none is left.
 ///
 /// # Errors
-/// When the database fails, or nobody can be asked to read.
+/// Fails if the database fails, or the helper cannot be started.
 pub async fn step(state: &Service) -> anyhow::Result<bool> {
     let Some(session) = motions::list_unhashed_motions(state.db.reader()).await? else { return Ok(false) };
     let motion = read(state, &session).await?;
@@ -29,7 +30,8 @@ pub async fn step(state: &Service) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// The hash of an attempt's motion; none without samples, or where the recording cannot be read: it is compared with none then.
+/// Returns the motion hash of an attempt; `None` without samples or if the recording cannot be
+/// read, in which case the attempt is not compared.
 async fn read(state: &Service, session: &Session) -> anyhow::Result<Option<String>> {
     let recording = state.recordings.fetch(&session.recording_path).await?;
     match asking::ask(state, JudgeQuestion::Arrival(recording.path().to_owned())).await? {
@@ -43,7 +45,8 @@ async fn read(state: &Service, session: &Session) -> anyhow::Result<Option<Strin
     }
 }
 
-/// Sets an attempt's hash. Where another that counts has it, the one that came later repeats the other.
+/// Sets an attempt's hash. If another counted attempt has the same hash, the later one becomes a
+/// duplicate.
 async fn compare(state: &Service, tx: &mut Connection, session: &Session, motion: &str) -> anyhow::Result<()> {
     let own = session.key();
     let same = match session.uncounted {
@@ -59,7 +62,7 @@ async fn compare(state: &Service, tx: &mut Connection, session: &Session, motion
     Ok(motions::set_motion(tx, own, motion).await?)
 }
 
-/// Marks an attempt that has counted as a duplicate of another, and subtracts it from its trainee's sums.
+/// Marks a counted attempt as a duplicate of another, and subtracts it from its trainee's totals.
 pub(crate) async fn mark_duplicate(
     state: &Service,
     tx: &mut Connection,

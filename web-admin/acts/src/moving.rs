@@ -1,7 +1,8 @@
-//! A school moves from SQLite to PostgreSQL or back, and its recordings to another place with it.
+//! Moves a school from SQLite to PostgreSQL or back, optionally with its recordings.
 //!
-//! Recordings go first, while the school is served: they are most of it, and never change. Then the source is held, what has come
-//! meanwhile is copied, every row is carried in one transaction, and all of it is compared before it is kept. The source stays as it is.
+//! Recordings are copied first, while the school is served: they are the bulk of the data and
+//! immutable. Then the source is locked, newer recordings are copied, all rows are copied in one
+//! transaction, and everything is compared before the commit. The source is left unchanged.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,10 +25,10 @@ use crate::recording_store::RecordingStore;
 use crate::statement_store::STATEMENTS;
 use crate::verification;
 
-/// Recordings that are copied at once: a store in the network takes longer to answer than to take one.
+/// Number of recordings copied concurrently, to hide the latency of remote stores.
 const AT_ONCE: usize = 4;
 
-/// A school on its way. Whoever has this has the target.
+/// A move in progress, holding a lock on the target.
 #[derive(Debug)]
 pub struct SchoolMove {
     databases: DatabaseMove,
@@ -35,59 +36,60 @@ pub struct SchoolMove {
     to: Config,
     source: RecordingStore,
     target: RecordingStore,
-    /// Recordings stay where they are.
+    /// Whether the recordings stay where they are.
     stays: bool,
-    /// SHA-256 of each recording that was seen to be in the target whole.
+    /// SHA-256 of each recording that has been verified in the target.
     checked: BTreeMap<String, String>,
     _target: EndLock,
 }
 
-/// One end of a move, held by this process until it is dropped.
+/// Lock on the source or the target of a move, held until dropped.
 #[derive(Debug)]
 pub struct EndLock {
     _database: MoveLock,
     _folder: Option<FileLock>,
 }
 
-/// What became of recordings.
+/// Result of copying recordings.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CopiedRecordings {
-    /// Those that the source names.
+    /// Number of recordings that the source refers to.
     pub named: usize,
-    /// Those of them that were copied now; the others were there.
+    /// Number of recordings copied by this call; the others were in the target already.
     pub copied: usize,
-    /// What is wrong with the others, each in words.
+    /// Problems found, as text.
     pub findings: Vec<String>,
 }
 
-/// What was moved, and what is wrong with it: where anything is, nothing is in the target's database.
+/// Result of a move. If there is any finding, nothing has been committed to the target's database.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MoveReport {
-    /// Recordings, each with the hash that its row says.
+    /// Recordings, each verified against the hash in its row.
     pub recordings: CopiedRecordings,
-    /// Tables, each the same on both sides.
+    /// Tables, each identical on both sides.
     pub tables: Vec<CarriedTable>,
     /// Rows of the audit log.
     pub audit_rows: usize,
-    /// Hash of its last row, in hexadecimal.
+    /// Hash of its last row, hexadecimal.
     pub audit_head: String,
-    /// Uploads that whoever sends them begins again.
+    /// Number of unfinished uploads dropped; clients start them again.
     pub forgotten_uploads: u64,
-    /// Files of the source's data folder that are no part of this.
+    /// Files in the source's data folder that are not moved.
     pub left_behind: Vec<String>,
-    /// What is wrong, each in words.
+    /// All problems found, as text.
     pub findings: Vec<String>,
 }
 
 impl SchoolMove {
-    /// Holds the target, and looks whether the source can be moved there. Of the configurations data folder and recordings count: which
-    /// databases are meant the move itself says.
+    /// Locks the target and checks that the source can be moved there. Of the configurations only
+    /// the data folder and the recordings are used; `databases` names the databases.
     ///
     /// # Errors
-    /// When somebody has the target, or something is in it; when the source is no school of this version; when one does not answer.
+    /// Fails if the target is locked or not empty, the source has another schema version, or one of
+    /// them does not respond.
     pub async fn begin(databases: DatabaseMove, from: Config, to: Config, now: Moment) -> anyhow::Result<Self> {
         let holder = name_holder("web-admin move", now);
-        // A folder of both is the source's as long as that is served.
+        // A folder shared by both is locked by the source's service, which may still be running.
         let is_own = from.recordings_dir != to.recordings_dir;
         let folder = is_own.then(|| hold_folder(&to, &holder)).transpose()?;
         let held = EndLock { _database: databases.hold_target(&holder).await?, _folder: folder };
@@ -103,34 +105,35 @@ impl SchoolMove {
         Ok(Self { databases, from, to, source, target, stays, checked: BTreeMap::new(), _target: held })
     }
 
-    /// Where recordings lie and where they go, in words for people; none where they stay.
+    /// Returns the source and target of the recordings as text; `None` if they stay.
     #[must_use]
     pub fn recording_places(&self) -> Option<[String; 2]> {
         (!self.stays).then(|| [self.source.place(), self.target.place()])
     }
 
-    /// Holds the source: nobody serves it, or writes to it, from now on.
+    /// Locks the source: from now on nothing serves it or writes to it.
     ///
     /// # Errors
-    /// When somebody has it, or it cannot be held.
+    /// Fails if it is locked by another process, or cannot be locked.
     pub async fn hold_source(&self, now: Moment) -> Result<EndLock, LockError> {
         let holder = name_holder("web-admin move", now);
         let database = self.databases.hold_source(&holder).await?;
         Ok(EndLock { _database: database, _folder: Some(hold_folder(&self.from, &holder)?) })
     }
 
-    /// Copies recordings that are not in the target, and reads those that are: each was seen whole there once when this returns. What is
-    /// found wrong with the source may have been erased meanwhile, as long as it is served.
+    /// Copies recordings that are missing in the target and verifies those that exist: when this
+    /// returns, each has been verified there once. A finding may be due to a recording erased in
+    /// the meantime, as long as the source is being served.
     ///
     /// # Errors
-    /// When the target holds recordings of another school, does not answer or has no room.
+    /// Fails if the target contains recordings of another school, does not respond or is full.
     pub async fn copy_recordings(&mut self) -> anyhow::Result<CopiedRecordings> {
         let named = self.databases.list_recordings().await?;
         let list = self.target.list().await.with_context(|| self.target.place())?;
         let there: BTreeSet<&str> = list.iter().map(String::as_str).collect();
         self.refuse_strangers(&named, &there)?;
         let is_new = |r: &&RecordingFile| self.checked.get(&r.recording_path) != Some(&r.recording_sha256);
-        // Each file once: attempts that were generated share one.
+        // Generated attempts share files; copy each file once.
         let new = named.iter().filter(is_new).map(|r| ((&*r.recording_path, &*r.recording_sha256), r));
         let new: Vec<_> = new.collect::<BTreeMap<_, _>>().into_values().collect();
         let bar = indicatif::ProgressBar::new(new.len() as u64);
@@ -154,7 +157,7 @@ impl SchoolMove {
         Ok(copied)
     }
 
-    /// Refuses a target with recordings that are not those of the source.
+    /// Rejects a target that contains recordings that the source does not refer to.
     fn refuse_strangers(&self, named: &[RecordingFile], there: &BTreeSet<&str>) -> anyhow::Result<()> {
         let named: BTreeSet<&str> = named.iter().map(|recording| &*recording.recording_path).collect();
         let stranger = there.iter().find(|path| !named.contains(*path) && !self.checked.contains_key(**path));
@@ -168,7 +171,7 @@ impl SchoolMove {
         }
     }
 
-    /// Has a recording be in the target, whole.
+    /// Ensures that an intact copy of a recording is in the target.
     async fn bring(&self, recording: &RecordingFile, is_there: bool) -> anyhow::Result<Brought> {
         let RecordingFile { id, recording_path: path, recording_sha256: sha256, .. } = recording;
         let lost = |why: &dyn std::fmt::Display| Ok(Brought::Lost(format!("recording of session {id}: {path}: {why}")));
@@ -193,7 +196,7 @@ impl SchoolMove {
         Ok(Brought::Copied)
     }
 
-    /// Removes from the target what was copied and has been erased in the source since.
+    /// Removes copies from the target whose recordings have been erased in the source since.
     async fn remove_erased(&self) -> anyhow::Result<()> {
         let named = self.databases.list_recordings().await?;
         let named: BTreeSet<&str> = named.iter().map(|recording| &*recording.recording_path).collect();
@@ -203,10 +206,12 @@ impl SchoolMove {
         self.target.remove(&self.to, gone.collect()).await.with_context(|| self.target.place())
     }
 
-    /// Copies what recordings have come since, carries the rows, compares everything, and keeps it where nothing is found.
+    /// Copies newer recordings and all rows, compares everything, and commits if there is no
+    /// finding.
     ///
     /// # Errors
-    /// When a database or a store does not answer, or has no room; nothing is in the target's database then.
+    /// Fails if a database or a store does not respond or is full; the target's database is
+    /// unchanged then.
     pub async fn finish(mut self, _source: &EndLock) -> anyhow::Result<MoveReport> {
         let recordings = self.copy_recordings().await?;
         self.remove_erased().await?;
@@ -225,7 +230,7 @@ impl SchoolMove {
         };
         KillPoint::MoveCarried.pass();
         if report.findings.is_empty() {
-            // Before the rows: whoever serves them has the list.
+            // Before the rows, so that no service runs without the erasure list.
             let erased = ErasureStore::of(&self.from, &self.source).read().await?;
             ErasureStore::of(&self.to, &self.target).merge(&erased).await?;
             rows.keep().await.with_context(|| self.databases.target())?;
@@ -234,7 +239,7 @@ impl SchoolMove {
         Ok(report)
     }
 
-    /// What the source has, the target has not, and nothing but a copy by hand brings there.
+    /// Lists the files that the source has and the target lacks, and that must be copied by hand.
     fn list_left_behind(&self) -> Vec<String> {
         let names = KEYS.iter().map(|key| key.name).chain([STATEMENTS, "mail"]);
         let is_left = |name: &&str| self.from.data_dir.join(name).exists() && !self.to.data_dir.join(name).exists();
@@ -244,12 +249,12 @@ impl SchoolMove {
     }
 }
 
-/// What became of a recording.
+/// Result for one recording.
 enum Brought {
-    /// It was in the target.
+    /// It was in the target already.
     There,
-    /// It is now.
+    /// It was copied.
     Copied,
-    /// It is not, in words: the source has not the bytes that it should have.
+    /// It is missing or damaged in the source; contains the reason.
     Lost(String),
 }

@@ -1,4 +1,5 @@
-//! What is new for somebody: told in the transaction of the act that causes it, read where it points to, mailed at most once a day.
+//! Notices: recorded in the transaction of the action that causes them, marked as read on the page
+//! they refer to, mailed at most once a day.
 
 use std::time::Duration;
 
@@ -17,33 +18,33 @@ use crate::error::{Error, tell_in_full};
 use crate::replicas::{self, Duty};
 use crate::service::Service;
 
-/// How often it is looked who is to be mailed.
+/// Interval between checks for notices to mail.
 const EVERY: Duration = Duration::from_secs(600);
-/// How long something new waits for company before it is mailed, in s.
+/// How long a notice waits for further ones before it is mailed, in s.
 const WAIT_S: i64 = 3600;
-/// How long nobody is mailed again, in s.
+/// Minimum time between two notification mails to one person, in s.
 const DAY_S: i64 = 24 * 3600;
-/// What is older than so many seconds is not mailed any more.
+/// Age above which a notice is no longer mailed, in s.
 const STALE_S: i64 = 7 * DAY_S;
-/// Most letters that are queued at once.
+/// Maximum number of mails queued per check.
 const BATCH: u32 = 500;
 
-/// What was done that others are told of.
+/// An event that causes notices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum News<'a> {
-    /// Something was said about an attempt.
+    /// A comment or a question was added to an attempt.
     Said { session: &'a Session, comment: CommentId, question: bool },
     /// A comment was answered.
     Answered { session: &'a Session, comment: CommentId, answer: CommentId },
-    /// A score was changed, or the computed one counts again.
+    /// A score was overridden, or the computed one restored.
     Judged(&'a Session),
-    /// A rating was finished, perhaps the last of its round.
+    /// A rating was finished, possibly the last of its round.
     Rated(RoundId),
-    /// Something was assigned.
+    /// An assignment was made.
     Assigned(AssignmentId),
 }
 
-/// Tells whom it concerns what somebody has done; nobody is told of their own acts.
+/// Records a notice for everyone concerned by an event, except for the person who caused it.
 pub(crate) async fn tell(tx: &mut Connection, by: &CurrentPerson, news: News<'_>, now: Moment) -> Result<(), Error> {
     for notice in list_notices_of(tx, by, news).await? {
         if notice.whom.person_id != by.id {
@@ -104,7 +105,8 @@ async fn list_notices_of(tx: &mut Connection, by: &CurrentPerson, news: News<'_>
     })
 }
 
-/// Marks as read what is read on a page; the visitor, with what is still new for them.
+/// Marks the notices shown at `place` as read. Returns the visitor with the remaining number of
+/// unread notices.
 pub async fn note_read(state: &Service, person: CurrentPerson, place: NoticePlace) -> Result<CurrentPerson, Error> {
     if person.news == 0 {
         return Ok(person);
@@ -118,7 +120,7 @@ pub async fn note_read(state: &Service, person: CurrentPerson, place: NoticePlac
     Ok(CurrentPerson { news: person.news.saturating_sub(read), ..person })
 }
 
-/// Mails at once whom an assignment concerns, as whoever made it wants.
+/// Queues notification mails to everyone assigned, at the request of the assignment's author.
 pub async fn mail_assignees(state: &Service, by: &CurrentPerson, assignment: AssignmentId) -> Result<(), Error> {
     let (now, mut tx) = (state.clock.now(), state.db.write().await?);
     let people = notices::list_assignees(&mut *tx, by.school_id, assignment).await?;
@@ -139,7 +141,7 @@ async fn queue_letter(tx: &mut Connection, person: PersonKey, now: Moment) -> Re
     Ok(notices::mark_notices_mailed(&mut *tx, person, now).await?)
 }
 
-/// Sets whether somebody is mailed what is new for them.
+/// Sets whether a person receives notification mails.
 pub async fn choose_news_letters(state: &Service, person: &CurrentPerson, wanted: bool) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     notices::set_news_letters(&mut tx, person.into(), wanted).await?;
@@ -148,7 +150,7 @@ pub async fn choose_news_letters(state: &Service, person: &CurrentPerson, wanted
     Ok(tx.commit().await?)
 }
 
-/// Queues letters with what is new, now and then.
+/// Queues notification mails periodically until the future is dropped.
 pub async fn run(state: Service) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::News, queue_news_letters(&state)).await {
@@ -158,10 +160,11 @@ pub async fn run(state: Service) {
     }
 }
 
-/// Queues a letter for whoever has something new that has waited for an hour, and was not written to within a day.
+/// Queues a mail for everyone who has a notice at least an hour old and got no notification mail
+/// within the last day.
 ///
 /// # Errors
-/// When the database fails.
+/// Fails if the database fails.
 pub async fn queue_news_letters(state: &Service) -> Result<(), Error> {
     let now = state.clock.now();
     let times = LetterTimes { from: now.plus_s(-STALE_S), to: now.plus_s(-WAIT_S), last: now.plus_s(-DAY_S) };

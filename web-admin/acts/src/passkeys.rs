@@ -1,5 +1,5 @@
-//! Passkeys (WebAuthn) as a second factor: made, asked for a signature, renamed and removed. What was asked is kept here and good
-//! once; everything is in the audit log.
+//! Passkeys (WebAuthn) as a second factor: registration, assertion, renaming and removal.
+//! Challenges are stored on the server and valid once; every operation is in the audit log.
 
 use std::net::IpAddr;
 
@@ -22,32 +22,32 @@ use crate::tokens::checked_name;
 use crate::webauthn_challenges::PasskeyChallenge;
 use crate::{second_factor, webauthn_challenges};
 
-/// Most passkeys that somebody has.
+/// Maximum number of passkeys per person.
 pub const MOST: usize = 20;
 
-/// What a browser has brought.
+/// Response of a browser to a WebAuthn challenge.
 #[derive(Clone, Copy, Debug)]
 pub struct PasskeyAnswer<'a> {
-    /// Which question the session holds.
+    /// Id of the challenge, from the session.
     pub question: Option<CeremonyId>,
-    /// The answer, in JSON.
+    /// The response, in JSON.
     pub json: &'a str,
-    /// From which network address.
+    /// Client address.
     pub from: IpAddr,
 }
 
-/// What came of an answer.
+/// Result of checking a response.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PasskeyCheck {
-    /// A passkey has signed.
+    /// The assertion is valid.
     Proved(SignInProof),
-    /// Nothing was asked, it is too late, or it was answered before.
+    /// There was no challenge, or it has expired or been used.
     Late,
-    /// The answer is refused.
+    /// The response was rejected.
     Refused(AnswerRefused),
 }
 
-/// What somebody is told where passkeys cannot be used.
+/// Error for a service on which passkeys cannot be used.
 #[must_use]
 pub fn no_site() -> Error {
     let why =
@@ -55,10 +55,11 @@ pub fn no_site() -> Error {
     Error::Conflict(why.to_owned())
 }
 
-/// Asks somebody's passkeys for a signature. None where they have none, or the service has no site.
+/// Creates a challenge for a person's passkeys. Returns `None` if they have none, or passkeys
+/// cannot be used here.
 ///
 /// # Errors
-/// When the question cannot be made, or the database fails.
+/// Fails if no challenge can be created, or the database fails.
 pub async fn ask(state: &Service, key: PersonKey) -> Result<Option<PasskeyQuestion>, Error> {
     let Some(party) = state.relying_party.as_deref() else { return Ok(None) };
     let known = read_records(&passkeys::list_passkeys(state.db.reader(), key).await?)?;
@@ -75,10 +76,11 @@ fn read_records(kept: &[KeptPasskey]) -> Result<Vec<CredentialRecord>, Error> {
     Ok(records.collect::<Result<_, _>>().context("a passkey in the database cannot be read")?)
 }
 
-/// Whether a passkey has signed what was asked. Each question is good once, and each try is counted.
+/// Checks an assertion. Each challenge is valid once, and each attempt counts against the rate
+/// limit.
 ///
 /// # Errors
-/// When there were too many tries, or the database fails.
+/// Fails if there were too many attempts, or the database fails.
 pub async fn check(state: &Service, key: PersonKey, answer: PasskeyAnswer<'_>) -> Result<PasskeyCheck, Error> {
     second_factor::take_try(state, key, answer.from).await?;
     let party = state.relying_party.as_deref().ok_or_else(no_site)?;
@@ -112,7 +114,7 @@ async fn take(
     webauthn_challenges::take(state, question, key.person_id).await
 }
 
-/// The answer to a request for a signature.
+/// A response to a signature request.
 struct PasskeyResponse<'a> {
     party: &'a RelyingParty,
     request: &'a AssertionRequest,
@@ -124,7 +126,8 @@ async fn verify_signature(
     key: PersonKey,
     response: PasskeyResponse<'_>,
 ) -> Result<PasskeyCheck, Error> {
-    // Two questions may have been asked at one count, and the passkey may have been removed since: what counts is the present record.
+    // Another challenge may have been answered or the passkey removed since, so verify against the
+    // current record within the transaction.
     let mut tx = state.db.write().await?;
     let records = read_records(&passkeys::list_passkeys(&mut *tx, key).await?)?;
     let account = PasskeyAccount { person_id: key.person_id, records: &records };
@@ -146,10 +149,11 @@ async fn verify_signature(
     Ok(PasskeyCheck::Proved(SignInProof::Passkey))
 }
 
-/// Asks somebody's browser for a new passkey.
+/// Creates a challenge for registering a new passkey.
 ///
 /// # Errors
-/// When the name is not allowed, there are too many, the service has no site, or the database fails.
+/// Fails if the name is not allowed, there are too many passkeys, passkeys cannot be used here, or
+/// the database fails.
 pub async fn ask_to_make(state: &Service, person: &CurrentPerson, name: &str) -> Result<PasskeyQuestion, Error> {
     let party = state.relying_party.as_deref().ok_or_else(no_site)?;
     let name = checked_name(name)?;
@@ -167,11 +171,11 @@ pub async fn ask_to_make(state: &Service, person: &CurrentPerson, name: &str) ->
     Ok(PasskeyQuestion { id, options, origin: party.origin().to_owned() })
 }
 
-/// Keeps the passkey that was made; the first second factor comes with recovery codes and ends every other sign-in. None where
-/// the answer is refused, late, or was given before.
+/// Registers a new passkey. If it is the first second factor, recovery codes are issued and all
+/// other sessions end. Returns `None` if the response is invalid, expired or repeated.
 ///
 /// # Errors
-/// When the passkey is somebody's already, or the database fails.
+/// Fails if the passkey is registered already, or the database fails.
 pub async fn make(
     state: &Service,
     person: &CurrentPerson,
@@ -190,6 +194,7 @@ pub async fn make(
         return Ok(None);
     };
     let first = !second_factors::is_second_factor_on(state.db.reader(), key).await?;
+    // Hashing is slow on purpose, so it is done before the write lock is taken.
     let codes = if first { Some(second_factor::make_codes(state, key).await?) } else { None };
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
@@ -213,18 +218,18 @@ pub async fn make(
     Ok(Some(enrolled))
 }
 
-/// One of somebody's passkeys.
+/// Returns one of a person's passkeys.
 ///
 /// # Errors
-/// When there is none by this id, or the database fails.
+/// Fails if there is no passkey with this id, or the database fails.
 pub async fn find(state: &Service, person: &CurrentPerson, id: PasskeyId) -> Result<KeptPasskey, Error> {
     passkeys::find_passkey(state.db.reader(), person.into(), id).await?.ok_or(Error::NotFound)
 }
 
-/// Gives one's passkey another name.
+/// Renames a passkey.
 ///
 /// # Errors
-/// When there is none by this id, the name is not allowed, or the database fails.
+/// Fails if there is no passkey with this id, the name is not allowed, or the database fails.
 pub async fn rename(state: &Service, person: &CurrentPerson, id: PasskeyId, name: &str) -> Result<(), Error> {
     let name = checked_name(name)?;
     let mut tx = state.db.write().await?;
@@ -236,10 +241,11 @@ pub async fn rename(state: &Service, person: &CurrentPerson, id: PasskeyId, name
     Ok(tx.commit().await?)
 }
 
-/// Removes one's passkey; with the last second factor the recovery codes go, and a mail tells.
+/// Removes a passkey. With the last second factor, the recovery codes are removed and a mail is
+/// sent.
 ///
 /// # Errors
-/// When there is none by this id, or the database fails.
+/// Fails if there is no passkey with this id, or the database fails.
 pub async fn remove(state: &Service, person: &CurrentPerson, id: PasskeyId) -> Result<(), Error> {
     let key = PersonKey::from(person);
     let mut tx = state.db.write().await?;

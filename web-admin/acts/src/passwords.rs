@@ -1,6 +1,6 @@
-//! Which passwords are taken: long ones that nobody would guess first. What is taken away as guessable are words that many
-//! people choose, one's own name, address and school, runs along the alphabet or a keyboard, and letters written as digits; enough
-//! must be left.
+//! Password policy: long, and hard to guess. Common words, the person's own name, address and
+//! school, alphabet and keyboard sequences, and digits in place of letters do not count; enough
+//! other characters must remain.
 
 use std::sync::LazyLock;
 
@@ -10,23 +10,24 @@ use model::password_refused::PasswordRefused;
 
 use crate::secret;
 
-/// Characters that must be left when what is guessable was taken away.
+/// Minimum number of characters that must remain after removing guessable parts.
 const LEAST_LEFT: usize = 5;
-/// Shortest part of a name or an address that is taken away, in characters.
+/// Minimum length of a part of a name or an address to be removed, in characters.
 const SHORTEST_PART: usize = 3;
-/// Shortest run that is taken away, in characters.
+/// Minimum length of a sequence to be removed, in characters.
 const SHORTEST_RUN: usize = 4;
 
-/// Words that passwords are made of most often, longest first.
+/// Words most often used in passwords, longest first.
 static COMMON: LazyLock<Vec<String>> = LazyLock::new(|| longest_first(include_str!("passwords.txt").lines()));
 
-/// Whole passwords of ten characters and more that are often chosen, whatever they are made of: those of the 50 000 most common
-/// ones that zxcvbn and Django publish. Of each the first six bytes of the SHA-256 of its small letters.
+/// Common passwords of ten or more characters, rejected even if their parts are not guessable: from
+/// the 50 000 most common ones published by zxcvbn and Django. Each entry is the first six bytes of
+/// the SHA-256 of the lower-cased password.
 static CHOSEN: &[u8] = include_bytes!("passwords.bin");
-/// Bytes of each.
+/// Length of an entry, in bytes.
 const CHOSEN_BYTES: usize = 6;
 
-/// Neighbours on these make a run, in either direction.
+/// Neighbours in one of these rows form a sequence, in either direction.
 const ROWS: [&str; 8] = [
     "abcdefghijklmnopqrstuvwxyz",
     "01234567890",
@@ -38,10 +39,10 @@ const ROWS: [&str; 8] = [
     "azertyuiop",
 ];
 
-/// Checks a new password of somebody whose name, address and school are `own`.
+/// Checks a new password; `own` are the person's name, address and school.
 ///
 /// # Errors
-/// When it cannot be taken.
+/// Fails if it is not acceptable.
 pub fn check(password: &str, own: &[&str]) -> Result<(), PasswordRefused> {
     if password.chars().count() < MIN_PASSWORD {
         return Err(PasswordRefused::Short);
@@ -50,7 +51,7 @@ pub fn check(password: &str, own: &[&str]) -> Result<(), PasswordRefused> {
         return Err(PasswordRefused::Common);
     }
     let own = longest_first(own.iter().flat_map(|text| text.split(|c: char| !c.is_alphanumeric())));
-    // Digits and signs at the end stand for no letters: they are years and numbers.
+    // Trailing digits and signs are usually years and numbers, so they are not read as letters.
     let head = password.trim_end_matches(|c: char| !c.is_alphabetic());
     let tail = outside_runs(&plain(&password[head.len()..]));
     let least = |words: &[&[String]]| left(&plain(password), words).min(left(&unmasked(head), words) + tail);
@@ -67,10 +68,10 @@ fn is_often_chosen(password: &str) -> bool {
     CHOSEN.chunks_exact(CHOSEN_BYTES).any(|known| hash.starts_with(known))
 }
 
-/// Checks a new password that was typed twice.
+/// Checks a new password that was entered twice.
 ///
 /// # Errors
-/// As [`check`], and when the two are not the same.
+/// As [`check`], and if the two differ.
 pub fn check_typed(password: &str, again: &str, own: &[&str]) -> Result<(), PasswordRefused> {
     check(password, own)?;
     if compose_text(password) == compose_text(again) { Ok(()) } else { Err(PasswordRefused::Different) }
@@ -82,7 +83,7 @@ fn longest_first<'a>(words: impl Iterator<Item = &'a str>) -> Vec<String> {
     words
 }
 
-/// Letters and digits alone, in lower case and without dots and accents that Western keyboards have.
+/// Reduces a text to lower-case letters and digits, without the diacritics of Western keyboards.
 fn plain(text: &str) -> String {
     let bare = |c| match c {
         'ä' | 'å' | 'à' | 'á' | 'â' | 'ã' => 'a',
@@ -98,7 +99,7 @@ fn plain(text: &str) -> String {
     text.chars().flat_map(char::to_lowercase).map(bare).filter(|c| c.is_alphanumeric()).collect()
 }
 
-/// The same, with digits and signs read as the letters that they stand for.
+/// Like [`plain`], with digits and signs read as the letters that they resemble.
 fn unmasked(text: &str) -> String {
     let letter = |c| match c {
         '0' => 'o',
@@ -112,11 +113,11 @@ fn unmasked(text: &str) -> String {
     plain(&text.chars().map(letter).collect::<String>())
 }
 
-/// How many characters are left without words and runs.
+/// Counts the characters that remain without words and sequences.
 fn left(text: &str, words: &[&[String]]) -> usize {
     let mut text = text.to_owned();
     for word in words.iter().copied().flatten() {
-        // What stood apart does not become a word.
+        // A separator, so that the parts around a removed word do not form a new one.
         text = text.replace(word.as_str(), "\0");
     }
     text.split('\0').map(outside_runs).sum()

@@ -1,4 +1,5 @@
-//! Pictures of briefings in drafts: one is copied to its pixels alone, and added with what it shows.
+//! Images in the briefings of drafts: copies only the pixels and adds the image with its
+//! alternative text.
 
 use std::collections::BTreeSet;
 
@@ -16,21 +17,23 @@ use crate::error::{Error, refuse_trainees};
 use crate::room::ensure_database_room;
 use crate::service::Service;
 
-/// A picture that somebody sends for a briefing.
+/// An uploaded image for a briefing.
 #[derive(Clone, Debug, Default)]
 pub struct SentPicture {
-    /// What is in the file.
+    /// Content of the file.
     pub bytes: Vec<u8>,
-    /// The file was larger than is kept of one.
+    /// Whether the file exceeded the size limit and was cut off.
     pub is_cut: bool,
-    /// What it shows, for whoever does not see it.
+    /// Alternative text.
     pub alt: String,
 }
 
-/// Saves the draft of an exercise with one more picture in its briefing, over the version that was seen.
+/// Adds an image to the briefing of an exercise draft and saves the draft if its version is still
+/// the one seen.
 ///
 /// # Errors
-/// When the picture is refused, and then nothing is saved; when there is no such draft; or when the database fails.
+/// Fails if the image is rejected, in which case nothing is saved, if there is no such draft, or if
+/// the database fails.
 pub async fn add_picture(
     state: &Service,
     person: &CurrentPerson,
@@ -62,7 +65,7 @@ pub async fn add_picture(
     let texts = Texts { document: document.into_text(), ..texts.clone() };
     let kept = drafts::save_draft(&mut tx, draft_editor(state, person), seen.id, seen.version, &texts).await?;
     if kept {
-        // Those whose rows are gone were kept until now, for a row may come back from its text.
+        // Images without a row are deleted only now, since an editor may undo the removal of a row.
         for gone in at_hand.iter().filter(|picture| !named.contains(&picture.name)) {
             pictures::drop_draft_picture(&mut tx, seen.id, &gone.name).await?;
         }
@@ -77,7 +80,7 @@ fn refuse(why: &str) -> Error {
     Error::Unprocessable(why.to_owned())
 }
 
-/// The pixels of what was sent, and nothing else of it.
+/// Copies the pixels of the uploaded image, without metadata.
 async fn copy_sent(state: &Service, school: SchoolId, sent: SentPicture) -> Result<PictureCopy, Error> {
     if sent.is_cut {
         return Err(Error::Unprocessable(tr!(
@@ -91,20 +94,21 @@ async fn copy_sent(state: &Service, school: SchoolId, sent: SentPicture) -> Resu
     copy_picture(state, school, &sent.bytes, false).await?.map_err(Error::Unprocessable)
 }
 
-/// The names of the pictures in a draft's text.
+/// Returns the names of the images in a draft's text.
 fn list_named_pictures(document: &EditedDocument) -> Vec<String> {
     let rows = 0..document.count_rows("picture");
     rows.map(|row| document.written_at(&format!("picture[{row}].file"))).collect()
 }
 
-/// A name that no picture has. It is ours: what the file was called can name a person.
+/// Returns an unused file name. The uploaded name is not used, because it may contain a person's
+/// name.
 fn name_picture(ending: &str, taken: &BTreeSet<&str>) -> String {
     let has = |number: &usize| taken.iter().any(|name| name.split('.').next() == Some(&format!("picture-{number}")));
     let number = (1..=taken.len() + 1).find(|number| !has(number)).unwrap_or_default();
     format!("picture-{number}.{ending}")
 }
 
-/// A row for a picture behind the others, with what it shows in the document's own language.
+/// Appends a row for an image, with its alternative text in the document's own language.
 fn add_row(document: &mut EditedDocument, name: &str, alt: &str) {
     let row = document.count_rows("picture");
     document.add_row("picture", &[("file", name)]);
@@ -113,7 +117,7 @@ fn add_row(document: &mut EditedDocument, name: &str, alt: &str) {
 
 #[cfg(test)]
 mod tests {
-    //! A picture's name must be free, and tell nothing.
+    //! An image's name must be free and must not reveal anything.
 
     use super::*;
 

@@ -1,5 +1,5 @@
-//! What drafts of exercises come to, computed where it harms nobody: in the process that judges, within a budget, ended when nobody waits
-//! any more, in a line of its own for each school. What is known is told again at once.
+//! Previews of exercise drafts: examined in the helper within limits, cancelled when the client
+//! goes away, with one queue per school. Verdicts are cached.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -12,12 +12,12 @@ use model::ids::SchoolId;
 use crate::error::Error;
 use crate::lines::{Lines, WorkPlace};
 
-/// Longest wait for one's turn.
+/// Maximum time in the queue.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Most answers that are kept.
+/// Maximum number of cached verdicts; the cache is cleared when it is full.
 const MOST: usize = 64;
 
-/// The lines, and what is known.
+/// The queues and the cache.
 #[derive(Debug)]
 pub struct Previews {
     lines: Lines,
@@ -25,7 +25,8 @@ pub struct Previews {
 }
 
 impl Default for Previews {
-    /// As many at once as there are cores, two at least: one school's must leave room for another's.
+    /// Allows as many concurrent previews as there are cores, but at least two, so that one school
+    /// does not block another.
     fn default() -> Self {
         let cores = thread::available_parallelism().map_or(1, Into::into);
         Self { lines: Lines::new(cores.max(2), 1), known: Mutex::default() }
@@ -33,10 +34,10 @@ impl Default for Previews {
 }
 
 impl Previews {
-    /// A place to look what a draft comes to, of the few that a school has.
+    /// Waits for a permit to preview a draft.
     ///
     /// # Errors
-    /// [`Error::Busy`] when the school's turn does not come in time.
+    /// Returns [`Error::Busy`] if the wait is too long.
     pub async fn enter(&self, school: SchoolId) -> Result<WorkPlace, Error> {
         let place = self.lines.enter(school, PATIENCE).await;
         place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })
@@ -54,7 +55,7 @@ impl Previews {
         known.insert(key, verdict.clone());
     }
 
-    /// Whoever panicked has left nothing half-written here.
+    /// Locks the cache. A poisoned lock is harmless: each operation leaves the map valid.
     fn known(&self) -> MutexGuard<'_, BTreeMap<[u8; 32], DraftVerdict>> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }

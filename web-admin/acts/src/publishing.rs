@@ -1,4 +1,4 @@
-//! From documents on disk to published revisions.
+//! Publishes documents as revisions.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -22,9 +22,9 @@ use store::exercises::{self, NewRevision};
 /// Why a course was not published.
 #[derive(Debug)]
 pub enum CourseRefused {
-    /// A document is wrong, in words that name the place.
+    /// A document is invalid; the text names the place.
     Document(String),
-    /// The work failed.
+    /// An operation failed.
     Work(anyhow::Error),
 }
 
@@ -46,14 +46,14 @@ impl From<store::Error> for CourseRefused {
     }
 }
 
-/// What became of a document.
+/// Result of publishing a document.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Published {
-    /// `course` or `exercise`.
+    /// Kind of the document, such as `course` or `exercise`.
     pub kind: &'static str,
     /// Its id.
     pub id: String,
-    /// It was not known before.
+    /// Whether this revision is new to the school.
     pub new: bool,
 }
 
@@ -64,14 +64,14 @@ impl fmt::Display for Published {
     }
 }
 
-/// Who publishes, where and when.
+/// School, actor and time of a publication.
 #[derive(Clone, Debug)]
 pub struct DocumentPublisher {
     /// School.
     pub school: SchoolId,
-    /// By whom.
+    /// Actor.
     pub by: Actor,
-    /// When.
+    /// Time.
     pub now: Moment,
 }
 
@@ -81,10 +81,10 @@ impl DocumentPublisher {
     }
 }
 
-/// Every `course.toml` in a folder or one level below it, in order.
+/// Lists each `course.toml` in a folder or one level below it, sorted.
 ///
 /// # Errors
-/// When the folder cannot be read.
+/// Fails if the folder cannot be read.
 pub fn courses_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut candidates = vec![folder.join("course.toml")];
     for entry in std::fs::read_dir(folder)? {
@@ -95,10 +95,10 @@ pub fn courses_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(candidates)
 }
 
-/// Publishes a course and its exercises. A revision with the very bytes that are known already is left as it is.
+/// Publishes a course and its exercises. A revision with identical bytes is reused.
 ///
 /// # Errors
-/// When a document is wrong, or the database fails.
+/// Fails if a document is invalid, or the database fails.
 pub async fn course(
     writer: &mut Connection,
     school: SchoolId,
@@ -118,7 +118,7 @@ pub async fn course(
     Ok(published)
 }
 
-/// Publishes an exercise with its scene, meshes and pictures.
+/// Publishes an exercise with its scene, meshes and images.
 pub async fn exercise(
     writer: &mut Connection,
     publisher: &DocumentPublisher,
@@ -154,10 +154,10 @@ pub async fn exercise(
     Ok(Published { kind: "exercise", id: exercise.id.clone(), new: known.is_none() })
 }
 
-/// Publishes a course's own document.
+/// Publishes the document of a course.
 ///
 /// # Errors
-/// When its mastery rule cannot be kept, or the database fails.
+/// Fails if no limit of the learning curve satisfies its mastery rule, or the database fails.
 pub async fn curriculum(
     writer: &mut Connection,
     publisher: &DocumentPublisher,
@@ -191,7 +191,7 @@ pub async fn curriculum(
     Ok(Published { kind: "course", id: course.id.clone(), new: known.is_none() })
 }
 
-/// What is said of a learning curve whose limit cannot be had.
+/// Returns the problem of a mastery rule for which no limit of the learning curve can be computed.
 #[must_use]
 pub fn no_limit(why: NotComputable) -> Issue {
     Issue {
@@ -212,7 +212,8 @@ fn entry(entry: &documents::curriculum::CurriculumEntry) -> NewEntry {
     }
 }
 
-/// SHA-256 over everything an exercise is made of. Lengths go first, so that no byte can move between two parts.
+/// Returns the SHA-256 of all parts of an exercise. Each part is preceded by its length, so that
+/// moving a byte between two parts changes the hash.
 fn bundle_sha256(bundle: &ExerciseBundle) -> String {
     let mut hash = Sha256::new();
     let mut part = |bytes: &[u8]| {

@@ -1,5 +1,5 @@
-//! Several raters judge the same attempts, each without knowing whose they are, how they were scored, or what the others
-//! said: rounds are made and taken back, ratings saved and finished.
+//! Blinded ratings: several raters rate the same attempts without seeing the trainee, the score or
+//! each other's ratings. Creates and withdraws rounds, saves and finishes ratings.
 
 use assessment::questionnaire::Refused;
 use documents::Instrument;
@@ -22,10 +22,11 @@ fn finished() -> Error {
     Error::Conflict(tr!("this rating is finished; it can no longer be changed").to_owned())
 }
 
-/// Makes a round.
+/// Creates a rating round.
 ///
 /// # Errors
-/// When an attempt, a rater or the instrument is not of the school, or the database fails.
+/// Fails if an attempt, a rater or the instrument does not belong to the school, or the database
+/// fails.
 pub async fn make(state: &Service, by: &CurrentPerson, new: &NewRound) -> Result<RoundId, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
@@ -36,7 +37,7 @@ pub async fn make(state: &Service, by: &CurrentPerson, new: &NewRound) -> Result
     Ok(id)
 }
 
-/// Takes a round back.
+/// Withdraws a round.
 pub async fn withdraw(state: &Service, by: &CurrentPerson, round: &Round) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     ratings::withdraw(&mut tx, round, state.clock.now()).await?;
@@ -44,21 +45,21 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, round: &Round) -> Res
     Ok(tx.commit().await?)
 }
 
-/// A rating that somebody gives, with the instrument that asks.
+/// A rating, with the instrument that it uses.
 #[derive(Clone, Debug)]
 pub struct Rated {
     /// The rating so far.
     pub rating: Rating,
     /// Its round, as the rater sees it.
     pub round: Round,
-    /// What is asked.
+    /// The instrument.
     pub instrument: Instrument,
 }
 
-/// A rating that a person is asked for.
+/// Returns a rating assigned to a person.
 ///
 /// # Errors
-/// [`Error::NotFound`] for any other.
+/// Returns [`Error::NotFound`] if the rating does not exist or is not assigned to this person.
 pub async fn open(state: &Service, rater: &CurrentPerson, id: RatingId) -> Result<Rated, Error> {
     let reader = state.db.reader();
     let mut rating = ratings::rating(reader, rater, id).await?.ok_or(Error::NotFound)?;
@@ -68,24 +69,24 @@ pub async fn open(state: &Service, rater: &CurrentPerson, id: RatingId) -> Resul
     Ok(Rated { rating, round, instrument })
 }
 
-/// The attempt that a person is asked to rate.
+/// Returns the attempt that a person is to rate.
 ///
 /// # Errors
-/// [`Error::NotFound`] where they are not asked.
+/// Returns [`Error::NotFound`] if the rating does not exist or is not assigned to this person.
 pub async fn attempt(state: &Service, rater: &CurrentPerson, id: RatingId) -> Result<Session, Error> {
     let rating = ratings::rating(state.db.reader(), rater, id).await?.ok_or(Error::NotFound)?;
     sessions::find_session(state.db.reader(), rating.school_id, rating.session_id).await?.ok_or(Error::NotFound)
 }
 
 impl Rated {
-    /// Reads answers from the fields of a form. Returns what was refused, by the item's place.
+    /// Reads answers from form fields. Returns the rejected ones, by item index.
     pub fn read(&mut self, given: &GivenAnswers) -> Vec<(usize, Refused)> {
         let all: Vec<usize> = (0..self.instrument.items.len()).collect();
         read_answers_to_items(&self.instrument, &all, given, &mut self.rating.answers)
     }
 
-    /// Places of the items that have no answer and were not left out on purpose: a rating is not finished by oversight. A text may
-    /// stay empty.
+    /// Returns the indices of the items that are neither answered nor explicitly skipped, so that
+    /// no rating is finished by oversight. Texts may stay empty.
     #[must_use]
     pub fn unanswered(&self, given: &GivenAnswers) -> Vec<usize> {
         let items = self.instrument.items.iter().enumerate();
@@ -98,10 +99,10 @@ impl Rated {
             .collect()
     }
 
-    /// Stores the answers so far.
+    /// Saves the answers so far.
     ///
     /// # Errors
-    /// [`Error::Conflict`] when the rating was finished already.
+    /// Returns [`Error::Conflict`] if the rating is already finished.
     pub async fn save(&self, state: &Service) -> Result<(), Error> {
         let mut tx = state.db.write().await?;
         if !ratings::put(&mut tx, &self.rating, None).await? {
@@ -110,16 +111,17 @@ impl Rated {
         Ok(tx.commit().await?)
     }
 
-    /// Stores the answers for good.
+    /// Saves the answers and finishes the rating.
     ///
     /// # Errors
-    /// [`Error::Conflict`] when the rating was finished already.
+    /// Returns [`Error::Conflict`] if the rating is already finished.
     pub async fn finish(&self, state: &Service, rater: &CurrentPerson) -> Result<(), Error> {
         let mut tx = state.db.write().await?;
         if !ratings::put(&mut tx, &self.rating, Some(state.clock.now())).await? {
             return Err(finished());
         }
-        // The log names the rating, not the attempt: a rater reads their own export.
+        // Names the rating, not the attempt: raters can export their own entries and must stay
+        // blinded.
         let told = json!({ "round": self.rating.round_id });
         AuditEntry::by(rater, "rating.finished", self.rating.id).with(told).append(&mut tx, state.clock.now()).await?;
         notices::tell(&mut tx, rater, News::Rated(self.rating.round_id), state.clock.now()).await?;

@@ -1,4 +1,4 @@
-//! Addresses by which a viewer in the browser opens a recording without signing in, for a short time.
+//! Short-lived URLs by which the browser's viewer opens a recording without a session.
 
 use model::CurrentPerson;
 use serde_json::json;
@@ -11,13 +11,13 @@ use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
 
-/// How long an address is good, in s.
+/// Lifetime of a URL, in s.
 pub const LINK_LIFETIME_S: i64 = 15 * 60;
 
-/// Makes an address for a recording; the secret in it.
+/// Creates a URL for a recording and returns the secret in it.
 ///
 /// # Errors
-/// When the database or the source of randomness fails.
+/// Fails if the database or the random source fails.
 pub async fn make_recording_link(service: &Service, by: &CurrentPerson, session: &Session) -> Result<String, Error> {
     let (now, token) = (service.clock.now(), secret::random_hex()?);
     let until = now.plus_s(LINK_LIFETIME_S);

@@ -1,4 +1,5 @@
-//! Recordings on disk: taken in piece by piece, kept only when they are whole on the disk, read a few at a time.
+//! Receives recordings chunk by chunk, moves them into the store once they are durable, and reads a
+//! limited number at a time.
 
 use std::fs::File;
 use std::io::ErrorKind;
@@ -29,64 +30,65 @@ use crate::removing::PartFile;
 use crate::room::{LOOK_BYTES, ensure_room};
 use crate::service::Service;
 
-/// Longest wait until a helper makes a copy with remarks.
+/// Maximum time in the queue for copying a recording with annotations.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// An upload that has arrived and is on the disk, but is not kept yet.
+/// A received file that is durable but not stored as a recording yet.
 #[derive(Debug)]
 pub struct Received {
     part: PartFile,
-    /// SHA-256 of the bytes, lower-case hexadecimal.
+    /// SHA-256, lower-case hexadecimal.
     pub sha256: String,
-    /// In bytes.
+    /// Size, in bytes.
     pub size: u64,
-    /// The upload in pieces that it came by.
+    /// The resumable upload that it belongs to, if any.
     pub upload: Option<UploadId>,
 }
 
 impl Received {
-    /// The file of an upload in pieces, which stays where it is unless it is kept. Blocks.
+    /// Opens the file of a resumable upload. It is not deleted on drop. Blocks.
     ///
     /// # Errors
-    /// When it cannot be read.
+    /// Fails if it cannot be read.
     pub fn of_upload(path: PathBuf, upload: UploadId) -> std::io::Result<Self> {
         let (sha256, size) = hash_file(&path)?;
-        // Its owner was told that the bytes are here: they are not dropped because the database happens to fail.
+        // The receipt of these bytes has been acknowledged, so a failure must not delete them.
         Ok(Self { part: PartFile { path, kept: true }, sha256, size, upload: Some(upload) })
     }
 
-    /// What the pieces of an upload in a bucket come to.
+    /// Assembles the chunks of an upload in a bucket into a local file.
     ///
     /// # Errors
-    /// When the store does not answer, or this machine's disk refuses.
+    /// Fails if the store does not respond, or the local disk fails.
     pub async fn of_pieces(bucket: &Bucket, upload: UploadId, pieces: &[String]) -> Result<Self, Error> {
         let (part, sha256) = bucket.join_pieces(pieces).await?;
         let size = tokio::fs::metadata(&part.path).await?.len();
         Ok(Self { part, sha256, size, upload: Some(upload) })
     }
 
-    /// Takes over a file that is there already, on the file system of the recordings; it is moved when it is kept.
-    /// Blocks.
+    /// Takes ownership of an existing file on the file system of the recordings. It is moved into
+    /// the store, or deleted on drop. Blocks.
     ///
     /// # Errors
-    /// When it cannot be read.
+    /// Fails if it cannot be read.
     pub fn adopt(path: PathBuf) -> std::io::Result<Self> {
         let (sha256, size) = hash_file(&path)?;
         File::open(&path)?.sync_all()?;
         Ok(Self { part: PartFile { path, kept: false }, sha256, size, upload: None })
     }
 
-    /// The file.
+    /// Path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.part.path
     }
 
-    /// Puts the file into its place too, and makes that last. Under its old name it stays until this is dropped: whoever dies
-    /// before a row names the place has lost nothing. What a predecessor has left there that no row names is replaced. Blocks.
+    /// Links the file into its final place and syncs it. The old name remains until this is
+    /// dropped, so that a crash before the row is committed loses nothing. A leftover file without
+    /// a row is replaced. Blocks.
     ///
     /// # Errors
-    /// When the disk refuses; the place may then hold the file or not, and nothing names it yet.
+    /// Fails if the disk fails; the file may or may not be in place then, but no row refers to it.
     pub fn place(&self, place: &Path) -> std::io::Result<()> {
         let folder = place.parent().unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder)?;
@@ -95,31 +97,32 @@ impl Received {
             _ => {}
         }
         if std::fs::hard_link(&self.part.path, place).is_err() {
-            // A file system without links.
+            // The file system does not support hard links.
             std::fs::copy(&self.part.path, place)?;
             File::open(place)?.sync_all()?;
         }
         File::open(folder)?.sync_all()?;
-        // The folder itself may be new.
+        // The folder itself may be new, so sync its parent, too.
         folder.parent().map_or(Ok(()), |above| File::open(above)?.sync_all())
     }
 }
 
-/// Bytes as they come, some at a time.
+/// A stream of bytes.
 pub type Chunks = BoxStream<'static, anyhow::Result<Bytes>>;
 
-/// A body as it arrives.
+/// A request body being received.
 pub struct Arriving {
-    /// How many there will be at least, where that was said; else 0.
+    /// Announced size, in bytes; 0 if unknown.
     pub announced_bytes: u64,
-    /// The bytes, some at a time.
+    /// The bytes.
     pub chunks: Chunks,
 }
 
-/// Takes in a body, hashing it on the way, until it is on the disk.
+/// Receives a body into a file, hashing it on the way, and syncs it.
 ///
 /// # Errors
-/// When it is too large, stops arriving, is not what its checksum says, or the disk refuses. Nothing is left behind.
+/// Fails if it is too large, stalls, does not match its checksum, or the disk fails. No file
+/// remains then.
 pub async fn receive(state: &Service, body: Arriving, checksum: Option<Checksum>) -> Result<Received, Error> {
     ensure_room(state, body.announced_bytes).await?;
     let (config, mut checksum) = (&state.config, checksum);
@@ -155,10 +158,11 @@ pub async fn receive(state: &Service, body: Arriving, checksum: Option<Checksum>
     Ok(Received { part, sha256: HEXLOWER.encode(&hash.finalize()), size, upload: None })
 }
 
-/// Reads a recording where blocking is allowed, when there is room for one in memory, and makes something of it.
+/// Parses a recording on the blocking thread pool, within the limit on concurrent parsing, and maps
+/// it.
 ///
 /// # Errors
-/// When the work could not be run; the inner error, when the file is no recording.
+/// Fails if the task cannot run; the inner error reports an invalid recording.
 pub async fn with<T: Send + 'static>(
     state: &Service,
     recording: LocalRecording,
@@ -167,10 +171,10 @@ pub async fn with<T: Send + 'static>(
     state.parse(move || read(recording.path()).map(make)).await
 }
 
-/// Refuses what would need a recording that was erased with whoever made it.
+/// Rejects an attempt whose recording was erased with its trainee.
 ///
 /// # Errors
-/// When it was.
+/// Returns [`Error::Gone`] if it was erased.
 pub fn refuse_erased(session: &Session) -> Result<(), Error> {
     match session.recording_erased_at {
         Some(_) => Err(Error::Gone(tr!("this recording was erased"))),
@@ -178,41 +182,41 @@ pub fn refuse_erased(session: &Session) -> Result<(), Error> {
     }
 }
 
-/// An attempt's recording, to be read whole or in ranges.
+/// Returns an attempt's recording for reading as a whole or by ranges.
 ///
 /// # Errors
-/// When it was erased with whoever made it, or cannot be reached.
+/// Fails if it was erased with its trainee, or is unavailable.
 pub async fn find(state: &Service, session: &Session) -> Result<StoredFile, Error> {
     refuse_erased(session)?;
     Ok(state.recordings.find(&session.recording_path).await?)
 }
 
-/// An attempt's recording as a file, for as long as what is given is kept.
+/// Returns an attempt's recording as a local file.
 ///
 /// # Errors
-/// When it was erased with whoever made it, or cannot be reached.
+/// Fails if it was erased with its trainee, or is unavailable.
 pub async fn fetch(state: &Service, session: &Session) -> Result<LocalRecording, Error> {
     refuse_erased(session)?;
     Ok(state.recordings.fetch(&session.recording_path).await?)
 }
 
-/// A file that goes when it is dropped. Who has opened it reads on.
+/// A temporary file, deleted on drop. Open file handles stay valid.
 #[derive(Debug)]
 pub struct Copied(PartFile);
 
 impl Copied {
-    /// The file.
+    /// Path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.0.path
     }
 }
 
-/// A copy of a recording in which what was said about the attempt are events at their moments. It names roles, no people. A file,
-/// so that whoever reads it slowly holds no memory.
+/// Copies a recording with the comments on the attempt as timed annotations, attributed to roles
+/// instead of names. The copy is a file, so that a slow client does not occupy memory.
 ///
 /// # Errors
-/// When the recording cannot be read, or the disk refuses.
+/// Fails if the recording cannot be read, or the disk fails.
 pub async fn with_comments(state: &Service, session: &Session) -> Result<Copied, Error> {
     let said = comments::list_session_comments(state.db.reader(), session.key()).await?;
     let remarks = remarks(&said);
@@ -229,7 +233,7 @@ pub async fn with_comments(state: &Service, session: &Session) -> Result<Copied,
     }
 }
 
-/// Comments as remarks; an answer stands where its comment does.
+/// Converts comments to annotations; an answer has the time of its comment.
 fn remarks(said: &[comments::CommentRecord]) -> Vec<Annotation> {
     let asked = |id: Option<CommentId>| said.iter().find(|comment| Some(comment.id) == id);
     let remark = |comment: &comments::CommentRecord| {
@@ -241,10 +245,11 @@ fn remarks(said: &[comments::CommentRecord]) -> Vec<Annotation> {
     said.iter().filter_map(remark).collect()
 }
 
-/// Deletes what uploads left behind when the service was stopped in their midst. Nobody was told they had arrived.
+/// Deletes incomplete files left by an interrupted service, none of which had been acknowledged.
+/// Returns their number.
 ///
 /// # Errors
-/// When the folder cannot be read or a file not be deleted.
+/// Fails if the folder cannot be read or a file cannot be deleted.
 pub fn clear_uploads(folder: &Path) -> std::io::Result<usize> {
     let mut cleared = 0;
     for entry in std::fs::read_dir(folder)? {

@@ -1,4 +1,4 @@
-//! What whoever has the machine does to schools and people on its command line.
+//! Administrative commands on schools and people, run on the host.
 
 use model::{Moment, PersonKey, Role};
 use serde_json::json;
@@ -14,13 +14,13 @@ use crate::secret;
 use crate::service::Service;
 use crate::tokens::{TokenRequest, checked_name, end};
 
-/// Why something was not done.
+/// Error of an administrative command.
 #[derive(Debug, thiserror::Error)]
 pub enum RegistryError {
-    /// What was asked for makes no sense: the option, what it says, and what is allowed.
+    /// Invalid arguments: the option, its value, and the allowed values.
     #[error("{0}")]
     Usage(String),
-    /// The work failed.
+    /// An operation failed.
     #[error(transparent)]
     Work(#[from] anyhow::Error),
 }
@@ -31,42 +31,43 @@ impl From<store::Error> for RegistryError {
     }
 }
 
-/// A person to be added.
+/// A person to add.
 #[derive(Clone, Copy, Debug)]
 pub struct RegisteredPerson<'a> {
-    /// Address they sign in with.
+    /// Email address, with which they sign in.
     pub email: &'a str,
-    /// Name shown to people.
+    /// Display name.
     pub name: &'a str,
-    /// What they may do.
+    /// Role.
     pub role: Role,
-    /// The school; the only one there is where none is named.
+    /// Name of the school; `None` for the only one.
     pub school: Option<&'a str>,
-    /// Cohort to teach or to learn in, made where it is missing.
+    /// Name of the cohort to teach or learn in, created if missing.
     pub cohort: Option<&'a str>,
     /// Password for the first sign-in.
     pub password: &'a str,
-    /// A token for the API, where one is wanted.
+    /// API token to create, if any.
     pub token: Option<TokenRequest<'a>>,
 }
 
 /// A person who was added.
 #[derive(Debug)]
 pub struct AddedAccount {
-    /// Who.
+    /// The person.
     pub person: Person,
-    /// Their school's name.
+    /// Name of their school.
     pub school: String,
-    /// Until when their password signs them in.
+    /// When the initial password expires.
     pub until: Moment,
-    /// Their token, which nobody sees again.
+    /// Their token; only its hash is stored.
     pub token: Option<String>,
 }
 
-/// Adds a person with a password for their first sign-in.
+/// Adds a person with an initial password.
 ///
 /// # Errors
-/// When somebody has the address, the school is not clear, the cohort is none for them, or the database fails.
+/// Fails if the address is in use, the school is ambiguous, an administrator is to join a cohort,
+/// or the database fails.
 pub async fn add_person(service: &Service, new: RegisteredPerson<'_>) -> Result<AddedAccount, RegistryError> {
     let password_hash = secret::hash_password(new.password, service.config.password_cost)?;
     let now = service.clock.now();
@@ -113,7 +114,7 @@ async fn join(tx: &mut Connection, person: &Person, cohort: &str, now: Moment) -
     Ok(entry.with(json!({ "cohort": cohort.id })).append(tx, now).await?)
 }
 
-/// Sets a password for one sign-in, which ends every earlier one; until when it is good.
+/// Sets an initial password, which ends all sessions, and returns its expiry.
 pub async fn reset_password(service: &Service, person: &Person, password: &str) -> Result<Moment, RegistryError> {
     let hash = secret::hash_password(password, service.config.password_cost)?;
     let now = service.clock.now();
@@ -127,7 +128,8 @@ pub async fn reset_password(service: &Service, person: &Person, password: &str) 
     Ok(until)
 }
 
-/// Keeps a person from signing in; how many of their tokens were revoked, none where they were disabled before.
+/// Disables a person and returns the number of tokens revoked; `None` if they were disabled
+/// already.
 pub async fn disable_person(service: &Service, person: &Person) -> Result<Option<u64>, RegistryError> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
@@ -143,10 +145,10 @@ pub async fn disable_person(service: &Service, person: &Person) -> Result<Option
     Ok(Some(revoked))
 }
 
-/// Makes a token for a person.
+/// Creates an API token for a person.
 ///
 /// # Errors
-/// When its name is none, or the database fails.
+/// Fails if its name is not allowed, or the database fails.
 pub async fn give_token(service: &Service, person: &Person, wanted: TokenRequest<'_>) -> Result<String, RegistryError> {
     let mut tx = service.db.write().await?;
     let token = give_in(&mut tx, person, wanted, service.clock.now()).await?;
@@ -172,10 +174,10 @@ async fn give_in(
     Ok(token)
 }
 
-/// Makes a token for a station of a school.
+/// Creates a token for a station of a school.
 ///
 /// # Errors
-/// When the school is not clear, or the database fails.
+/// Fails if the school is ambiguous, or the database fails.
 pub async fn give_station_token(
     service: &Service,
     school: Option<&str>,
@@ -194,10 +196,11 @@ pub async fn give_station_token(
     Ok(token)
 }
 
-/// The named school, or the only one there is.
+/// Returns the named school, or the only one.
 ///
 /// # Errors
-/// When there is none of the name, or none is named and there are several; or the database fails.
+/// Fails if there is no school of this name, or none is named and there is not exactly one, or the
+/// database fails.
 pub async fn find_school(service: &Service, name: Option<&str>) -> Result<School, RegistryError> {
     let existing = schools::list_schools(service.db.reader()).await?;
     match name {
@@ -209,7 +212,7 @@ pub async fn find_school(service: &Service, name: Option<&str>) -> Result<School
     }
 }
 
-/// The only school there is, or none.
+/// Returns the only school, or `None` without any school. Several schools are a usage error.
 fn only_one(existing: &[School]) -> Result<Option<&School>, RegistryError> {
     match existing {
         [] => Ok(None),
@@ -221,7 +224,8 @@ fn only_one(existing: &[School]) -> Result<Option<&School>, RegistryError> {
     }
 }
 
-/// The named school; the only one there is where none is named; a first one where there is none. Made where it is missing.
+/// Returns the named school, or the only one, or, without any school, one named `School`. Creates
+/// it if missing.
 pub(crate) async fn choose_in(tx: &mut Connection, name: Option<&str>, now: Moment) -> Result<School, RegistryError> {
     let existing = schools::list_schools(&mut *tx).await?;
     let name = match name {

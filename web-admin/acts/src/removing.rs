@@ -1,9 +1,9 @@
-//! Files that are to be gone, whether they were there or not.
+//! Removes files; a missing file is not an error.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Removes a file; one that is not there is gone already.
+/// Removes a file, if it exists.
 pub(crate) fn remove_if_there(file: &Path) -> std::io::Result<()> {
     match std::fs::remove_file(file) {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
@@ -11,7 +11,7 @@ pub(crate) fn remove_if_there(file: &Path) -> std::io::Result<()> {
     }
 }
 
-/// Removes a folder with all that is in it; one that is not there is gone already.
+/// Removes a folder with its content, if it exists.
 pub(crate) fn remove_folder(folder: &Path) -> std::io::Result<()> {
     match std::fs::remove_dir_all(folder) {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
@@ -19,19 +19,19 @@ pub(crate) fn remove_folder(folder: &Path) -> std::io::Result<()> {
     }
 }
 
-/// A file that is deleted when this is dropped, unless it is kept.
+/// A file that is deleted on drop unless `kept` is set.
 #[derive(Debug)]
 pub(crate) struct PartFile {
-    /// The file.
+    /// Path of the file.
     pub(crate) path: PathBuf,
-    /// It stays.
+    /// Whether to keep the file.
     pub(crate) kept: bool,
 }
 
 impl Drop for PartFile {
     fn drop(&mut self) {
         if !self.kept {
-            // Nobody waits for the answer; what is left over goes at the next start.
+            // Errors cannot be reported from here; the next start removes leftover files.
             let _ = std::fs::remove_file(&self.path);
         }
     }

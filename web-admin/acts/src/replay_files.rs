@@ -1,4 +1,4 @@
-//! What replays need, on disk: named by the hash of the recording, whole or not there.
+//! Replay files on disk, named by the hash of the recording. A replay appears atomically.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -10,46 +10,49 @@ use uuid::Uuid;
 
 use crate::config::Config;
 
-/// What does not move, JSON.
+/// The static scene, JSON.
 pub const STAGE: &str = "stage.json";
 
-/// What moves, a table of floats.
+/// The moving parts per frame, a table of 32-bit floats.
 pub const FRAMES: &str = "frames.f32";
 
-/// What is plotted.
+/// The plotted curves at several resolutions, 64-bit floats.
 pub const PYRAMID: &str = "pyramid.f64";
 
-/// Every file of a replay.
+/// All files of a replay.
 pub const ALL: [&str; 3] = [STAGE, FRAMES, PYRAMID];
 
-/// What the replay of a recording is called, by its hash. Another version of these files is called otherwise.
+/// Returns the folder name of a replay, by the hash of its recording. The suffix is the version of
+/// the file format.
 #[must_use]
 pub fn name_of(recording_sha256: &str) -> String {
     format!("{recording_sha256}-6")
 }
 
-/// Where the replay of a recording lies on this machine, by its hash.
+/// Returns the local folder of a replay, by the hash of its recording.
 #[must_use]
 pub fn folder_of(config: &Config, recording_sha256: &str) -> PathBuf {
     config.replays_dir().join(name_of(recording_sha256))
 }
 
-/// Makes the replay of a recording: all of it under another name first, so that what is there under its own name is whole. Blocks.
+/// Writes the replay of a recording: first under a temporary name, then renamed, so that a folder
+/// with the final name is always complete. Blocks.
 ///
 /// # Errors
-/// When the recording carries no exercise, or the disk refuses.
+/// Fails if the recording does not contain its exercise, or the disk fails.
 pub fn make(folder: &Path, recording: &Recording) -> anyhow::Result<()> {
     let bundle = own_exercise(recording)?;
     let replay = Replay::of(recording, &bundle);
     let part = folder.with_extension(format!("{}.part", Uuid::new_v4()));
     fs::create_dir_all(&part)?;
     let written = write(&part, &replay).and_then(|()| match fs::rename(&part, folder) {
-        // Somebody else has made the same meanwhile.
+        // Another process has written the same replay in the meantime.
         Err(_) if folder.is_dir() => fs::remove_dir_all(&part),
         renamed => renamed,
     });
     if written.is_err() {
-        // The first failure is told; what is left over is small and named as unfinished.
+        // Report the first error only; the leftover folder is small and marked as incomplete by its
+        // name.
         let _ = fs::remove_dir_all(&part);
     }
     Ok(written?)

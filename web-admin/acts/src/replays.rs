@@ -1,5 +1,5 @@
-//! What replays need, where recordings are: made when an attempt is scored, named by the hash of its recording, and made again
-//! where it is missing.
+//! Replays in the recording store: written when an attempt is scored, named by the hash of its
+//! recording, and rebuilt on demand if missing.
 
 use std::time::Duration;
 
@@ -14,10 +14,10 @@ use crate::replay_files::{PYRAMID, folder_of};
 use crate::service::Service;
 use crate::{asking, recordings};
 
-/// Longest wait until it is one's turn to have a replay made.
+/// Maximum time in the school's queue for building a replay.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// What whoever judges a session's recording must know, which they read from a file.
+/// Returns the job description for a session's recording, for the helper.
 #[must_use]
 pub fn brief(state: &Service, session: &Session, recording: &LocalRecording, task: JudgingTask) -> Brief {
     Brief {
@@ -28,10 +28,10 @@ pub fn brief(state: &Service, session: &Session, recording: &LocalRecording, tas
     }
 }
 
-/// A file of a session's replay, which is made where it is missing.
+/// Returns a file of a session's replay, building the replay if it is missing.
 ///
 /// # Errors
-/// When the recording cannot be read or the disk refuses.
+/// Fails if the recording cannot be read, or the disk fails.
 pub async fn file(state: &Service, session: &Session, name: &str) -> Result<StoredFile, Error> {
     recordings::refuse_erased(session)?;
     let sha256 = &session.recording_sha256;
@@ -43,7 +43,7 @@ pub async fn file(state: &Service, session: &Session, name: &str) -> Result<Stor
     Ok(made.context("a replay that was just made is not there")?)
 }
 
-/// Has the replay of a session made.
+/// Builds the replay of a session.
 async fn make(state: &Service, session: &Session) -> Result<(), Error> {
     let place = state.helpers.enter(session.school_id, PATIENCE).await;
     let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
@@ -55,18 +55,18 @@ async fn make(state: &Service, session: &Session) -> Result<(), Error> {
     }
 }
 
-/// Keeps a replay that was made in its folder on this machine where replays are.
+/// Moves a locally built replay to the recording store.
 ///
 /// # Errors
-/// When a bucket does not answer.
+/// Fails if the bucket does not respond.
 pub async fn keep(state: &Service, session: &Session) -> Result<(), StoreError> {
     state.recordings.keep_replay(&state.config, &session.recording_sha256).await
 }
 
-/// The pyramid of a session.
+/// Returns the curve pyramid of a session's replay.
 ///
 /// # Errors
-/// As [`file`]; and when the file is none.
+/// As [`file`]; also fails if the file is damaged.
 pub async fn pyramid(state: &Service, session: &Session) -> Result<Pyramid, Error> {
     let bytes = file(state, session, PYRAMID).await?.read_all().await?;
     Ok(Pyramid::from_bytes(bytes).context("a replay's pyramid is damaged: delete the folder of replays")?)

@@ -1,5 +1,5 @@
-//! Several processes at work on one database: each says that it is alive, and what one had in hand that is not any more goes to the others.
-//! What is to be done once for all is done by whoever holds that duty.
+//! Replicas on one database: each sends heartbeats, and the leases of a dead replica are released
+//! so that the others take over. Each periodic duty is done by the one replica that holds it.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -11,29 +11,30 @@ use store::tries::{self, SetAside};
 use crate::error::{Error, tell_in_full};
 use crate::service::Service;
 
-/// How often a replica says that it is alive, and looks who else is.
+/// Interval of heartbeats and of checks for the heartbeats of others.
 const BEAT_EVERY: Duration = Duration::from_secs(5);
-/// Looks in a row at which another has not been heard until it is dead: looks, not a time, so that whoever was held up themselves does
-/// not take the others for dead.
+/// Number of consecutive checks without a heartbeat after which a replica is considered dead.
+/// Checks are counted instead of time, so that a replica that was itself suspended does not declare
+/// the others dead.
 const MOST_SILENT: u32 = 6;
 
-/// Longest that a look may take: a database that has fallen silent is asked anew.
+/// Time limit of a check, after which an unresponsive database connection is given up.
 const LONGEST_LOOK: Duration = Duration::from_secs(20);
 
-/// What one process does for all.
+/// A periodic task done by one replica for all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Duty {
-    /// Sends letters.
+    /// Sends mails.
     Letters,
-    /// Queues reminders.
+    /// Queues reminders of deadlines.
     Reminders,
-    /// Queues letters with what is new.
+    /// Queues mails about unread notices.
     News,
-    /// Looks whom to keep no longer.
+    /// Applies the retention policy.
     Retention,
-    /// States by which hash the audit log ends.
+    /// Publishes audit checkpoints.
     Statements,
-    /// Goes on with attempts that were judged long ago.
+    /// Continues re-gradings and backfills of old attempts.
     OldAttempts,
 }
 
@@ -50,7 +51,7 @@ impl Duty {
     }
 }
 
-/// Whether it is this process that does something for all; it is where nobody has done it yet.
+/// Returns whether this replica holds a duty; takes it if it is free.
 pub async fn is_on_duty(service: &Service, duty: Duty) -> Result<bool, Error> {
     if let Some(holder) = replicas::find_duty_holder(service.db.reader(), duty.name()).await? {
         return Ok(holder == service.replica);
@@ -62,27 +63,28 @@ pub async fn is_on_duty(service: &Service, duty: Duty) -> Result<bool, Error> {
     Ok(holder == Some(service.replica))
 }
 
-/// Does something for all, where that is for this process to do.
+/// Runs `act` if this replica holds the duty, and does nothing otherwise.
 ///
 /// # Errors
-/// As `act` does.
+/// As `act`.
 pub async fn do_duty(service: &Service, duty: Duty, act: impl Future<Output = Result<(), Error>>) -> Result<(), Error> {
     if is_on_duty(service, duty).await? { act.await } else { Ok(()) }
 }
 
-/// What a replica was last heard to say.
+/// Last heartbeat received from a replica.
 #[derive(Clone, Copy, Debug)]
 struct HeardReplica {
     beats: i64,
     silent: u32,
 }
 
-/// Who else is at work, as far as one has heard.
+/// The other replicas and their last heartbeats.
 #[derive(Debug, Default)]
 pub struct Colleagues(BTreeMap<ReplicaId, HeardReplica>);
 
 impl Colleagues {
-    /// Hears everybody; those who have not been heard for so long that they are dead.
+    /// Records the current heartbeats. Returns the replicas that have missed [`MOST_SILENT`] of
+    /// them.
     fn hear(&mut self, found: &[ReplicaBeats]) -> Vec<ReplicaId> {
         let before = std::mem::take(&mut self.0);
         for ReplicaBeats { id, beats } in found.iter().copied() {
@@ -93,7 +95,7 @@ impl Colleagues {
     }
 }
 
-/// Says now and then that this process is alive, and takes over from those that are not.
+/// Sends heartbeats and takes over from dead replicas, periodically until the future is dropped.
 pub async fn run(service: Service) {
     let mut colleagues = Colleagues::default();
     loop {
@@ -103,14 +105,15 @@ pub async fn run(service: Service) {
         };
         if let Err(error) = heard {
             tracing::warn!(cause = tell_in_full(&error), "it could not be heard who else is at work");
-            // Whoever was not heard themselves cannot say that the others were silent.
+            // A replica that could not reach the database cannot conclude that the others missed
+            // heartbeats.
             colleagues = Colleagues::default();
         }
         tokio::time::sleep(BEAT_EVERY).await;
     }
 }
 
-/// Says that this process is alive, and buries those that have been silent for long.
+/// Sends a heartbeat, and marks the replicas dead that have missed too many.
 pub async fn look_round(service: &Service, colleagues: &mut Colleagues) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     replicas::beat_replica(&mut tx, service.replica).await?;
@@ -122,7 +125,7 @@ pub async fn look_round(service: &Service, colleagues: &mut Colleagues) -> Resul
     Ok(())
 }
 
-/// Buries everybody else: nobody but this process can be at work on the database.
+/// Marks all other replicas dead. The caller must hold the database exclusively.
 pub async fn bury_others(service: &Service) -> Result<(), Error> {
     for ReplicaBeats { id, .. } in replicas::list_replicas(service.db.reader()).await? {
         if id != service.replica {
@@ -132,14 +135,14 @@ pub async fn bury_others(service: &Service) -> Result<(), Error> {
     Ok(())
 }
 
-/// The file of a data folder that says who is at work in it.
+/// File in the data folder with the id of the replica that uses it.
 const REPLICA_FILE: &str = "replica";
 
-/// Buries whoever was at work in this data folder before, which cannot be alive now that the folder is held: nobody waits until
-/// they have been silent for long.
+/// Marks the previous replica in this data folder dead. It cannot be running, since this process
+/// holds the folder's lock, so there is no need to wait for missed heartbeats.
 ///
 /// # Errors
-/// When the folder cannot be written to, or the database fails.
+/// Fails if the folder is not writable, or the database fails.
 pub async fn succeed(service: &Service) -> Result<(), Error> {
     let file = service.config.data_dir.join(REPLICA_FILE);
     let before = tokio::fs::read_to_string(&file).await.unwrap_or_default();
@@ -150,8 +153,8 @@ pub async fn succeed(service: &Service) -> Result<(), Error> {
     Ok(tokio::fs::write(&file, service.replica.to_string()).await?)
 }
 
-/// Releases the work of a dead replica. Its unfinished reads count as crashes only if the replica read recordings in its own process; with a
-/// helper, no recording can have ended the service.
+/// Releases the leases of a dead replica. Its unfinished reads count as crashes only if it read
+/// recordings in its own process; with a helper, no recording can have crashed the service.
 async fn bury(service: &Service, dead: ReplicaId) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     match service.config.helper {
@@ -165,7 +168,7 @@ async fn bury(service: &Service, dead: ReplicaId) -> Result<(), Error> {
     tell_set_aside(service).await
 }
 
-/// Tells of what is tried no more, for it was fatal twice.
+/// Logs everything that is quarantined after two crashes.
 pub async fn tell_set_aside(service: &Service) -> Result<(), Error> {
     for SetAside { kind, id } in tries::list_set_aside(service.db.reader()).await? {
         tracing::error!(%id, "the service has died of this {kind} twice: it is set aside; web-admin retry tries it again");
@@ -173,7 +176,7 @@ pub async fn tell_set_aside(service: &Service) -> Result<(), Error> {
     Ok(())
 }
 
-/// Lets go, at the end, of everything in hand: what is cut off now was fatal to nobody.
+/// Releases all leases at shutdown; interrupted work does not count as a crash.
 pub async fn leave(service: &Service) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     tries::release_replica(&mut tx, service.replica).await?;
@@ -182,7 +185,8 @@ pub async fn leave(service: &Service) -> Result<(), Error> {
 
 #[cfg(test)]
 mod tests {
-    //! Whoever takes the living for dead does their work twice; whoever never does leaves the work of the dead undone.
+    //! Declaring a live replica dead would do its work twice; missing a dead one would leave its
+    //! work undone.
 
     use super::*;
 

@@ -1,4 +1,4 @@
-//! What is noted when a school's attempts leave it for research.
+//! Audit of research exports.
 
 use model::ids::SchoolId;
 use serde_json::json;
@@ -7,27 +7,27 @@ use store::audit::{Actor, AuditEntry};
 use crate::error::Error;
 use crate::service::Service;
 
-/// How much was written, and how much was held back.
+/// Numbers of exported and withheld items.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct ResearchCounts {
-    /// Attempts.
+    /// Exported attempts.
     pub attempts: u64,
-    /// Values of metrics.
+    /// Exported metric values.
     pub metrics: u64,
-    /// Samples of recordings.
+    /// Exported samples of recordings.
     pub samples: u64,
     /// Attempts whose recording could not be read.
     pub unread: u64,
-    /// Attempts of guests: they are in their studies.
+    /// Withheld attempts of guests, which belong to their studies.
     pub of_guests: i64,
-    /// Attempts of staff who have not agreed.
+    /// Withheld attempts of staff who have not consented.
     pub of_staff: i64,
 }
 
-/// Notes in the audit log that a school's attempts were written for research.
+/// Records in the audit log that a school's attempts were exported for research.
 ///
 /// # Errors
-/// When the database fails.
+/// Fails if the database fails.
 pub async fn note_research_export(service: &Service, school: SchoolId, counts: &ResearchCounts) -> Result<(), Error> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;

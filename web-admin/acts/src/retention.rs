@@ -1,7 +1,8 @@
-//! Retention: whoever does nothing for as long as their school has set is warned, and then erased as by hand. A school that has set nothing
-//! keeps everybody.
+//! Retention policy: a person inactive for the period set by their school is warned and then
+//! erased, exactly as by a manual erasure. A school without a policy keeps everyone.
 //!
-//! No clock erases anybody: the days between the letter and the end are also counted by how long the service has run.
+//! A wrong clock cannot erase anyone: the days between the warning and the erasure must also have
+//! passed in service uptime.
 
 use std::time::Duration;
 
@@ -21,32 +22,32 @@ use crate::replicas::{self, Duty};
 use crate::service::Service;
 use crate::study_keeping;
 
-/// How often the time that the service runs is written down.
+/// Interval at which the uptime is stored.
 const EVERY: Duration = Duration::from_secs(600);
-/// How long the service runs from a look to the next, in s.
+/// Uptime between two evaluations of the policy, in s.
 const LOOK_EVERY_S: i64 = 86_400;
 
-/// What is to be done about somebody.
+/// A pending step of the policy for one person.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RetentionStep {
-    /// Who.
+    /// The person.
     pub idle: Idle,
-    /// What.
+    /// The action.
     pub step: RetentionAction,
 }
 
-/// What has been done.
+/// Result of applying the policy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RetentionResult {
-    /// People who were warned.
+    /// People warned.
     pub warned: usize,
-    /// People whose warning was called off.
+    /// People whose warning was withdrawn.
     pub called_off: usize,
-    /// People who were erased.
+    /// People erased.
     pub erased: usize,
 }
 
-/// What the rule of a school comes to now, and the rule. Nothing is changed.
+/// Returns a school's policy and its pending steps, without carrying them out.
 pub async fn plan(state: &Service, school: SchoolId) -> Result<(Settings, Vec<RetentionStep>), Error> {
     let reader = state.db.reader();
     let settings = retention::find_retention_rule(reader, school).await?;
@@ -60,10 +61,10 @@ pub async fn plan(state: &Service, school: SchoolId) -> Result<(Settings, Vec<Re
     Ok((settings, planned.collect()))
 }
 
-/// Does what the rule of a school comes to: warns, calls off and erases.
+/// Carries out the pending steps of a school: warns, withdraws warnings and erases.
 ///
 /// # Errors
-/// When the database, the list of erasures or the disk fails; what is done until then stays done.
+/// Fails if the database, the erasure list or the disk fails; earlier steps remain done.
 pub async fn act(state: &Service, school: SchoolId) -> Result<RetentionResult, Error> {
     let (settings, planned) = plan(state, school).await?;
     let mut done = RetentionResult::default();
@@ -103,7 +104,7 @@ fn entry<'a>(school: SchoolId, action: &'a str, idle: &Idle) -> AuditEntry<'a> {
     AuditEntry::new(school, Actor::Worker, action, idle.id)
 }
 
-/// Looks once a day of the time that the service runs, until it is dropped.
+/// Applies the policy once per day of uptime, until the future is dropped.
 pub async fn run(state: Service) {
     let mut last = clock::instant();
     loop {
@@ -116,10 +117,11 @@ pub async fn run(state: Service) {
     }
 }
 
-/// Adds to how long the service has run, and looks where the last look was a day of that ago.
+/// Adds to the stored uptime, and applies the policy if a day of uptime has passed since the last
+/// time.
 ///
 /// # Errors
-/// When the database, the list of erasures or the disk fails.
+/// Fails if the database, the erasure list or the disk fails.
 pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
     let seconds = count_i64(elapsed.as_secs());
     let mut tx = state.db.write().await?;
@@ -133,7 +135,7 @@ pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
         match act(state, school.id).await {
             Ok(done) if done == RetentionResult::default() => {}
             Ok(done) => tracing::info!(school = %school.id, ?done, "retention"),
-            // The other schools do not wait for this one.
+            // A failure must not block the other schools.
             Err(error) => failed = Some(error),
         }
         match study_keeping::keep_studies(state, school.id).await {
@@ -150,7 +152,7 @@ pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
     Ok(tx.commit().await?)
 }
 
-/// Keeps somebody whatever the rule says, or no longer.
+/// Places a person under legal hold, which exempts them from erasure, or ends the hold.
 pub async fn set_held(state: &Service, by: &CurrentPerson, person: PersonId, held: bool) -> Result<(), Error> {
     let (now, mut tx) = (state.clock.now(), state.db.write().await?);
     let (since, action) = if held { (Some(now), "person.held") } else { (None, "person.released") };

@@ -1,4 +1,5 @@
-//! What somebody who teaches does with an attempt: they were there, they have looked at it, they grade it otherwise.
+//! Actions of teachers on an attempt: confirming supervision, marking as reviewed, overriding the
+//! grade.
 
 use model::CurrentPerson;
 use serde_json::json;
@@ -11,10 +12,10 @@ use crate::error::Error;
 use crate::notices::{self, News};
 use crate::service::Service;
 
-/// Says that somebody who teaches was there during an attempt, or takes that back.
+/// Records that a teacher supervised an attempt, or withdraws that.
 ///
 /// # Errors
-/// [`Error::Forbidden`] for one's own attempt; else when the database fails.
+/// Returns [`Error::Forbidden`] for one's own attempt; fails if the database fails.
 pub async fn set_supervised(
     service: &Service,
     by: &CurrentPerson,
@@ -36,7 +37,7 @@ pub async fn set_supervised(
     Ok(tx.commit().await?)
 }
 
-/// Puts a grade in the place of the computed one, or lets the computed one count again.
+/// Overrides the computed grade, or restores it.
 pub async fn override_grade(
     service: &Service,
     by: &CurrentPerson,
@@ -52,7 +53,7 @@ pub async fn override_grade(
     Ok(tx.commit().await?)
 }
 
-/// Marks an attempt as looked at, or puts it back into the queue.
+/// Marks an attempt as reviewed, or returns it to the review queue.
 pub async fn set_reviewed(
     service: &Service,
     by: &CurrentPerson,

@@ -1,4 +1,5 @@
-//! Free space on the disks: uploads leave a reserve free, and only the database may use the last of the disk.
+//! Free space on the disks: uploads leave a reserve free, and only the database may use the last of
+//! the disk.
 
 use std::path::Path;
 
@@ -11,32 +12,34 @@ use crate::service::Service;
 
 /// Bytes written between two checks of the free space.
 pub(crate) const LOOK_BYTES: u64 = 8 << 20;
-/// The time in which a person's attempts are counted, in s.
+/// Period over which a person's attempts are counted, in s.
 const DAY_S: i64 = 24 * 3600;
 
-/// Refuses a file that would leave less than the reserve free, counting the announced bytes of unfinished uploads.
+/// Rejects a file that would leave less than the reserve free, counting the announced bytes of
+/// unfinished uploads.
 ///
 /// # Errors
-/// When it would, or a disk or the database cannot be asked.
+/// Returns [`Error::NoRoom`] if it would; fails if a disk or the database cannot be queried.
 pub async fn ensure_room(state: &Service, wanted_bytes: u64) -> Result<(), Error> {
     let promised = uploads::sum_promised(state.db.reader(), state.clock.now()).await?.unsigned_abs();
     ensure_free(&state.config.recordings_dir, state.config.reserve_bytes, promised.saturating_add(wanted_bytes))?;
     ensure_database_room(state)
 }
 
-/// Refuses to continue an upload when the recordings' disk is down to its reserve.
+/// Rejects the continuation of an upload once the recordings' disk has only its reserve left.
 ///
 /// # Errors
-/// When it was, or a disk cannot be asked.
+/// Returns [`Error::NoRoom`] then; fails if a disk cannot be queried.
 pub fn ensure_reserve(state: &Service) -> Result<(), Error> {
     ensure_free(&state.config.recordings_dir, state.config.reserve_bytes, 0)?;
     ensure_database_room(state)
 }
 
-/// Refuses large files when only the database's reserve is left. Signing in and deleting need this reserve.
+/// Rejects large files once only the database's reserve is left, which signing in and deleting
+/// need.
 ///
 /// # Errors
-/// When it was reached, or the disk cannot be asked.
+/// Returns [`Error::NoRoom`] then; fails if the disk cannot be queried.
 pub fn ensure_database_room(state: &Service) -> Result<(), Error> {
     ensure_free(&state.config.data_dir, state.config.database_reserve_bytes, 0)
 }
@@ -55,10 +58,10 @@ fn ensure_free(folder: &Path, reserve_bytes: u64, wanted_bytes: u64) -> Result<(
     Ok(())
 }
 
-/// Refuses a recording beyond a person's quota: recordings in 24 hours, and bytes in total.
+/// Rejects a recording beyond a person's quota: recordings in 24 hours, and bytes in total.
 ///
 /// # Errors
-/// When it is, or the database fails.
+/// Returns [`Error::OverQuota`] then; fails if the database fails.
 pub async fn ensure_person_quota(
     executor: impl store::Executor<'_>,
     state: &Service,

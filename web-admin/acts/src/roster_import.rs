@@ -1,4 +1,5 @@
-//! Rosters, from a file to people: looked at first, then imported exactly as they were shown, all or nothing.
+//! Roster import: a file is previewed first, then imported exactly as previewed, in one
+//! transaction.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -24,46 +25,46 @@ use crate::judging::{JudgeAnswer, JudgeQuestion};
 use crate::service::Service;
 use crate::{accounts, asking};
 
-/// How long a roster waits to be confirmed, in s.
+/// How long a roster can be confirmed, in s.
 pub const DRAFT_LIFETIME_S: i64 = 86_400;
-/// Longest wait for a turn to have a workbook read.
+/// Maximum time in the school's queue for reading a workbook.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// A roster that was looked at.
+/// Preview of a roster.
 #[derive(Clone, Debug)]
 pub struct RosterPreview {
-    /// What the file was called.
+    /// Name of the uploaded file.
     pub file_name: String,
-    /// What stands above its columns.
+    /// Column headings.
     pub headings: Vec<String>,
-    /// Which of them tells what.
+    /// Meaning of the columns.
     pub mapping: RosterMapping,
-    /// Headings that mean nothing here.
+    /// Headings of ignored columns.
     pub ignored: Vec<String>,
-    /// What it would change.
+    /// Changes that the import would make.
     pub difference: RosterDifference,
-    /// Stands for the difference: what is confirmed is what was shown.
+    /// Hash of the changes, so that only the previewed changes can be confirmed.
     pub digest: String,
 }
 
-/// A roster whose columns are looked at.
+/// The columns of a roster, for assigning their meanings.
 #[derive(Clone, Debug)]
 pub struct RosterColumnsLook {
-    /// What the file was called.
+    /// Name of the uploaded file.
     pub file_name: String,
-    /// The file.
+    /// Its table.
     pub table: RosterTable,
-    /// Which column tells what: said already, or what it seems to be.
+    /// Meaning of the columns: already assigned, or guessed.
     pub mapping: RosterMapping,
-    /// Why it has to be said.
+    /// Why the guess needs confirmation.
     pub doubts: Vec<MappingDoubt>,
 }
 
-/// Keeps a roster to be confirmed, if it can be read. Its columns are read as somebody of the school has said of such headings before, else
-/// as they are recognised, if that is certain.
+/// Stores an uploaded roster for preview. The meaning of its columns is the one assigned in this
+/// school before to the same headings, else the guess if it is certain.
 ///
 /// # Errors
-/// When it cannot be read (422), or the database fails.
+/// Returns [`Error::Unprocessable`] if it cannot be read; fails if the database fails.
 pub async fn keep(
     state: &Service,
     by: &CurrentPerson,
@@ -84,12 +85,12 @@ pub async fn keep(
     Ok(id)
 }
 
-/// What stands for the headings of a file.
+/// Returns the hash of a file's headings.
 fn headings_sha256(table: &RosterTable) -> [u8; 32] {
     Sha256::digest(table.headings.join("\u{1f}")).into()
 }
 
-/// Reads a file. A workbook is read by a helper with limits of memory and time, when it is the school's turn.
+/// Reads a file. A workbook is read by a helper with memory and time limits, in the school's queue.
 async fn parse(state: &Service, school: SchoolId, body: &[u8]) -> Result<RosterTable, Error> {
     let parsed = if is_workbook(body) {
         let place = state.helpers.enter(school, PATIENCE).await;
@@ -109,10 +110,10 @@ async fn parse(state: &Service, school: SchoolId, body: &[u8]) -> Result<RosterT
     parsed.map_err(|refused| Error::Unprocessable(refused.to_string()))
 }
 
-/// The columns of a roster that waits, and what they mean or seem to.
+/// Returns the columns of a stored roster and their meaning, assigned or guessed.
 ///
 /// # Errors
-/// When there is none, or the database fails.
+/// Fails if there is no such roster, or the database fails.
 pub async fn look_at_columns(state: &Service, school: SchoolId, id: RosterId) -> Result<RosterColumnsLook, Error> {
     let draft = rosters::find_roster(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
     let table = parse(state, school, &draft.body).await?;
@@ -124,10 +125,11 @@ pub async fn look_at_columns(state: &Service, school: SchoolId, id: RosterId) ->
     Ok(RosterColumnsLook { file_name: draft.file_name, table, mapping, doubts })
 }
 
-/// Says which column tells what, for this roster and for every later one of the school with the same headings.
+/// Assigns the meaning of the columns, for this roster and for later ones of the school with the
+/// same headings.
 ///
 /// # Errors
-/// When there is no such roster, a column that is needed is missing, or the database fails.
+/// Fails if there is no such roster, a required column is missing, or the database fails.
 pub async fn assign_columns(
     state: &Service,
     by: &CurrentPerson,
@@ -135,7 +137,7 @@ pub async fn assign_columns(
     mapping: &RosterMapping,
 ) -> Result<(), Error> {
     let now = state.clock.now();
-    // A workbook takes a while to be read: nobody waits for the database meanwhile.
+    // Read the workbook before the write lock is taken, since it takes a while.
     let draft = rosters::find_roster(state.db.reader(), by.school_id, id).await?.ok_or(Error::NotFound)?;
     let table = parse(state, by.school_id, &draft.body).await?;
     if !mapping.fits(table.headings.len()) {
@@ -152,10 +154,11 @@ pub async fn assign_columns(
     Ok(tx.commit().await?)
 }
 
-/// What a roster that waits would change now; `None` until somebody has said which column tells what.
+/// Returns the changes that a stored roster would make now; `None` if the meaning of its columns
+/// has not been assigned.
 ///
 /// # Errors
-/// When there is none, or the database fails.
+/// Fails if there is no such roster, or the database fails.
 pub async fn preview(state: &Service, school: SchoolId, id: RosterId) -> Result<Option<RosterPreview>, Error> {
     let draft = rosters::find_roster(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
     if draft.wanted.0.mapping.is_none() {
@@ -194,8 +197,9 @@ async fn look(
     }))
 }
 
-/// Whom a roster names, in whatever spelling an earlier version has stored them, and whoever is in the cohorts that they are to leave where
-/// it does not.
+/// Returns the keys of all people concerned: those in the roster, in any spelling that an earlier
+/// version may have stored, and the members of cohorts that people missing from the roster are to
+/// leave.
 fn about(roster: &Roster, wanted: &RosterRequest) -> About {
     let entries = || roster.rows.iter().filter_map(|row| row.entry.as_ref().ok());
     let filled = entries().flat_map(|entry| {
@@ -212,11 +216,11 @@ fn about(roster: &Roster, wanted: &RosterRequest) -> About {
     }
 }
 
-/// Imports a roster if it would still change what was shown, and queues invitations where they are wanted. The
-/// difference has changed since: `None`, and nothing is written.
+/// Imports a roster, and queues invitations if requested. Returns `None`, and writes nothing, if
+/// its changes differ from those previewed.
 ///
 /// # Errors
-/// When there is no such roster, or the database fails.
+/// Fails if there is no such roster, or the database fails.
 pub async fn confirm(
     state: &Service,
     by: &CurrentPerson,
@@ -224,7 +228,7 @@ pub async fn confirm(
     digest: &str,
     invite: bool,
 ) -> Result<Option<RosterDifference>, Error> {
-    // The file of a roster never changes, so it is read before the database is locked.
+    // Read the file before the write lock is taken; a stored roster never changes.
     let draft = rosters::find_roster(state.db.reader(), by.school_id, id).await?.ok_or(Error::NotFound)?;
     let table = parse(state, by.school_id, &draft.body).await?;
     let mut tx = state.db.write().await?;
@@ -259,7 +263,7 @@ pub async fn confirm(
     Ok(Some(difference))
 }
 
-/// An import under way.
+/// An import in progress.
 struct Import<'a> {
     tx: &'a mut Connection,
     state: &'a Service,

@@ -1,7 +1,8 @@
-//! Asks a scanner for malware, ClamAV's `clamd`, about a file that has arrived: its protocol `INSTREAM`, over its socket on this machine.
+//! Malware scanning of uploads by ClamAV's `clamd`: its command `INSTREAM` over a local socket.
 //!
-//! The file is sent in pieces, each behind its length in four bytes, the first the highest; a length of zero ends it. The answer is
-//! `stream: OK`, `stream: NAME FOUND`, or something that ends in `ERROR`, and ends itself with a zero byte.
+//! The file is sent in chunks, each preceded by its length as four bytes, big-endian; a length of
+//! zero ends it. The response is `stream: OK`, `stream: NAME FOUND`, or a text that ends in
+//! `ERROR`, terminated by a zero byte.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -13,52 +14,55 @@ use tokio::fs::File;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
 
-/// Asks for a file to be scanned that follows in pieces; ended by a zero byte, and so is the answer.
+/// Command to scan the data that follows. The prefix `z` makes command and response end with a zero
+/// byte.
 const INSTREAM: &[u8] = b"zINSTREAM\0";
-/// Bytes of a piece.
+/// Size of a chunk, in bytes.
 const PIECE: usize = 64 * 1024;
-/// Longest answer that is read, in bytes: a name and a few words.
+/// Maximum length of a response, in bytes: a name and a few words.
 const LONGEST_ANSWER: u64 = 4096;
-/// Longest name of what was found, in characters.
+/// Maximum length of a malware name, in characters.
 const LONGEST_NAME: usize = 200;
 
-/// Where a scanner listens, and how long it may take.
+/// Socket and time limit of a scanner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Scanner {
     /// The socket of `clamd`.
     pub socket: PathBuf,
-    /// Longest that it may take for a file.
+    /// Time limit for scanning a file.
     pub time: Duration,
 }
 
-/// What a scanner says of a file.
+/// Verdict of a scanner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ScanVerdict {
-    /// Nothing was found.
+    /// No malware was found.
     Clean,
-    /// This was found.
+    /// Malware of this name was found.
     Found(String),
 }
 
 impl Scanner {
-    /// What the scanner says of a file.
+    /// Scans a file.
     ///
     /// # Errors
-    /// When it cannot be reached, takes too long, or says that it has not looked at all of it; or when the file cannot be read.
+    /// Fails if the scanner cannot be reached, takes too long or has not scanned the whole file, or
+    /// if the file cannot be read.
     pub async fn scan(&self, file: &Path) -> anyhow::Result<ScanVerdict> {
         let asked = tokio::time::timeout(self.time, self.ask(file)).await;
         let answer = asked.with_context(|| format!("the scanner has not answered for {} s", self.time.as_secs()))??;
         verdict(&answer)
     }
 
-    /// Sends a file; what is answered.
+    /// Sends a file and returns the response.
     async fn ask(&self, file: &Path) -> anyhow::Result<String> {
         let mut file = File::open(file).await.context("the file that has arrived cannot be read")?;
         let socket = UnixStream::connect(&self.socket).await;
         let mut socket = socket.with_context(|| format!("no scanner answers at {}", self.socket.display()))?;
         let sent = send(&mut file, &mut socket).await;
         let mut answer = Vec::new();
-        // A scanner that has had enough answers and closes before everything was sent: what it says comes first.
+        // A scanner whose size limit is exceeded responds and closes early, so prefer its response
+        // to the write error.
         let read = (&mut socket).take(LONGEST_ANSWER).read_to_end(&mut answer).await;
         if answer.is_empty() {
             sent.context("the scanner does not take the file")?;
@@ -69,7 +73,7 @@ impl Scanner {
     }
 }
 
-/// Sends the command, the file in pieces and its end.
+/// Sends the command, the file in chunks, and the end marker.
 async fn send(file: &mut File, socket: &mut UnixStream) -> std::io::Result<()> {
     socket.write_all(INSTREAM).await?;
     let mut piece = vec![0; PIECE];
@@ -84,7 +88,7 @@ async fn send(file: &mut File, socket: &mut UnixStream) -> std::io::Result<()> {
     }
 }
 
-/// What an answer means. Whatever is not understood is no word for a file.
+/// Parses a response. Anything but the two known verdicts is an error.
 fn verdict(answer: &str) -> anyhow::Result<ScanVerdict> {
     let said = answer.strip_prefix("stream: ").filter(|said| !said.contains('\n'));
     if said == Some("OK") {
@@ -100,7 +104,7 @@ fn verdict(answer: &str) -> anyhow::Result<ScanVerdict> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when an answer that is no word for a file is taken for one.
+    //! A response that is not a verdict must not be taken for one.
 
     use super::*;
 

@@ -1,4 +1,4 @@
-//! What a school settles for itself. Each act is an administrator's, and the audit log keeps it.
+//! Settings of a school. Each change is made by an administrator and recorded in the audit log.
 
 use data_encoding::HEXLOWER;
 use model::due::DueRefused;
@@ -18,7 +18,7 @@ use crate::mailing::LetterResult;
 use crate::room::ensure_database_room;
 use crate::service::Service;
 
-/// Notes in the audit log what was settled, and ends the transaction.
+/// Records a change in the audit log and commits the transaction.
 async fn settle(
     service: &Service,
     mut tx: Write,
@@ -30,23 +30,24 @@ async fn settle(
     Ok(tx.commit().await?)
 }
 
-/// Longest name of a school, in characters.
+/// Maximum length of a school's name, in characters.
 const LONGEST_NAME: usize = 120;
 
-/// Most days in which an attempt still counts at a revision that was replaced.
+/// Maximum grace period during which an attempt at a replaced revision still counts, in days.
 const MOST_GRACE_DAYS: u32 = 365;
 
-/// Why so many days are not allowed.
+/// Returns the error message for an invalid grace period.
 #[must_use]
 pub fn refuse_grace(typed: &str) -> String {
     tr!("days: “{days}”; allowed are 0 to {most}", days = typed, most = MOST_GRACE_DAYS)
 }
 
-/// Settles what a school is called, which clock it keeps and what it writes. What was assigned before keeps the time zone in which its
-/// due date was said.
+/// Changes name, time zone, mail settings and other preferences of a school. Deadlines of existing
+/// assignments keep the time zone in which they were entered.
 ///
 /// # Errors
-/// When a value cannot be had (422): the name is none or another school's, or there is no such time zone.
+/// Returns [`Error::Unprocessable`] for an invalid value: an empty name or that of another school,
+/// an unknown time zone, or too long a grace period.
 pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &SchoolSettings) -> Result<(), Error> {
     let length = settings.name.chars().count();
     if length == 0 || length > LONGEST_NAME {
@@ -82,10 +83,10 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
     settle(service, tx, by, "school.settled", told).await
 }
 
-/// Gives a school a logo: a copy of the pixels that were sent, and nothing else of the file.
+/// Sets the logo of a school: a copy of the image's pixels without metadata.
 ///
 /// # Errors
-/// When it is no picture that can be had (422).
+/// Returns [`Error::Unprocessable`] if the image is not accepted.
 pub async fn put_logo(service: &Service, by: &CurrentPerson, sent: Vec<u8>) -> Result<(), Error> {
     ensure_database_room(service)?;
     let copied = copy_picture(service, by.school_id, &sent, true).await?;
@@ -104,10 +105,10 @@ pub async fn put_logo(service: &Service, by: &CurrentPerson, sent: Vec<u8>) -> R
     settle(service, tx, by, "school.logo_settled", json!({ "version": logo.version })).await
 }
 
-/// Takes a school's logo away.
+/// Removes a school's logo.
 ///
 /// # Errors
-/// [`Error::NotFound`] where it has none.
+/// Returns [`Error::NotFound`] if it has none.
 pub async fn remove_logo(service: &Service, by: &CurrentPerson) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     if !logos::remove_logo(&mut tx, by.school_id).await? {
@@ -116,7 +117,7 @@ pub async fn remove_logo(service: &Service, by: &CurrentPerson) -> Result<(), Er
     settle(service, tx, by, "school.logo_removed", json!({})).await
 }
 
-/// Sends a letter to whoever asks, to see that letters arrive; why it was not taken, where it was not.
+/// Sends a test mail to the caller and returns the result.
 pub async fn send_test_letter(service: &Service, by: &CurrentPerson, letter: Letter) -> Result<LetterResult, Error> {
     let sent = service.mailer.send(letter, service.clock.now()).await.map_err(|error| format!("{error:#}"));
     let told = json!({ "error": sent.as_ref().err() });
@@ -124,28 +125,28 @@ pub async fn send_test_letter(service: &Service, by: &CurrentPerson, letter: Let
     Ok(sent)
 }
 
-/// Sets from which origins browsers may read what the school publishes.
+/// Sets the origins from which browsers may read the school's published data.
 pub async fn set_origins(service: &Service, by: &CurrentPerson, allowed: &[String]) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     origins::replace_origins(&mut tx, by.school_id, allowed).await?;
     settle(service, tx, by, "school.origins_set", json!({ "origins": allowed })).await
 }
 
-/// Sets of whom a second factor is asked.
+/// Sets which roles must have a second factor.
 pub async fn set_second_factor_rule(service: &Service, by: &CurrentPerson, rule: FactorRule) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     second_factors::set_factor_rule(&mut tx, by.school_id, rule).await?;
     settle(service, tx, by, "school.second_factor_set", json!({ "asked_of": rule.word() })).await
 }
 
-/// Sets what must be proved of an attempt for it to count towards a certificate.
+/// Sets which evidence an attempt needs to count towards a certificate.
 pub async fn set_certificate_needs(service: &Service, by: &CurrentPerson, needed: Needed) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     schools::set_certificate_needs(&mut tx, by.school_id, needed).await?;
     settle(service, tx, by, "school.certificate_needs_set", json!({ "needed": needed.word() })).await
 }
 
-/// Sets how long people are kept who do nothing any more.
+/// Sets the retention policy.
 pub async fn set_retention(service: &Service, by: &CurrentPerson, settings: Settings) -> Result<(), Error> {
     let told = json!({
         "months": settings.months,

@@ -1,4 +1,4 @@
-//! Scores a recording, and writes down what came of it.
+//! Scores recordings and stores the results.
 
 use std::panic::AssertUnwindSafe;
 use std::time::Duration;
@@ -21,29 +21,30 @@ use crate::recording_store::StoreError;
 use crate::service::Service;
 use crate::{SPANS, asking, replays};
 
-/// Tries before a recording is refused whatever the reason.
+/// Maximum number of attempts before a recording is rejected, even if the error is transient.
 const MAX_ATTEMPTS: u32 = 6;
-/// Longest first try: what takes longer has all its time once nobody else waits.
+/// Time limit of the first attempt. A slower recording gets its full time in a later attempt, when
+/// no other is waiting.
 const FIRST_TRY: Duration = Duration::from_secs(30);
-/// Wait after the first failure, in s; it doubles with each.
+/// Delay after the first failure, in s; it doubles with each further one.
 const FIRST_WAIT_S: i64 = 10;
-/// Wait for a store of recordings that does not answer, in s.
+/// Delay while the recording store is unavailable, in s.
 const STORE_WAIT_S: i64 = 30;
-/// How a recording was fatal to what this service itself does with it.
+/// Recorded crash reason if the service itself panicked.
 const PANICKED: &str = "the service panicked over this recording";
 
 /// Why a recording was not scored.
 #[derive(Debug)]
 enum ScoringFailure {
-    /// It never will be.
+    /// Permanent error: a retry cannot succeed.
     Permanent(String),
-    /// It may be, later.
+    /// Transient error: a retry may succeed.
     Passing(anyhow::Error),
-    /// Its recording or the database cannot be reached now, which says nothing of it.
+    /// The recording or the database is unavailable, which is not the recording's fault.
     Unreachable(anyhow::Error),
-    /// Whoever worked on it has died of it; how.
+    /// The scoring process crashed; contains how it ended.
     Death(String),
-    /// Others took this service for dead, and the job is theirs.
+    /// The lease was lost: another replica is scoring the recording.
     Lost,
 }
 
@@ -68,10 +69,10 @@ impl From<StoreError> for ScoringFailure {
     }
 }
 
-/// Takes the job of a school that has been due for longest, if there is one that nobody has taken.
+/// Claims the job of a school that has been due longest, if there is an unclaimed one.
 ///
 /// # Errors
-/// When the database fails.
+/// Fails if the database fails.
 pub async fn claim(state: &Service, school: SchoolId, due: JobQuery) -> anyhow::Result<Option<Job>> {
     let mut tx = state.db.write_relaxed().await?;
     let job = jobs::claim_due_job(&mut tx, school, due, state.replica).await?;
@@ -79,7 +80,7 @@ pub async fn claim(state: &Service, school: SchoolId, due: JobQuery) -> anyhow::
     Ok(job)
 }
 
-/// Has a recording judged, and keeps its score; or writes down why there is none.
+/// Scores a recording and stores its score, or the reason for the failure.
 pub async fn score_recording(state: &Service, job: &Job) -> anyhow::Result<()> {
     let span = tracing::info_span!(target: SPANS, "score a recording", session = %job.session_id, deaths = job.deaths);
     match AssertUnwindSafe(try_scoring(state, job)).catch_unwind().instrument(span).await {
@@ -106,7 +107,7 @@ async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFa
     let session = sessions::find_session(state.db.reader(), job.school_id, job.session_id).await?;
     let session = session.context("the queue names a session that is not there")?;
     let task = JudgingTask::Judge(published(state, &session).await?);
-    // Before it counts as begun: who dies on the way has not died of the recording.
+    // Before the job is marked as started: a crash while fetching is not the recording's fault.
     let recording = state.recordings.fetch(&session.recording_path).await?;
     begin(state, job).await?;
     KillPoint::JobBegun.pass();
@@ -124,14 +125,15 @@ async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFa
     }
 }
 
-/// A failure is no reason not to score: the replay is made again when somebody wants to watch.
+/// Stores the replay. A failure is only logged and does not prevent scoring: the replay is rebuilt
+/// on demand.
 async fn keep_replay(state: &Service, session: &Session) {
     if let Err(error) = replays::keep(state, session).await {
         tracing::warn!(session = %session.id, cause = tell_in_full(&error), "no replay was kept");
     }
 }
 
-/// Writes down that a job is begun: should it be the end of us, it is known to whoever comes after.
+/// Marks the job as started, so that a crash counts against it.
 async fn begin(state: &Service, job: &Job) -> Result<(), ScoringFailure> {
     let mut tx = state.db.write_relaxed().await?;
     if !jobs::begin_job_try(&mut tx, job.held_by(state.replica)).await? {
@@ -140,7 +142,7 @@ async fn begin(state: &Service, job: &Job) -> Result<(), ScoringFailure> {
     Ok(tx.commit().await?)
 }
 
-/// The exercise as this school published it.
+/// Returns the exercise as this school published it.
 async fn published(state: &Service, session: &Session) -> anyhow::Result<Option<RevisionBytes>> {
     let Some(revision) = session.revision_id else { return Ok(None) };
     Ok(exercises::read_exercise_bytes(state.db.reader(), session.school_id, revision).await?)
@@ -197,7 +199,7 @@ async fn put_off(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::R
     Ok(())
 }
 
-/// Puts a job back until what does not answer may do so again, however often.
+/// Requeues a job until the unavailable resource may be back; does not count as an attempt.
 async fn wait_for_store(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::Result<()> {
     let why = format!("{error:#}");
     let until = state.clock.now().plus_s(STORE_WAIT_S);
@@ -206,10 +208,10 @@ async fn wait_for_store(state: &Service, job: &Job, error: &anyhow::Error) -> an
     Ok(())
 }
 
-/// Puts a job back into the queue.
+/// Requeues a job.
 ///
 /// # Errors
-/// When the database fails.
+/// Fails if the database fails.
 pub async fn give_back(state: &Service, job: &Job, how: JobReturn<'_>) -> anyhow::Result<()> {
     let mut tx = state.db.write().await?;
     if !jobs::return_job(&mut tx, job.held_by(state.replica), how).await? {
@@ -218,12 +220,13 @@ pub async fn give_back(state: &Service, job: &Job, how: JobReturn<'_>) -> anyhow
     Ok(tx.commit().await?)
 }
 
-/// Tells that what has come of a job counts for nothing: it is in other hands.
+/// Logs that the lease was lost and the result discarded.
 fn note_loss(job: &Job) {
     tracing::warn!(session = %job.session_id, "others took this service for dead, and score the recording themselves");
 }
 
-/// Puts a job behind those that nobody has died of, or aside where it was fatal before.
+/// Records a crash: the job is requeued behind those without crashes, or quarantined after the
+/// second crash.
 async fn bury(state: &Service, job: &Job, how: &str) -> anyhow::Result<()> {
     let mut tx = state.db.write().await?;
     if !jobs::return_job(&mut tx, job.held_by(state.replica), JobReturn::Died(how)).await? {

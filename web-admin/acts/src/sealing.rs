@@ -1,5 +1,5 @@
-//! Secrets at rest: sealed (ChaCha20-Poly1305) with a key in a file beside the database, so that a copy of the database alone
-//! opens none.
+//! Encryption at rest: seals secrets (ChaCha20-Poly1305) with a key in a file outside the database,
+//! so that a copy of the database alone reveals none.
 
 use std::fs::{DirBuilder, OpenOptions};
 use std::io::Write;
@@ -13,15 +13,15 @@ use data_encoding::HEXLOWER_PERMISSIVE;
 
 use crate::secret;
 
-/// The key's file in the folder of the keys, 64 hexadecimal digits.
+/// File name of the key in the key folder; 64 hexadecimal digits.
 pub const KEY_FILE: &str = "second-factor-key";
-/// Bytes of a nonce.
+/// Length of a nonce, in bytes.
 const NONCE: usize = 12;
 
-/// Seals a secret; it opens for the same owner alone.
+/// Seals a secret. The owner's id is authenticated, so that it opens for the same owner only.
 ///
 /// # Errors
-/// When the key cannot be read or made.
+/// Fails if the key cannot be read or created.
 pub fn seal(keys_dir: &Path, owner: &[u8; 16], plain: &[u8]) -> anyhow::Result<Vec<u8>> {
     let nonce = secret::random_bytes::<NONCE>()?;
     let sealed = cipher(keys_dir)?.encrypt(&Nonce::from(nonce), Payload { msg: plain, aad: owner });
@@ -29,10 +29,11 @@ pub fn seal(keys_dir: &Path, owner: &[u8; 16], plain: &[u8]) -> anyhow::Result<V
     Ok([nonce.as_slice(), &sealed].concat())
 }
 
-/// Opens what was sealed for an owner.
+/// Opens a sealed secret of an owner.
 ///
 /// # Errors
-/// When the key is another or cannot be read, or what was sealed was changed or is somebody else's.
+/// Fails if the key is wrong or cannot be read, or the sealed secret was changed or belongs to
+/// another owner.
 pub fn open(keys_dir: &Path, owner: &[u8; 16], sealed: &[u8]) -> anyhow::Result<Vec<u8>> {
     let (nonce, sealed) = sealed.split_first_chunk::<NONCE>().context("too short for a sealed secret")?;
     let opened = cipher(keys_dir)?.decrypt(&Nonce::from(*nonce), Payload { msg: sealed, aad: owner });
@@ -43,10 +44,10 @@ fn cipher(keys_dir: &Path) -> anyhow::Result<ChaCha20Poly1305> {
     Ok(ChaCha20Poly1305::new(&file_key(&keys_dir.join(KEY_FILE))?.into()))
 }
 
-/// The key in a file, made when it is first needed.
+/// Returns the key in a file, creating it on first use.
 ///
 /// # Errors
-/// When it cannot be read or made, or is none.
+/// Fails if it cannot be read or created, or is malformed.
 pub fn file_key(path: &Path) -> anyhow::Result<[u8; 32]> {
     if !path.exists() {
         make_key(path).with_context(|| {
@@ -63,10 +64,10 @@ pub fn file_key(path: &Path) -> anyhow::Result<[u8; 32]> {
     key.with_context(|| format!("{}: allowed are 64 hexadecimal digits", path.display()))
 }
 
-/// Takes a file's key from a backup: 64 hexadecimal digits. One that is there already is never overwritten.
+/// Restores a key file from a backup: 64 hexadecimal digits. An existing key is never overwritten.
 ///
 /// # Errors
-/// When it is no key, another one is there, or the disk refuses.
+/// Fails if it is not a key, another key exists, or the disk fails.
 pub fn restore_file_key(path: &Path, digits: &str) -> anyhow::Result<()> {
     let key = digits.trim();
     ensure!(key.len() == 64 && HEXLOWER_PERMISSIVE.decode(key.as_bytes()).is_ok(), "allowed are 64 hexadecimal digits");
@@ -82,7 +83,8 @@ fn make_key(path: &Path) -> anyhow::Result<()> {
     put_key(path, &secret::random_hex()?)
 }
 
-/// Written whole under another name first: two requests at once make one key, and a crash none.
+/// Writes a key under a temporary name first, so that concurrent requests create a single key and a
+/// crash leaves no partial one.
 fn put_key(path: &Path, key: &str) -> anyhow::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
@@ -90,7 +92,7 @@ fn put_key(path: &Path, key: &str) -> anyhow::Result<()> {
     let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&part)?;
     file.write_all(key.as_bytes())?;
     file.sync_all()?;
-    // A link fails where the name is taken: whoever was first has made the key.
+    // Linking fails if the name exists: then a concurrent request has created the key.
     let linked = std::fs::hard_link(&part, path);
     std::fs::remove_file(&part)?;
     match linked {
@@ -101,7 +103,7 @@ fn put_key(path: &Path, key: &str) -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a copy of the database, another person's row or a changed byte gives a secret away.
+    //! A copy of the database, another person's row or a changed byte must not reveal a secret.
 
     use super::*;
 

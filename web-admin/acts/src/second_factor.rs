@@ -1,5 +1,5 @@
-//! Second factors: enrolled, asked for, turned off and reset. Each code is good once, tries are counted whoever makes them, and
-//! everything is in the audit log.
+//! Second factors: enrolment, verification, removal and reset. Each code is valid once, attempts
+//! are rate-limited per account, and every operation is in the audit log.
 
 use std::net::IpAddr;
 
@@ -16,26 +16,27 @@ use crate::{brakes, sealing, secret};
 
 /// Lifetime of an offered secret, in s.
 const OFFER_LIFETIME_S: i64 = 30 * 60;
-/// Recovery codes that are made at once.
+/// Number of recovery codes issued at once.
 const RECOVERY_CODES: usize = 10;
-/// Letters of a recovery code, 5 bits each, behind the brake and a slow hash.
+/// Length of a recovery code, in letters of 5 bits each; the codes are also protected by a rate
+/// limit and a slow hash.
 const RECOVERY_LETTERS: usize = 12;
-/// Letters that stand together.
+/// Letters per displayed group.
 const GROUP: usize = 4;
 
-/// By what somebody has shown that they are themselves.
+/// The kind of second factor that a person has used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SignInProof {
-    /// A code of their app.
+    /// A code of their authenticator app.
     App,
-    /// A recovery code, which is used up.
+    /// A recovery code, which is consumed.
     RecoveryCode,
-    /// A passkey, by its signature.
+    /// A signature by a passkey.
     Passkey,
 }
 
 impl SignInProof {
-    /// As the audit log says it.
+    /// Returns the name used in the audit log.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -46,28 +47,29 @@ impl SignInProof {
     }
 }
 
-/// What came of a second factor that was made.
+/// Result of enrolling a second factor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Enrolled {
-    /// It is the first; the recovery codes, which nobody sees again.
+    /// It is the first one; contains the recovery codes, which cannot be shown again.
     First(Vec<String>),
-    /// There was one before, and its recovery codes go on.
+    /// There was one before, and its recovery codes stay valid.
     Another,
 }
 
-/// What somebody has typed, and where.
+/// A code entered by a person, and their address.
 #[derive(Clone, Copy, Debug)]
 pub struct TypedCode<'a> {
-    /// What.
+    /// The code.
     pub code: &'a str,
-    /// From which network address.
+    /// Client address.
     pub from: IpAddr,
 }
 
-/// Offers a secret, in place of one that was offered before. False where a second factor is on already.
+/// Creates a secret for an authenticator app, replacing an unconfirmed one. Returns false if an app
+/// is already enrolled.
 ///
 /// # Errors
-/// When the key or the database fails.
+/// Fails if the key or the database fails.
 pub async fn offer(state: &Service, person: &CurrentPerson) -> Result<bool, Error> {
     let bytes = secret::random_bytes::<20>()?;
     let sealed = sealing::seal(&state.config.keys_dir, person.id.uuid().as_bytes(), &bytes)?;
@@ -81,12 +83,13 @@ pub async fn offer(state: &Service, person: &CurrentPerson) -> Result<bool, Erro
     Ok(offered)
 }
 
-/// The secret that was offered shortly before and is not on yet.
+/// Returns the secret that was offered recently and has not been confirmed yet.
 ///
 /// # Errors
-/// When it cannot be opened, or the database fails.
+/// Fails if it cannot be opened, or the database fails.
 pub async fn offered(state: &Service, key: PersonKey) -> Result<Option<TotpSecret>, Error> {
-    // The offer follows a typed password. A person who finds the browser open later has not typed it.
+    // The offer was made after the password was entered; a person who finds the browser open later
+    // must not use it.
     let since = state.clock.now().plus_s(-OFFER_LIFETIME_S);
     let found = second_factors::find_second_factor(state.db.reader(), key)
         .await?
@@ -94,7 +97,7 @@ pub async fn offered(state: &Service, key: PersonKey) -> Result<Option<TotpSecre
     found.map(|factor| opened(state, key, &factor.sealed_secret)).transpose()
 }
 
-/// The secret within a sealed one.
+/// Opens a sealed secret.
 fn opened(state: &Service, key: PersonKey, sealed: &[u8]) -> Result<TotpSecret, Error> {
     let opened = sealing::open(&state.config.keys_dir, key.person_id.uuid().as_bytes(), sealed);
     let kept = opened.map(|bytes| TotpSecret::from_bytes(&bytes));
@@ -109,10 +112,11 @@ fn opened(state: &Service, key: PersonKey, sealed: &[u8]) -> Result<TotpSecret, 
     }
 }
 
-/// Turns the offered secret on by one code of it, which ends every other sign-in. None where the code is wrong.
+/// Enrols the offered secret if the code is right, which ends all other sessions. Returns `None` if
+/// the code is wrong.
 ///
 /// # Errors
-/// When no secret is offered, there were too many tries, or the database fails.
+/// Fails if no secret is offered, there were too many attempts, or the database fails.
 pub async fn confirm(state: &Service, person: &CurrentPerson, typed: TypedCode<'_>) -> Result<Option<Enrolled>, Error> {
     let key = PersonKey::from(person);
     let secret = offered(state, key).await?.ok_or_else(nothing_offered)?;
@@ -123,6 +127,7 @@ pub async fn confirm(state: &Service, person: &CurrentPerson, typed: TypedCode<'
         return Ok(None);
     };
     let first = !second_factors::is_second_factor_on(state.db.reader(), key).await?;
+    // Hashing is slow on purpose, so it is done before the write lock is taken.
     let codes = if first { Some(make_codes(state, key).await?) } else { None };
     let mut tx = state.db.write().await?;
     if !second_factors::confirm_second_factor(&mut tx, key, step, now).await? {
@@ -145,10 +150,11 @@ fn nothing_offered() -> Error {
     Error::Conflict(tr!("there is no second factor to confirm: begin once more").to_owned())
 }
 
-/// What a code proves that somebody has typed, of the app or a recovery code; either is used up. `None` where it is neither.
+/// Checks a code, either of the app or a recovery code, and consumes it. Returns `None` if it is
+/// neither.
 ///
 /// # Errors
-/// When there were too many tries, the secret cannot be opened, or the database fails.
+/// Fails if there were too many attempts, the secret cannot be opened, or the database fails.
 pub async fn check(state: &Service, key: PersonKey, typed: TypedCode<'_>) -> Result<Option<SignInProof>, Error> {
     take_try(state, key, typed.from).await?;
     let code = without_spaces(typed.code);
@@ -164,10 +170,10 @@ pub async fn check(state: &Service, key: PersonKey, typed: TypedCode<'_>) -> Res
     Ok(proof)
 }
 
-/// Counts a try, right or wrong.
+/// Counts an attempt, right or wrong.
 ///
 /// # Errors
-/// When there were too many, or the database fails.
+/// Fails if there were too many, or the database fails.
 pub(crate) async fn take_try(state: &Service, key: PersonKey, from: IpAddr) -> Result<(), Error> {
     let Err(refused) = brakes::take_code(state, key.person_id).await else { return Ok(()) };
     if matches!(refused, Error::TooMany { .. }) && state.brake_notes.is_worth_noting(from) {
@@ -206,10 +212,10 @@ async fn take_recovery_code(state: &Service, key: PersonKey, code: &str) -> Resu
     Ok(Some(SignInProof::RecoveryCode))
 }
 
-/// Makes recovery codes in place of those of before.
+/// Replaces the recovery codes by new ones.
 ///
 /// # Errors
-/// When no second factor is on, or the database fails.
+/// Fails if no second factor is enrolled, or the database fails.
 pub async fn remake_codes(state: &Service, person: &CurrentPerson) -> Result<Vec<String>, Error> {
     let key = PersonKey::from(person);
     let (codes, hashes) = make_codes(state, key).await?;
@@ -223,16 +229,16 @@ pub async fn remake_codes(state: &Service, person: &CurrentPerson) -> Result<Vec
     Ok(codes)
 }
 
-/// What somebody is told who has no second factor that is on.
+/// Error for a person without an enrolled second factor.
 #[must_use]
 pub fn nothing_on() -> Error {
     Error::Conflict(tr!("there is no second factor on this account").to_owned())
 }
 
-/// Recovery codes as they are read, and their hashes.
+/// Creates recovery codes and returns them, formatted for display, with their hashes.
 ///
 /// # Errors
-/// When the system's random source or the hashing fails.
+/// Fails if the system's random source or the hashing fails.
 pub(crate) async fn make_codes(state: &Service, key: PersonKey) -> Result<(Vec<String>, Vec<[u8; 32]>), Error> {
     let codes = (0..RECOVERY_CODES).map(|_| secret::random_code(RECOVERY_LETTERS));
     let codes = codes.collect::<anyhow::Result<Vec<String>>>()?;
@@ -246,7 +252,7 @@ async fn hashes(state: &Service, key: PersonKey, codes: Vec<String>) -> Result<V
     Ok(state.hash(work).await??)
 }
 
-/// Letters in groups, which are easier to read and to type.
+/// Splits a text into hyphenated groups, which are easier to read and to type.
 #[must_use]
 pub fn in_groups(text: &str) -> String {
     let letters: Vec<char> = text.chars().collect();
@@ -257,8 +263,8 @@ fn without_spaces(typed: &str) -> String {
     typed.chars().filter(|letter| !letter.is_whitespace()).collect()
 }
 
-/// Turns the codes of one's own app off; with the last second factor the recovery codes go, and a mail tells. False where there was
-/// no app.
+/// Removes a person's own authenticator app. With the last second factor, the recovery codes are
+/// removed and a mail is sent. Returns false if there was no app.
 pub async fn turn_off(state: &Service, person: &CurrentPerson) -> Result<bool, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
@@ -273,8 +279,8 @@ pub async fn turn_off(state: &Service, person: &CurrentPerson) -> Result<bool, E
     Ok(true)
 }
 
-/// Forgets the recovery codes of somebody who has just removed their last second factor, and tells them by mail. False where one is
-/// left.
+/// Removes the recovery codes of a person who has just removed their last second factor, and queues
+/// a mail to them. Returns false if another second factor is left.
 pub(crate) async fn end_if_last(tx: &mut Connection, person: &CurrentPerson, now: Moment) -> Result<bool, Error> {
     if second_factors::is_second_factor_on(&mut *tx, person.into()).await? {
         return Ok(false);
@@ -284,8 +290,8 @@ pub(crate) async fn end_if_last(tx: &mut Connection, person: &CurrentPerson, now
     Ok(true)
 }
 
-/// Takes somebody's second factor away, who has lost it: they sign in by their password, and are told by mail. False where
-/// none was on.
+/// Removes the second factors of a person who has lost them, and queues a mail to them. They can
+/// then sign in with their password alone. Returns false if none was enrolled.
 pub async fn reset(state: &Service, key: PersonKey, by: Actor) -> Result<bool, Error> {
     let mut tx = state.db.write().await?;
     let done = remove(&mut tx, key, RemovalAct { by, action: "second_factor.reset" }, state).await?;
@@ -294,7 +300,7 @@ pub async fn reset(state: &Service, key: PersonKey, by: Actor) -> Result<bool, E
     Ok(done)
 }
 
-/// Who turns a second factor off, and as what it is written down.
+/// Actor and audit action of the removal of a second factor.
 struct RemovalAct {
     by: Actor,
     action: &'static str,
@@ -308,7 +314,8 @@ async fn remove(tx: &mut Connection, key: PersonKey, act: RemovalAct, state: &Se
     Ok(true)
 }
 
-/// Writes down that somebody has no second factor any more, and queues the mail that tells them.
+/// Records in the audit log that a person has no second factor any more, and queues the mail to
+/// them.
 async fn note_off(tx: &mut Connection, key: PersonKey, act: RemovalAct, now: Moment) -> Result<(), Error> {
     let PersonKey { school_id, person_id } = key;
     AuditEntry::new(school_id, act.by, act.action, person_id).append(tx, now).await?;
@@ -316,13 +323,13 @@ async fn note_off(tx: &mut Connection, key: PersonKey, act: RemovalAct, now: Mom
     Ok(mails::queue_mail(tx, mail, now).await?)
 }
 
-/// Writes down that somebody has signed in, and by what.
+/// Records in the audit log that a person has signed in, with the kind of second factor.
 pub async fn note_sign_in(state: &Service, key: PersonKey, by: Option<SignInProof>) -> Result<(), Error> {
     let details = by.map_or_else(|| json!({}), |proof| json!({ "second_factor": proof.word() }));
     write_down(state, key, "person.signed_in", details).await
 }
 
-/// Writes down what somebody did to their second factor.
+/// Records an action on a person's second factor in the audit log.
 pub(crate) async fn note(state: &Service, key: PersonKey, action: &'static str) -> Result<(), Error> {
     write_down(state, key, action, json!({})).await
 }

@@ -1,4 +1,4 @@
-//! Secrets: passwords, tokens, and comparing them without telling how much was right.
+//! Secrets: random tokens, password hashing, masking, and constant-time comparison.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -9,18 +9,18 @@ use data_encoding::HEXLOWER;
 use model::folding::compose_text;
 use sha2::{Digest, Sha256};
 
-/// 32 random bytes from the operating system, in hexadecimal.
+/// Returns 32 random bytes from the operating system, in hexadecimal.
 ///
 /// # Errors
-/// When the operating system has none to give.
+/// Fails if the operating system's random source fails.
 pub fn random_hex() -> anyhow::Result<String> {
     Ok(HEXLOWER.encode(&random_16()?) + &HEXLOWER.encode(&random_16()?))
 }
 
-/// Random bytes from the operating system.
+/// Returns random bytes from the operating system.
 ///
 /// # Errors
-/// When the operating system has none to give.
+/// Fails if the operating system's random source fails.
 pub fn random_bytes<const N: usize>() -> anyhow::Result<[u8; N]> {
     let mut bytes = [0; N];
     for part in bytes.chunks_mut(16) {
@@ -29,49 +29,54 @@ pub fn random_bytes<const N: usize>() -> anyhow::Result<[u8; N]> {
     Ok(bytes)
 }
 
-/// What argon2 takes for a salt is what the operating system gives: good for any secret.
+/// Returns 16 bytes from argon2's salt generator, which takes them from the operating system and is
+/// fit for any secret.
 fn random_16() -> anyhow::Result<[u8; 16]> {
     try_generate_salt().map_err(|e| anyhow::anyhow!("the operating system's random source failed: {e}"))
 }
 
-/// A password to be read out and typed: 16 characters of 32, 80 bits.
+/// Returns a password that is easy to dictate and type: 16 characters of an alphabet of 32, that is
+/// 80 bits.
 ///
 /// # Errors
-/// When the operating system's random source fails.
+/// Fails if the operating system's random source fails.
 pub fn random_password() -> anyhow::Result<String> {
-    // Without 0, 1, l and o, which look alike.
+    // Without 0, 1, l and o, which are easily confused.
     const LETTERS: &[u8; 32] = b"23456789abcdefghijkmnpqrstuvwxyz";
     Ok(random_16()?.iter().map(|byte| char::from(LETTERS[usize::from(byte % 32)])).collect())
 }
 
-/// A code to be read from a screen and typed: letters of 32, 5 bits each, at most 16 of them.
+/// Returns a code that is easy to read and type: at most 16 letters of an alphabet of 32, that is 5
+/// bits each.
 ///
 /// # Errors
-/// When the operating system's random source fails.
+/// Fails if the operating system's random source fails.
 pub fn random_code(letters: usize) -> anyhow::Result<String> {
-    // Without 0, 1, I and O, which look alike.
+    // Without 0, 1, I and O, which are easily confused.
     const LETTERS: &[u8; 32] = b"23456789ABCDEFGHJKLMNPQRSTUVWXYZ";
     Ok(random_16()?.iter().take(letters).map(|byte| char::from(LETTERS[usize::from(byte % 32)])).collect())
 }
 
-/// A code as it is kept and compared: what people add when they type it is taken away.
+/// Normalizes a typed code for hashing and comparison: removes separators and converts to upper
+/// case.
 #[must_use]
 pub fn plain_code(typed: &str) -> String {
     typed.chars().filter(char::is_ascii_alphanumeric).map(|letter| letter.to_ascii_uppercase()).collect()
 }
 
-/// A slow hash of a short code within a realm: the same for the same code, so that it can be looked up. Takes tens of
-/// milliseconds: call it where blocking is allowed.
+/// Returns a slow, deterministic hash of a short code within a realm, suitable for lookups. Takes
+/// tens of milliseconds: call it where blocking is allowed.
 ///
 /// # Errors
-/// When the cost is out of argon2's range.
+/// Fails if the cost is outside argon2's range.
 pub fn code_hash(code: &str, realm: &[u8; 16], cost: PasswordCost) -> anyhow::Result<[u8; 32]> {
     let mut hash = [0; 32];
     hash_into(&argon2(cost)?, code.as_bytes(), realm, &mut hash).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
     Ok(hash)
 }
 
-/// Memory of hashes, used again. Freed, it would stay with the allocator, as much for every thread that ever hashed.
+/// Pool of memory for hashing. Freed memory would stay with the allocator, once for every thread
+/// that has ever hashed.
 static MEMORY: Mutex<Vec<Vec<Block>>> = Mutex::new(Vec::new());
 
 fn hash_into(argon2: &Argon2<'_>, secret: &[u8], salt: &[u8], hash: &mut [u8]) -> argon2::Result<()> {
@@ -88,24 +93,25 @@ fn argon2(cost: PasswordCost) -> anyhow::Result<Argon2<'static>> {
     Ok(Argon2::new(Algorithm::Argon2id, Version::V0x13, params))
 }
 
-/// What is kept of a token.
+/// Returns the hash under which a token is stored.
 #[must_use]
 pub fn token_sha256(token: &str) -> [u8; 32] {
     Sha256::digest(token.as_bytes()).into()
 }
 
-/// Compares two secrets by their hashes: the time it takes tells nothing about where they differ.
+/// Compares two secrets by their hashes, so that the time does not reveal where they differ.
 #[must_use]
 pub fn same(a: &str, b: &str) -> bool {
     let (a, b) = (token_sha256(a), token_sha256(b));
     a.iter().zip(&b).fold(0, |differences, (x, y)| differences | (x ^ y)) == 0
 }
 
-/// Masks a hexadecimal secret for a page: random bytes, then the secret XORed with them. Otherwise the length of a compressed page would
-/// reveal the secret to an attacker who chooses part of the page (BREACH).
+/// Masks a hexadecimal secret for a page: random bytes, then the secret XORed with them. Otherwise
+/// the length of a compressed page would reveal the secret to an attacker who chooses part of the
+/// page (BREACH).
 ///
 /// # Errors
-/// When it is no hexadecimal, or the operating system's random source fails.
+/// Fails if it is not hexadecimal, or the operating system's random source fails.
 pub fn mask(secret: &str) -> anyhow::Result<String> {
     let secret = HEXLOWER.decode(secret.as_bytes())?;
     let mut shown = Vec::with_capacity(2 * secret.len());
@@ -128,10 +134,11 @@ pub fn unmask(shown: &str) -> Option<String> {
     (mask.len() == masked.len()).then(|| HEXLOWER.encode(&secret))
 }
 
-/// Hashes a password with a fresh salt, in PHC form. Takes tens of milliseconds: call it where blocking is allowed.
+/// Hashes a password with a fresh salt, in PHC format. Takes tens of milliseconds: call it where
+/// blocking is allowed.
 ///
 /// # Errors
-/// When the cost is out of argon2's range.
+/// Fails if the cost is outside argon2's range.
 pub fn hash_password(password: &str, cost: PasswordCost) -> anyhow::Result<String> {
     let (argon2, salt) = (argon2(cost)?, random_16()?);
     let mut hash = [0; Params::DEFAULT_OUTPUT_LEN];
@@ -148,17 +155,18 @@ pub fn hash_password(password: &str, cost: PasswordCost) -> anyhow::Result<Strin
     Ok(phc.to_string())
 }
 
-/// Whether a password has this hash, however its letters are composed. A hash that cannot be read fits no password.
+/// Returns whether a password matches a hash, regardless of its Unicode normalization. An
+/// unreadable hash matches no password.
 #[must_use]
 pub fn password_fits(password: &str, hash: &str) -> bool {
     let Ok(parsed) = PasswordHash::new(hash) else { return false };
     let fits = |password: &str| hash_of(password, &parsed).is_some_and(|found| parsed.hash == Some(found));
     let composed = compose_text(password);
-    // An earlier version has hashed what was typed as it was.
+    // An earlier version hashed passwords without normalizing them.
     fits(&composed) || composed != password && fits(password)
 }
 
-/// The hash of a password by the salt and at the cost of another. Whoever compares two does so in constant time.
+/// Hashes a password with the salt and cost of another hash. `Output` compares in constant time.
 fn hash_of(password: &str, like: &PasswordHash) -> Option<Output> {
     let version = like.version.map(Version::try_from).transpose().ok()?.unwrap_or_default();
     let algorithm = Algorithm::try_from(like.algorithm.as_str()).ok()?;
@@ -169,17 +177,17 @@ fn hash_of(password: &str, like: &PasswordHash) -> Option<Output> {
     Output::new(hash).ok()
 }
 
-/// What it costs to hash a password.
+/// Cost parameters of password hashing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PasswordCost {
     /// Memory, in KiB.
     pub memory_kib: u32,
-    /// Passes over the memory.
+    /// Number of passes over the memory.
     pub passes: u32,
 }
 
 impl PasswordCost {
-    /// OWASP's recommendation for argon2id, which the argon2 crate has as its default: 19 MiB, two passes.
+    /// OWASP's recommendation for argon2id and the default of the argon2 crate: 19 MiB, two passes.
     pub const RECOMMENDED: Self = Self { memory_kib: 19 * 1024, passes: 2 };
 }
 
@@ -205,7 +213,7 @@ mod tests {
         assert!(password_fits("correct horse", &hash));
         assert!(!password_fits("correct horsf", &hash));
         assert!(!password_fits("correct horse", "not a hash"));
-        // Made by another program at another cost: argon2 of the reference implementation.
+        // Made by the reference implementation of argon2 at another cost.
         let theirs = "$argon2id$v=19$m=256,t=2,p=1$c29tZXNhbHQ$nf65EOgLrQMR/uIPnA4rEsF5h7TKyQwu9U1bMCHGi/4";
         assert!(password_fits("password", theirs) && !password_fits("Password", theirs));
     }
@@ -216,7 +224,7 @@ mod tests {
         for _ in 0..20 {
             std::thread::spawn(move || hash_password("correct horse", cost).unwrap()).join().unwrap();
         }
-        // Other tests hash meanwhile.
+        // Other tests hash concurrently.
         let kept = MEMORY.lock().unwrap().len();
         assert!((1..10).contains(&kept), "{kept} times the memory of a hash");
     }

@@ -1,4 +1,5 @@
-//! Tasks to mark the moment of each pop on a blinded trace: made, marked, measured.
+//! Marking tasks: trainees mark the moment of each pop on blinded traces. Creates tasks, stores
+//! marks and evaluates them.
 
 use model::ids::{PersonId, SchoolId, TaskId, TraceId};
 use model::segments::{MarksVerdict, TraceOutcome, pops};
@@ -13,10 +14,10 @@ use crate::deadlines::Dated;
 use crate::error::Error;
 use crate::service::Service;
 
-/// Makes a task.
+/// Creates a marking task.
 ///
 /// # Errors
-/// When an attempt or the cohort is not of the school, or the database fails.
+/// Fails if an attempt or the cohort does not belong to the school, or the database fails.
 pub async fn make(state: &Service, by: &CurrentPerson, new: &NewTask) -> Result<TaskId, Error> {
     let mut tx = state.db.write().await?;
     let id = segments::add_segment_task(&mut tx, by, new, state.clock.now()).await?;
@@ -26,7 +27,7 @@ pub async fn make(state: &Service, by: &CurrentPerson, new: &NewTask) -> Result<
     Ok(id)
 }
 
-/// What is put off when a task is.
+/// Returns the deadline of a task in the form in which deadlines are extended.
 #[must_use]
 pub fn dated(task: &SegmentTask) -> Dated<'_> {
     Dated {
@@ -37,7 +38,7 @@ pub fn dated(task: &SegmentTask) -> Dated<'_> {
     }
 }
 
-/// Takes a task back.
+/// Withdraws a task.
 pub async fn withdraw(state: &Service, by: &CurrentPerson, task: TaskId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     segments::withdraw_task(&mut tx, by.school_id, task, state.clock.now()).await?;
@@ -45,10 +46,10 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, task: TaskId) -> Resu
     Ok(tx.commit().await?)
 }
 
-/// A task that a person is to do, or that they manage.
+/// Returns a task that is assigned to a person or managed by them.
 ///
 /// # Errors
-/// [`Error::NotFound`] for any other.
+/// Returns [`Error::NotFound`] for any other task.
 pub async fn task(state: &Service, person: &CurrentPerson, id: TaskId) -> Result<SegmentTask, Error> {
     let reader = state.db.reader();
     let found = match person.role {
@@ -58,10 +59,11 @@ pub async fn task(state: &Service, person: &CurrentPerson, id: TaskId) -> Result
     found.into_iter().find(|task| task.id == id).ok_or(Error::NotFound)
 }
 
-/// A trace of such a task. A trainee is never given an attempt of their own: they could read its events elsewhere.
+/// Returns a trace with its task. Trainees do not get traces of their own attempts, whose events
+/// they could look up elsewhere.
 ///
 /// # Errors
-/// [`Error::NotFound`] for any other.
+/// Returns [`Error::NotFound`] for any other trace.
 pub async fn trace(state: &Service, person: &CurrentPerson, id: TraceId) -> Result<(SegmentTask, Trace), Error> {
     let trace = segments::find_trace(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let task = task(state, person, trace.task_id).await?;
@@ -71,10 +73,10 @@ pub async fn trace(state: &Service, person: &CurrentPerson, id: TraceId) -> Resu
     Ok((task, trace))
 }
 
-/// Keeps what a trainee has marked, and, where it is sent, for good.
+/// Stores a trainee's marks; `sent` makes them final.
 ///
 /// # Errors
-/// [`Error::Conflict`] when marks were sent already.
+/// Returns [`Error::Conflict`] if the marks are already final.
 pub async fn mark(
     state: &Service,
     person: &CurrentPerson,
@@ -95,17 +97,17 @@ pub async fn mark(
     Ok(tx.commit().await?)
 }
 
-/// The pops of an attempt, in s.
+/// Returns the times of the pops in an attempt, in s.
 ///
 /// # Errors
-/// When it was not scored, or the database fails.
+/// Fails if it has not been scored, or the database fails.
 pub async fn truth(state: &Service, school_id: SchoolId, trace: &Trace) -> Result<Vec<f64>, Error> {
     let key = SessionKey { school_id, id: trace.session_id };
     let curve = scores::find_curve(state.db.reader(), key).await?.ok_or(Error::NotFound)?;
     Ok(pops(&curve))
 }
 
-/// The outcomes of a task, in the order of `people`.
+/// Returns the outcomes of a task, in the order of `people`.
 pub async fn outcomes(
     state: &Service,
     school: SchoolId,

@@ -1,4 +1,4 @@
-//! What every act may use.
+//! Shared state of all operations.
 
 use std::fs::DirBuilder;
 use std::os::unix::fs::DirBuilderExt;
@@ -23,57 +23,59 @@ use crate::recording_store::RecordingStore;
 use crate::relying_party::RelyingParty;
 use crate::turns::Turns;
 
-/// Longest wait in the queue for password hashing.
+/// Maximum time in the queue for password hashing.
 const LONGEST_WAIT: Duration = Duration::from_secs(2);
 
-/// What every act may use.
+/// Shared state of all operations.
 #[derive(Clone, Debug)]
 pub struct Service {
-    /// The database.
+    /// Database.
     pub db: Database,
-    /// Who this process is among those that work on the database.
+    /// Id of this process among the replicas on the database.
     pub replica: ReplicaId,
-    /// The clock.
+    /// Clock.
     pub clock: Clock,
-    /// How the service runs.
+    /// Configuration.
     pub config: Arc<Config>,
-    /// Where recordings lie.
+    /// Recording store.
     pub recordings: RecordingStore,
-    /// Recordings of somebody erased may be left where recordings lie.
+    /// Whether recordings of erased people may remain in the store and must be deleted later.
     pub erased_left: Arc<AtomicBool>,
-    /// Rung when a recording has been queued.
+    /// Notified when a recording has been queued.
     pub jobs: Arc<Notify>,
-    /// Where mail goes out.
+    /// Mailer.
     pub mailer: Mailer,
-    /// Rung when a mail has been queued.
+    /// Notified when a mail has been queued.
     pub mails: Arc<Notify>,
-    /// How often it is noted that an address is held up.
+    /// Throttle for log lines about rate-limited addresses.
     pub brake_notes: Arc<BrakeNotes>,
-    /// The relying party for passkeys, where browsers have them for this service.
+    /// Relying party for passkeys, if browsers support them for this service's origin.
     pub relying_party: Option<Arc<RelyingParty>>,
-    /// Uploads in pieces that somebody is writing to.
+    /// Write locks on resumable uploads.
     pub turns: Turns,
-    /// What drafts come to, and the lines before those who compute it.
+    /// Queues and cache for previews of drafts.
     pub previews: Arc<Previews>,
-    /// The lines before helpers that read what arrives and make replays.
+    /// Limit on concurrent helpers that read uploads and build replays.
     pub helpers: Arc<Lines>,
-    /// The lines before files of all attempts of a school: a million of them keep a core busy for half a minute.
+    /// Limit on concurrent exports of all attempts of a school: a million attempts occupy a core
+    /// for half a minute.
     pub exports: Arc<Lines>,
-    /// How many recordings may be held in memory at once: one of ten minutes takes 150 MB.
+    /// Limit on recordings in memory: one of ten minutes takes 150 MB.
     pub parsing: Arc<Semaphore>,
-    /// How many passwords may be hashed at once: each takes 19 MiB and a core.
+    /// Limit on concurrent password hashing: each takes 19 MiB and a core.
     pub hashing: Arc<Semaphore>,
-    /// How many passwords may be hashed at once for sign-ins from new addresses.
+    /// The same limit for sign-ins from new addresses.
     pub hashing_strangers: Arc<Semaphore>,
-    /// Looks at a draft where no helper does; whoever has no pages to draw it leaves it.
+    /// Examines a draft in-process if there is no helper. Programs that render no pages use
+    /// [`leave_unexamined`].
     pub examine_draft: DraftExaminer,
 }
 
 impl Service {
-    /// Makes the folders, opens the database and brings its schema up to date.
+    /// Creates the folders, opens the database and migrates its schema.
     ///
     /// # Errors
-    /// When a folder cannot be made, or the database cannot be opened or migrated.
+    /// Fails if a folder cannot be created, or the database cannot be opened or migrated.
     pub async fn open(config: Config, clock: Clock) -> anyhow::Result<Self> {
         words::check()?;
         for folder in [&config.data_dir, &config.recordings_dir, &config.uploads_dir(), &config.replays_dir()] {
@@ -100,7 +102,7 @@ impl Service {
             brake_notes: Arc::default(),
             turns: Turns::default(),
             previews: Arc::default(),
-            // One school has two of them at most: another finds the third.
+            // One school gets at most two of the three, so that another always finds one.
             helpers: Arc::new(Lines::new(3, 2)),
             exports: Arc::new(Lines::new(4, 1)),
             parsing: Arc::new(Semaphore::new(2)),
@@ -110,15 +112,16 @@ impl Service {
         })
     }
 
-    /// Hashes where blocking is allowed, when those before are done.
+    /// Hashes on the blocking thread pool, after earlier requests.
     ///
     /// # Errors
-    /// [`Error::Crowded`] when too many are before it, or the work could not be run.
+    /// Returns [`Error::Crowded`] if the queue is too long; fails if the task cannot run.
     pub async fn hash<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Error> {
         soon(&self.hashing, work).await
     }
 
-    /// Hashes for a sign-in from a new address, in a queue of its own, so that a flood of strangers delays no known user.
+    /// Hashes for a sign-in from a new address. It has its own queue, so that a flood of unknown
+    /// addresses does not delay known users.
     ///
     /// # Errors
     /// As [`Service::hash`].
@@ -129,16 +132,17 @@ impl Service {
         soon(&self.hashing_strangers, work).await
     }
 
-    /// Holds a recording in memory where blocking is allowed, when there is room for it.
+    /// Runs work that holds a recording in memory on the blocking thread pool, within the limit on
+    /// such work.
     ///
     /// # Errors
-    /// When the work could not be run.
+    /// Fails if the task cannot run.
     pub async fn parse<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Error> {
         in_turn(&self.parsing, work).await
     }
 }
 
-/// Says in words that another program has brought the database further than this one knows.
+/// Translates the error of a database that was migrated by a newer version of this program.
 fn tell_newer(error: MigrateError) -> anyhow::Error {
     match error {
         MigrateError::VersionMissing(step) => anyhow::anyhow!(
@@ -149,7 +153,7 @@ fn tell_newer(error: MigrateError) -> anyhow::Error {
     }
 }
 
-/// Runs blocking work once a place is free; the wait is bounded.
+/// Runs blocking work once there is a permit; the wait is bounded.
 async fn soon<T: Send + 'static>(
     places: &Arc<Semaphore>,
     work: impl FnOnce() -> T + Send + 'static,
@@ -160,7 +164,7 @@ async fn soon<T: Send + 'static>(
     block(place.map_err(anyhow::Error::from)?, work).await
 }
 
-/// Works where blocking is allowed, when there is a place for it.
+/// Runs blocking work once there is a permit; the wait is unbounded.
 async fn in_turn<T: Send + 'static>(
     places: &Arc<Semaphore>,
     work: impl FnOnce() -> T + Send + 'static,

@@ -1,16 +1,16 @@
-//! Which school is next: the one with the least of the judges, then the one that has cost them the least time. A school that has waited
-//! for nothing has saved nothing up.
+//! Fair scheduling of scoring between schools: first the school with the fewest running jobs, then
+//! the one that has used the least time. Idle schools accumulate no credit.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use model::ids::SchoolId;
 
-/// What schools have of the judges.
+/// Usage of the workers by the schools.
 #[derive(Debug, Default)]
 pub struct Shares {
     schools: BTreeMap<SchoolId, WorkerShare>,
-    /// What whoever was begun last had used: a school that comes anew begins there.
+    /// Time used by the school that was scheduled last. A newly active school starts from it.
     floor: Duration,
 }
 
@@ -20,24 +20,25 @@ struct WorkerShare {
     running: usize,
 }
 
-/// How many judges there are, and who else is there.
+/// Number of workers, and whether several schools share them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bench {
-    /// Judges in all.
+    /// Total number of workers.
     pub judges: usize,
-    /// There is more than one school.
+    /// Whether there is more than one school.
     pub several: bool,
 }
 
 impl Bench {
-    /// How many of the judges one school may have: one stays free for the others, where there are others.
+    /// Returns the maximum number of workers for one school: all but one if there are other
+    /// schools.
     const fn most(self) -> usize {
         if self.several && self.judges > 1 { self.judges - 1 } else { self.judges }
     }
 }
 
 impl Shares {
-    /// Those schools whose turn it may be, in the order of their turns.
+    /// Returns the schools that may be scheduled, by priority.
     #[must_use]
     pub fn order(&self, mut waiting: Vec<SchoolId>, bench: Bench) -> Vec<SchoolId> {
         waiting.retain(|school| self.of(*school).running < bench.most());
@@ -48,7 +49,7 @@ impl Shares {
         waiting
     }
 
-    /// Notes that a school is given a judge.
+    /// Records that a job of a school has started.
     pub fn begin(&mut self, school: SchoolId) {
         let mut share = self.of(school);
         share.used = share.used.max(self.floor);
@@ -57,7 +58,7 @@ impl Shares {
         self.schools.insert(school, share);
     }
 
-    /// Notes that a judge was given back, and after how long.
+    /// Records that a job of a school has ended, and its duration.
     pub fn end(&mut self, school: SchoolId, took: Duration) {
         let mut share = self.of(school);
         share.used += took;
@@ -72,7 +73,7 @@ impl Shares {
 
 #[cfg(test)]
 mod tests {
-    //! No school may wait for the many jobs of another, nor for the long ones.
+    //! No school may wait for the many jobs of another, nor for its long ones.
 
     use super::*;
 

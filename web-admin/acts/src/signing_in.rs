@@ -1,4 +1,4 @@
-//! What the logs keep of who got in, and who did not.
+//! Logging of successful and refused sign-ins.
 
 use std::net::IpAddr;
 
@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
 
-/// Writes down that somebody signed in or out.
+/// Records in the audit log that a person signed in or out.
 pub async fn note_way_in(service: &Service, person: PersonId, action: &str) -> Result<(), Error> {
     let school_id = people::find_person(service.db.reader(), person).await?.map(|p| p.school_id);
     let mut tx = service.db.write().await?;
@@ -21,8 +21,9 @@ pub async fn note_way_in(service: &Service, person: PersonId, action: &str) -> R
     Ok(tx.commit().await?)
 }
 
-/// Records a refused sign-in: in the log with the network address, in the audit log without. Attempts with an unknown email address are only
-/// counted, by the hour; [`note_unknown_sign_ins`] writes the counts to the audit log.
+/// Records a refused sign-in: in the log with the network address, in the audit log without.
+/// Attempts with an unknown email address are only counted, by the hour; [`note_unknown_sign_ins`]
+/// writes the counts to the audit log.
 pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, action: &str) -> Result<(), Error> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
@@ -41,7 +42,8 @@ pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, 
     Ok(())
 }
 
-/// Writes the number of sign-in attempts with unknown email addresses of each past hour to the audit log.
+/// Writes the number of sign-in attempts with unknown email addresses of each past hour to the
+/// audit log.
 pub async fn note_unknown_sign_ins(service: &Service) -> Result<(), Error> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;

@@ -1,5 +1,5 @@
-//! Where the statements of the audit log's end are kept: in a folder of the data folder, or where recordings lie in a bucket beside them, for
-//! every service on the same database.
+//! Storage of audit checkpoints (statements): a folder in the data folder or, if recordings are
+//! stored in a bucket, objects there, shared by all replicas on the same database.
 
 use std::fs::{DirBuilder, File, OpenOptions};
 use std::io::{ErrorKind, Write};
@@ -11,10 +11,10 @@ use anyhow::Context;
 use crate::config::Config;
 use crate::recording_store::{Bucket, RecordingStore};
 
-/// The folder of statements, in the data folder and in a bucket.
+/// Name of the folder, in the data folder and in a bucket.
 pub(crate) const STATEMENTS: &str = "statements";
 
-/// Where statements are kept.
+/// Storage of audit checkpoints.
 #[derive(Clone, Debug)]
 pub enum StatementStore {
     /// In a folder.
@@ -24,7 +24,7 @@ pub enum StatementStore {
 }
 
 impl StatementStore {
-    /// That of a service.
+    /// Returns the storage of a service.
     #[must_use]
     pub fn of(config: &Config, recordings: &RecordingStore) -> Self {
         match recordings {
@@ -33,7 +33,7 @@ impl StatementStore {
         }
     }
 
-    /// Where one of a name is, in words for people.
+    /// Returns the location of a file, for messages.
     #[must_use]
     pub fn place(&self, name: &str) -> String {
         match self {
@@ -42,10 +42,10 @@ impl StatementStore {
         }
     }
 
-    /// The bytes of one; none where there is none.
+    /// Reads a file; returns `None` if it does not exist.
     ///
     /// # Errors
-    /// When the disk fails, or the bucket does not answer.
+    /// Fails if the disk fails, or the bucket does not respond.
     pub async fn read(&self, name: &str) -> anyhow::Result<Option<Vec<u8>>> {
         match self {
             Self::Folder(folder) => match tokio::fs::read(folder.join(name)).await {
@@ -56,10 +56,10 @@ impl StatementStore {
         }
     }
 
-    /// Keeps one, whole or not at all.
+    /// Writes a file atomically.
     ///
     /// # Errors
-    /// When the disk refuses, or the bucket does not answer.
+    /// Fails if the disk fails, or the bucket does not respond.
     pub async fn keep(&self, name: &str, bytes: Vec<u8>) -> anyhow::Result<()> {
         match self {
             Self::Folder(folder) => {
@@ -71,10 +71,11 @@ impl StatementStore {
         }
     }
 
-    /// Has a bucket hold what the data folder still has of the time before it. The files stay.
+    /// Copies the files in the data folder, written before a bucket was used, to the bucket. The
+    /// files are kept.
     ///
     /// # Errors
-    /// When a file cannot be read, or the bucket does not answer.
+    /// Fails if a file cannot be read, or the bucket does not respond.
     pub async fn carry_over(&self, config: &Config) -> anyhow::Result<()> {
         let Self::Bucket(bucket) = self else { return Ok(()) };
         let folder = config.data_dir.join(STATEMENTS);
@@ -90,7 +91,7 @@ impl StatementStore {
     }
 }
 
-/// How the name of a file ends that is not whole yet.
+/// Suffix of incomplete files.
 const PART: &str = ".part";
 
 fn keep_file(folder: &Path, file: &Path, bytes: &[u8]) -> anyhow::Result<()> {

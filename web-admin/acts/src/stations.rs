@@ -1,4 +1,5 @@
-//! Training stations: how one joins a school, and how somebody signs in at one. Both by codes short enough to type.
+//! Training stations: pairing with a school, and signing in at a station. Both use codes short
+//! enough to type.
 
 use model::ids::{PersonId, SchoolId, StationId};
 use model::{CurrentPerson, Moment, PersonKey, Role, line};
@@ -15,36 +16,38 @@ use crate::service::Service;
 use crate::study_consents::{consent_at_station, revision_of_terms};
 use crate::{keys, secret};
 
-/// How long a pairing code is good, in s.
+/// Lifetime of a pairing code, in s.
 pub const PAIRING_CODE_LIFETIME_S: i64 = 600;
-/// Letters of a pairing code: 40 bits for ten minutes.
+/// Length of a pairing code, in letters: 40 bits, valid for ten minutes.
 const PAIRING_LETTERS: usize = 8;
-/// Letters of a sign-in code: 30 bits, behind a station's token and its brake.
+/// Length of a sign-in code, in letters: 30 bits, protected by a station's token and its rate
+/// limit.
 const SIGN_IN_LETTERS: usize = 6;
-/// Wrong sign-in codes that a station may pass on in [`LOCKOUT_S`] before it is locked for the rest of them.
+/// Number of wrong sign-in codes from one station within [`LOCKOUT_S`] after which it is locked for
+/// the rest of that period.
 const WRONG_CODES: u32 = 20;
-/// In s.
+/// Period over which wrong codes are counted, in s.
 const LOCKOUT_S: i64 = 3600;
-/// How exactly it is noted when a station was seen, in s.
+/// Resolution of a station's last activity, in s.
 const SIGHT_S: i64 = 60;
 const HOUR_S: i64 = 3600;
-/// Longest name of a station, in characters.
+/// Maximum length of a station's name, in characters.
 const LONGEST_NAME: usize = 60;
 
-/// A station that has just joined.
+/// A newly paired station.
 #[derive(Debug)]
 pub struct Paired {
     /// Id.
     pub station_id: StationId,
     /// Its name.
     pub name: String,
-    /// The school's name.
+    /// Name of the school.
     pub school: String,
-    /// Its token, which nobody sees again.
+    /// Its token; only a hash is stored.
     pub token: String,
 }
 
-/// A station that asks for something.
+/// A station that makes a request.
 #[derive(Clone, Debug)]
 pub struct CallingStation {
     /// Its school.
@@ -55,7 +58,7 @@ pub struct CallingStation {
     pub name: String,
 }
 
-/// Makes a pairing code, as it is to be read out.
+/// Creates a pairing code, and returns it, formatted for reading, with its expiry.
 pub async fn make_pairing_code(state: &Service, maker: &CurrentPerson) -> Result<(String, Moment), Error> {
     let (now, code) = (state.clock.now(), secret::random_code(PAIRING_LETTERS)?);
     let row =
@@ -67,11 +70,12 @@ pub async fn make_pairing_code(state: &Service, maker: &CurrentPerson) -> Result
     Ok((in_groups(&code), row.expires_at))
 }
 
-/// Lets a station join the school that a code leads to, with the public key by which its recordings will be known. The code
-/// is used up, but not by a name that cannot be had.
+/// Pairs a station with the school of a pairing code, and stores the public key that verifies its
+/// recordings. A successful pairing consumes the code; a rejected name does not.
 ///
 /// # Errors
-/// When the code is unknown, used or expired, the name is none or taken, or the key is none.
+/// Fails if the code is unknown, used or expired, the name is empty or in use, or the key is
+/// invalid.
 pub async fn pair(state: &Service, code: &str, name: &str, public_key: Option<&str>) -> Result<Paired, Error> {
     let (now, name) = (state.clock.now(), checked_name(name)?);
     if public_key.is_some_and(|key| keys::public_key(key).is_none()) {
@@ -116,7 +120,7 @@ fn checked_name(given: &str) -> Result<String, Error> {
     Ok(name.to_owned())
 }
 
-/// Takes a station's token from it. False when there is none to take.
+/// Revokes a station's token. Returns false if it has no valid token.
 pub async fn revoke(state: &Service, by: &CurrentPerson, station: StationId) -> Result<bool, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
@@ -128,12 +132,12 @@ pub async fn revoke(state: &Service, by: &CurrentPerson, station: StationId) -> 
     Ok(true)
 }
 
-/// Makes one's own sign-in code, in place of the one before.
+/// Creates a person's own sign-in code, replacing the previous one.
 pub async fn make_sign_in_code(state: &Service, person: &CurrentPerson) -> Result<String, Error> {
     give_sign_in_code(state, person, person.id).await
 }
 
-/// Gives somebody of the maker's school a sign-in code, in place of the one they had.
+/// Creates a sign-in code for a person of the maker's school, replacing the previous one.
 pub(crate) async fn give_sign_in_code(
     state: &Service,
     maker: &CurrentPerson,
@@ -145,7 +149,7 @@ pub(crate) async fn give_sign_in_code(
         let now = state.clock.now();
         let mut tx = state.db.write().await?;
         let holder = PersonKey { school_id: maker.school_id, person_id: holder };
-        // One in a million that somebody has it already: then it is another.
+        // With a probability of about 10⁻⁶ the code is in use: then draw another.
         if sign_in_codes::put_sign_in_code(&mut tx, holder, &hash, now).await? {
             AuditEntry::by(maker, "sign_in_code.made", holder.person_id).append(&mut tx, now).await?;
             tx.commit().await?;
@@ -154,29 +158,30 @@ pub(crate) async fn give_sign_in_code(
     }
 }
 
-/// What has come of a code that is somebody's.
+/// Result of a valid sign-in code.
 #[derive(Debug)]
 pub enum StationVisit {
-    /// They sit at the station now.
+    /// The person is signed in at the station.
     SignedIn(Box<Person>),
-    /// A guest, who has yet to agree to what their study asks of them: the code is as good as before.
+    /// A guest who has not yet consented to the terms of their study; the code stays valid.
     ConsentAsked(Box<Study>),
 }
 
-/// A code that somebody types at a station.
+/// A code entered at a station.
 #[derive(Clone, Copy, Debug)]
 pub struct TypedCode<'a> {
-    /// The code; case, spaces and hyphens do not matter.
+    /// The code; case, spaces and hyphens are ignored.
     pub code: &'a str,
-    /// The revision of what they have read and agreed to, where they are a guest.
+    /// Revision of the terms to which a guest has consented.
     pub agreed: Option<&'a str>,
 }
 
-/// Whose code this is. A guest's is good once, with their agreement. A try counts as wrong until it proves right: so of many at once no more are made
-/// than the brake allows, and a right one in between does not loosen it.
+/// Signs in the holder of a code. A guest's code is valid once, and requires consent. Each attempt
+/// is counted as wrong before it is checked, so that concurrent attempts cannot exceed the limit. A
+/// right code takes back only its own count, not those of earlier wrong codes.
 ///
 /// # Errors
-/// When the code is nobody's or of a study that has ended, or the station has passed on too many wrong ones.
+/// Fails if the code is unknown, its study has ended, or the station has sent too many wrong ones.
 pub async fn sign_in(
     state: &Service,
     station: &CallingStation,
@@ -234,13 +239,14 @@ async fn hash(state: &Service, school: SchoolId, code: String) -> Result<[u8; 32
     Ok(state.hash(move || secret::code_hash(&code, school.uuid().as_bytes(), cost)).await??)
 }
 
-/// A code in two halves, which are easier to read and to type.
+/// Splits a code into two hyphenated halves, which are easier to read and to type.
 fn in_groups(code: &str) -> String {
     let (first, second) = code.split_at(code.len() / 2);
     format!("{first}-{second}")
 }
 
-/// Notes when a token of a person was used, to the hour: its owner sees whether it is needed, and not what they did when.
+/// Records the use of a personal token, to the hour: enough for its owner to see whether it is in
+/// use, without tracking their activity.
 pub async fn note_token_use(state: &Service, token: &Token) -> Result<(), Error> {
     let now = state.clock.now();
     if token.last_seen_at.is_some_and(|seen| now < seen.plus_s(HOUR_S)) {
@@ -252,7 +258,7 @@ pub async fn note_token_use(state: &Service, token: &Token) -> Result<(), Error>
     Ok(tx.commit().await?)
 }
 
-/// Notes when a station was seen, to the minute: a write for each request would slow uploads down.
+/// Records a station's activity, to the minute. A write for each request would slow down uploads.
 pub async fn note_station_sight(state: &Service, token: &Token) -> Result<(), Error> {
     let now = state.clock.now();
     if token.last_seen_at.is_some_and(|seen| now < seen.plus_s(SIGHT_S)) {

@@ -1,4 +1,4 @@
-//! What a study's participants agree to, and that a guest has agreed to it at a station.
+//! The terms of a study, and consent to them at a station.
 
 use data_encoding::HEXLOWER;
 use model::Moment;
@@ -11,20 +11,21 @@ use store::studies::{self, Study};
 
 use crate::error::Error;
 
-/// The revision of what a study's participants agree to: the SHA-256 of all of it, in hexadecimal digits.
+/// Returns the revision of a study's terms: the hexadecimal SHA-256 of consent text, data
+/// controller, contact and retention period.
 #[must_use]
 pub fn revision_of_terms(study: &Study) -> String {
     let months = study.kept_months.to_string();
     let mut hash = Sha256::new();
     for part in [&study.consent, &study.controller, &study.contact, &months] {
-        // Each with its length, so that no two texts run together to the same.
+        // With its length, so that different texts cannot concatenate to the same bytes.
         hash.update(part.len().to_be_bytes());
         hash.update(part.as_bytes());
     }
     HEXLOWER.encode(&hash.finalize())
 }
 
-/// Keeps that a guest has agreed at a station to what it has shown them: when, and to which revision of which text.
+/// Records a guest's consent at a station, with the time and the revision of the terms.
 pub(crate) async fn consent_at_station(
     writer: &mut Connection,
     station: &str,

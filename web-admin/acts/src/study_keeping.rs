@@ -1,5 +1,6 @@
-//! The data of a study go when the months are over that were promised to whoever took part: announced on its page a month before, by the
-//! clock and by the time that the service has run, so that no clock erases anything.
+//! Retention of study data: erased after the period promised to the participants. The erasure is
+//! announced on the study's page 30 days before, measured both by the clock and in service uptime,
+//! so that a wrong clock erases nothing.
 
 use model::ids::SchoolId;
 use model::retention::{Now, RetentionAction, RetentionRule, Warned, step};
@@ -13,10 +14,10 @@ use crate::erasures::ErasureScope;
 use crate::error::Error;
 use crate::service::Service;
 
-/// Days for which the end of a study's data is announced.
+/// Time between the announcement and the erasure of a study's data, in days.
 pub const ANNOUNCED_DAYS: u32 = 30;
 
-/// What is to be done about the data of a study that has ended.
+/// Returns the pending step for the data of a study; `None` if it is open or nothing is due.
 #[must_use]
 pub fn plan_study(study: &Study, now: Now) -> Option<RetentionAction> {
     let rule = RetentionRule { months: study.kept_months, warn_days: ANNOUNCED_DAYS };
@@ -24,10 +25,11 @@ pub fn plan_study(study: &Study, now: Now) -> Option<RetentionAction> {
     step(Some(rule), study.closed_at?, study.erased_at.is_some(), warned, now)
 }
 
-/// Announces, calls off and erases what is due in a school. How many studies were erased.
+/// Carries out the pending announcements, cancellations and erasures of a school. Returns the
+/// number of studies erased.
 ///
 /// # Errors
-/// When the database, the list of erasures or the disk fails; what is done until then stays done.
+/// Fails if the database, the erasure list or the disk fails; earlier steps remain done.
 pub async fn keep_studies(state: &Service, school: SchoolId) -> Result<usize, Error> {
     let reader = state.db.reader();
     let observed_s = retention::service_time(reader).await?.observed_s;
@@ -68,8 +70,8 @@ fn entry<'a>(study: &Study, action: &'a str) -> AuditEntry<'a> {
     AuditEntry::new(study.school_id, Actor::Worker, action, study.id)
 }
 
-/// Takes away what everybody told and answered for a study, and the guests with their recordings. What people of the school did in it is
-/// theirs, and stays with them.
+/// Deletes all participants' facts and answers for a study, and erases the guests with their
+/// recordings. The attempts of members of the school are kept.
 async fn erase_study(state: &Service, study: &Study) -> Result<(), Error> {
     let participants = studies::list_participants(state.db.reader(), study).await?;
     let everything = ErasureScope { written: true, about: true, recordings: true };

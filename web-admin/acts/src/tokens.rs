@@ -1,4 +1,4 @@
-//! Tokens for programs of one's own: made with a name and an end, shown once, revoked.
+//! Personal API tokens: created with a name and an expiry, shown once, revocable.
 
 use model::ids::TokenId;
 use model::limits::{LONGEST_NAME, TOKEN_LIFETIMES_DAYS};
@@ -11,36 +11,36 @@ use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
 
-/// Longest that one made on the command line may last, in days.
+/// Maximum lifetime of a token created on the command line, in days.
 pub const LONGEST_DAYS: i64 = 365;
-/// Most tokens that somebody has at once.
+/// Maximum number of tokens per person.
 const MOST: usize = 50;
 const DAY_S: i64 = 86_400;
 
-/// A token that is asked for.
+/// A token to create.
 #[derive(Clone, Copy, Debug)]
 pub struct TokenRequest<'a> {
-    /// What it is to be called.
+    /// Name.
     pub name: &'a str,
-    /// How long it is to last, in days.
+    /// Lifetime, in days.
     pub days: i64,
 }
 
-/// A token that was made.
+/// A new token.
 #[derive(Clone, Debug)]
 pub struct NewTokenSecret {
-    /// The token, which nobody sees again.
+    /// The token; only its hash is stored.
     pub token: String,
-    /// What it is called.
+    /// Name.
     pub name: String,
-    /// When it ends.
+    /// Expiry.
     pub expires_at: Moment,
 }
 
-/// A name as it was typed, without spaces around it.
+/// Checks a token's name and trims it.
 ///
 /// # Errors
-/// When it is empty, too long, or no line.
+/// Fails if it is empty, too long, or not a single line.
 pub fn checked_name(given: &str) -> Result<String, Error> {
     let name = given.trim();
     let count = name.chars().count();
@@ -54,16 +54,17 @@ pub fn checked_name(given: &str) -> Result<String, Error> {
     }
 }
 
-/// When a token ends that is made now.
+/// Returns when a token created now expires.
 #[must_use]
 pub const fn end(now: Moment, days: i64) -> Moment {
     now.plus_s(days * DAY_S)
 }
 
-/// Makes a token.
+/// Creates a token.
 ///
 /// # Errors
-/// When the name or the time is not allowed, there are too many, or the database fails.
+/// Fails if the name or the lifetime is not allowed, there are too many tokens, or the database
+/// fails.
 pub async fn make(state: &Service, person: &CurrentPerson, wanted: TokenRequest<'_>) -> Result<NewTokenSecret, Error> {
     let name = checked_name(wanted.name)?;
     if !TOKEN_LIFETIMES_DAYS.contains(&wanted.days) {
@@ -85,7 +86,7 @@ pub async fn make(state: &Service, person: &CurrentPerson, wanted: TokenRequest<
     Ok(NewTokenSecret { token, name, expires_at })
 }
 
-/// Revokes one's own token. False where there is none.
+/// Revokes a person's own token. Returns false if it does not exist.
 pub async fn revoke(state: &Service, person: &CurrentPerson, id: TokenId) -> Result<bool, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;

@@ -1,4 +1,4 @@
-//! One writer at a time for each upload, who gives way to the next.
+//! Write locks on uploads. The holder can be asked to release its lock for a new request.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -7,24 +7,24 @@ use std::time::Duration;
 use model::ids::UploadId;
 use tokio::sync::watch;
 
-/// How long who wants a turn waits for whoever has it.
+/// How long a request waits for the current holder to release a lock.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Uploads that somebody is writing to, and how to tell them that another wants to.
+/// The locked uploads, each with the channel that asks its holder to release the lock.
 #[derive(Clone, Debug, Default)]
 pub struct Turns(Arc<Mutex<BTreeMap<UploadId, Arc<watch::Sender<bool>>>>>);
 
-/// The right to write to an upload, until it is dropped.
+/// The write lock on an upload, released on drop.
 #[derive(Debug)]
 pub struct Turn {
     turns: Turns,
     id: UploadId,
-    /// Closed with the turn, so that whoever waits knows.
+    /// The channel closes when the lock is released, which wakes waiting requests.
     wanted: watch::Receiver<bool>,
 }
 
 impl Turns {
-    /// The turn, unless somebody has it.
+    /// Takes the lock; returns `None` if it is held.
     #[must_use]
     pub fn take(&self, id: UploadId) -> Option<Turn> {
         let mut taken = self.taken();
@@ -36,7 +36,8 @@ impl Turns {
         Some(Turn { turns: self.clone(), id, wanted })
     }
 
-    /// The turn; whoever has it is told to give way. None where they do not in time.
+    /// Takes the lock, asking its holder to release it. Returns `None` if the holder does not do so
+    /// in time.
     pub async fn take_over(&self, id: UploadId) -> Option<Turn> {
         let wait = async {
             loop {
@@ -53,23 +54,23 @@ impl Turns {
         tokio::time::timeout(PATIENCE, wait).await.ok()
     }
 
-    /// Nobody has the turn.
+    /// Returns whether the lock is free.
     #[must_use]
     pub fn free(&self, id: UploadId) -> bool {
         !self.taken().contains_key(&id)
     }
 
     fn taken(&self) -> MutexGuard<'_, BTreeMap<UploadId, Arc<watch::Sender<bool>>>> {
-        // Nothing can be half done in a map of ids, so a panic elsewhere spoils nothing.
+        // A poisoned lock is harmless: each operation leaves the map valid.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Turn {
-    /// Waits until somebody else wants the turn.
+    /// Waits until another request wants the lock.
     pub async fn wanted(&mut self) {
         if self.wanted.wait_for(|wanted| *wanted).await.is_err() {
-            // Who could tell is there for as long as the turn.
+            // The sender lives as long as the lock, so this is unreachable.
             std::future::pending::<()>().await;
         }
     }

@@ -1,4 +1,4 @@
-//! What the service does for itself, when it starts and now and then.
+//! Periodic maintenance of the service, also run at start-up.
 
 use store::{account_links, brakes, ceremonies, regradings, rosters, tries};
 
@@ -8,10 +8,12 @@ use crate::roster_import::DRAFT_LIFETIME_S;
 use crate::service::Service;
 use crate::signing_in::note_unknown_sign_ins;
 
-/// How long it is kept that a recording was fatal to whoever read it, in s.
+/// How long a crash while reading a recording counts against it, in s.
 const READING_LIFETIME_S: i64 = 90 * 24 * 3600;
 
-/// Records the counted sign-in attempts with unknown addresses, and removes expired links and unconfirmed rosters and re-gradings.
+/// Writes the counted sign-in attempts with unknown addresses to the audit log, and removes expired
+/// links, rate limits, passkey challenges and records of crashes, and unconfirmed rosters and
+/// re-gradings.
 pub async fn forget_expired(service: &Service) -> Result<(), Error> {
     note_unknown_sign_ins(service).await?;
     let now = service.clock.now();
@@ -25,7 +27,7 @@ pub async fn forget_expired(service: &Service) -> Result<(), Error> {
     Ok(tx.commit().await?)
 }
 
-/// Lets what was set aside be tried again; how many there are.
+/// Releases everything from quarantine, and returns the number of items.
 pub async fn forgive_deaths(service: &Service) -> Result<u64, Error> {
     let mut tx = service.db.write().await?;
     let until = service.clock.now().plus_s(service.config.upload_lifetime_s);

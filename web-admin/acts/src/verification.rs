@@ -1,4 +1,4 @@
-//! Is everything still what was written: the database, every recording, the audit log.
+//! Verifies the integrity of the database, all recordings, and the audit log.
 
 use std::collections::BTreeSet;
 
@@ -13,23 +13,23 @@ use crate::erasure_store::ErasureStore;
 use crate::erasures::Erasure;
 use crate::recording_store::{RecordingStore, StoreError};
 
-/// What was looked at, and what is wrong with it.
+/// Result of a verification.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VerificationReport {
-    /// Recordings whose bytes were read.
+    /// Number of recordings whose bytes were verified.
     pub recordings: usize,
-    /// Rows of the audit log.
+    /// Number of rows in the audit log.
     pub audit_rows: usize,
-    /// Hash of the audit log's last row, in hexadecimal.
+    /// Hash of the last row of the audit log, hexadecimal.
     pub audit_head: String,
-    /// What is wrong, each in words that name the place.
+    /// Findings, each naming the damaged place.
     pub findings: Vec<String>,
 }
 
-/// Checks everything; blocks while it reads the recordings.
+/// Verifies everything; blocks while it reads the recordings.
 ///
 /// # Errors
-/// When the database cannot be read at all, or the store of the recordings does not answer.
+/// Fails if the database cannot be read at all, or the recording store does not respond.
 pub async fn everything(db: &Database, store: &RecordingStore) -> anyhow::Result<VerificationReport> {
     let recordings = sessions::list_recordings(db.reader()).await?;
     let mut report = check_all(db, store, &recordings).await?;
@@ -37,8 +37,8 @@ pub async fn everything(db: &Database, store: &RecordingStore) -> anyhow::Result
     Ok(report)
 }
 
-/// Checks a copy of a database that was made while others went on: recordings that came since are none of its own, and those that were
-/// erased since need not be there. Blocks while it reads the recordings.
+/// Verifies a copy of a database made while the service was running: newer recordings are ignored,
+/// and recordings erased since may be missing. Blocks while it reads the recordings.
 ///
 /// # Errors
 /// As [`everything`].
@@ -70,21 +70,21 @@ async fn check_all(
     Ok(VerificationReport { recordings: recordings.len(), audit_rows: chain.rows, audit_head: chain.head, findings })
 }
 
-/// Checks that the audit log still holds a row by whose hash it once ended, as a backup or `verify` has told it: a log that was
-/// cut since, or made anew, does not.
+/// Checks that the audit log still contains the row with hash `head`, which was its last one when a
+/// backup or `verify` reported it. A log that has been truncated or rewritten since does not.
 ///
 /// # Errors
-/// When the database cannot be read at all.
+/// Fails if the database cannot be read at all.
 pub async fn cut_tail(db: &Database, head: &str) -> anyhow::Result<Option<String>> {
     let finding =
         || format!("audit log: no row has the hash {head}: the log was cut or made anew since that was its end");
     Ok((!audit::holds_hash(db.reader(), head).await?).then(finding))
 }
 
-/// Checks that the audit log still holds what a signed statement says of its end.
+/// Checks that the audit log still contains the row described by a signed checkpoint.
 ///
 /// # Errors
-/// When the database cannot be read at all.
+/// Fails if the database cannot be read at all.
 pub async fn strayed_from(
     db: &Database,
     AuditHead { rows, head, made_at, .. }: &AuditHead,
@@ -97,10 +97,10 @@ pub async fn strayed_from(
     Ok((*rows > 0 && !audit::holds_hash_at(db.reader(), *rows, head).await?).then(finding))
 }
 
-/// People who were erased and are here all the same: a database that was put in its place without `web-admin restore` brings them back.
+/// Finds erased people who are in the database: it was put in place without `web-admin restore`.
 ///
 /// # Errors
-/// When the database cannot be read.
+/// Fails if the database cannot be read.
 pub async fn unerased(db: &Database, list: &ErasureStore) -> anyhow::Result<Vec<String>> {
     let erasures = match list.read().await {
         Ok(erasures) => erasures,
@@ -118,10 +118,11 @@ pub async fn unerased(db: &Database, list: &ErasureStore) -> anyhow::Result<Vec<
     Ok(findings)
 }
 
-/// Refuses to make a new database beside recordings: the one that names them is lost, or a restore was stopped in its midst.
+/// Refuses to create a new database where recordings exist: the database that belongs to them is
+/// lost, or a restore was interrupted.
 ///
 /// # Errors
-/// When there are recordings and no database, with what to do.
+/// Fails in that case, with advice.
 pub async fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
     let staging = config.restoring_dir();
     anyhow::ensure!(
@@ -141,11 +142,11 @@ pub async fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
     )
 }
 
-/// Scores that are not those that the audit log tells of, each in words; and grades that are not their score. Attempts that the log
-/// does not name at all were made by `web-admin bench`.
+/// Finds scores that differ from those in the audit log, and grades that differ from their score.
+/// Attempts that are missing in the log were generated by `web-admin bench` and are not checked.
 ///
 /// # Errors
-/// When the database cannot be read.
+/// Fails if the database cannot be read.
 pub async fn contradictions(reader: &mut Connection) -> anyhow::Result<Vec<String>> {
     let (told, kept) = (audit::list_told_scores(&mut *reader).await?, scores::count_added_scores(&mut *reader).await?);
     let mut findings: Vec<String> = told
@@ -161,15 +162,17 @@ pub async fn contradictions(reader: &mut Connection) -> anyhow::Result<Vec<Strin
     Ok(findings)
 }
 
-/// Whether two lists hold the same scores in the same order, as far as text can tell.
+/// Returns whether two lists contain the same scores in the same order, up to the precision of
+/// their text form.
 fn is_same(told: &[f64], kept: &[f64]) -> bool {
     told.len() == kept.len() && told.iter().zip(kept).all(|(told, kept)| (told - kept).abs() < 1e-9)
 }
 
-/// Recordings that no row names, each in words. A crash between the two leaves one, and so does a database that has lost rows.
+/// Finds recordings without a row, which a crash during an upload or a database with lost rows
+/// leaves behind.
 ///
 /// # Errors
-/// When the folder cannot be read, or the bucket does not answer.
+/// Fails if the folder cannot be read, or the bucket does not respond.
 pub async fn unnamed(store: &RecordingStore, named: &[RecordingFile]) -> Result<Vec<String>, StoreError> {
     let named: BTreeSet<&str> = named.iter().map(|recording| &*recording.recording_path).collect();
     let found = store.list().await?;
@@ -188,7 +191,7 @@ async fn check_files(store: &RecordingStore, recordings: &[RecordingFile]) -> Ve
     findings
 }
 
-/// What is wrong with a recording's file, if anything is.
+/// Returns the problem with a recording's file, if any.
 async fn check_file(store: &RecordingStore, recording: &RecordingFile) -> Option<String> {
     let RecordingFile { id, recording_path, recording_sha256, recording_size } = recording;
     match store.hash(recording_path).await {

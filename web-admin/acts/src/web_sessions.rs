@@ -1,4 +1,4 @@
-//! Signed-in browsers: who a session signs in, and until when.
+//! Web sessions: the signed-in person and the expiry.
 
 use async_trait::async_trait;
 use model::Moment;
@@ -13,32 +13,32 @@ use tower_sessions::{ExpiredDeletion, SessionStore};
 
 use crate::clock::Clock;
 
-/// Under which a session holds whom it signs in.
+/// Key of the signed-in person in a session.
 pub const SIGNED_IN_KEY: &str = "person";
 
-/// How long a session lasts that nobody is signed in to, after it was last written, in s.
+/// Lifetime of an anonymous session after its last write, in s.
 const STRANGER_S: i64 = 30 * 60;
 
-/// What a signed-in session holds.
+/// Data of a signed-in session.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct SignedInSession {
-    /// Who.
+    /// The person.
     pub person_id: PersonId,
-    /// With which password; a newer one ends the session.
+    /// Version of the password used; a newer one ends the session.
     pub credential_version: i64,
-    /// When it ends, whatever is done meanwhile. Sessions of before have none.
+    /// Absolute expiry. Missing in sessions written by earlier versions.
     #[serde(default)]
     pub until: Option<Moment>,
 }
 
-/// When a session ends that holds this: somebody's when it was said that it would, one that nobody is signed in to (they were made
-/// once) half an hour after it was last written.
+/// Returns the expiry of a session: the absolute one if it has one, else half an hour after this
+/// write. Anonymous sessions, which only earlier versions created, have none.
 fn session_end(data: &SessionData, now: Moment) -> Moment {
     let signed_in = data.get(SIGNED_IN_KEY).and_then(|held| SignedInSession::deserialize(held).ok());
     signed_in.and_then(|held| held.until).unwrap_or(now.plus_s(STRANGER_S))
 }
 
-/// Keeps sessions in the table `web_sessions`.
+/// Session store in the table `web_sessions`.
 #[derive(Clone, Debug)]
 pub struct WebSessions {
     db: Database,
@@ -46,13 +46,13 @@ pub struct WebSessions {
 }
 
 impl WebSessions {
-    /// In a database, judging expiry by a clock.
+    /// Creates a store that judges expiry by `clock`.
     #[must_use]
     pub const fn new(db: Database, clock: Clock) -> Self {
         Self { db, clock }
     }
 
-    /// Keeps a record; a new one only under an id that nobody has.
+    /// Stores a record; with `new`, only if its id is unused, and returns whether it did.
     async fn put(&self, record: &Record, new: bool) -> Result<bool> {
         let expires_at = session_end(&record.data, self.clock.now());
         let row = WebSessionRow { id_sha256: &key(record.id), data: &record.data, expires_at };
@@ -84,7 +84,8 @@ fn key(id: Id) -> Vec<u8> {
     Sha256::digest(id.0.to_be_bytes()).to_vec()
 }
 
-/// How what this store says begins where the database does not answer: the trait of stores has a text for all that may happen.
+/// Prefix of this store's error messages when the database is unavailable. The error type of the
+/// session crate contains only a text, so the prefix is how callers recognize this case.
 pub(crate) const AWAY: &str = "the database does not answer";
 
 fn backend(error: store::Error) -> Error {

@@ -1,4 +1,4 @@
-//! Challenges to passkeys that are not answered yet: each is good once, and for a while.
+//! Pending WebAuthn challenges: each is valid once, and for a limited time.
 
 use model::ids::{CeremonyId, PersonId};
 use serde::{Deserialize, Serialize};
@@ -9,29 +9,29 @@ use crate::error::Error;
 use crate::relying_party::{AssertionRequest, Challenge};
 use crate::service::Service;
 
-/// How long an answer is waited for, in s.
+/// Lifetime of a challenge, in s.
 const WAIT_S: i64 = 5 * 60;
-/// Most that are waited for of one person: a page in as many windows.
+/// Maximum number of pending challenges per person, for example in several windows.
 const MOST_OF_PERSON: i64 = 8;
 
-/// A request that a passkey is to answer.
+/// A pending request to a passkey.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum PasskeyChallenge {
-    /// A new passkey is to be made.
+    /// Registration of a new passkey.
     ToMake {
         /// Its name.
         name: String,
-        /// The challenge that its answer must repeat.
+        /// The challenge that the response must repeat.
         challenge: Challenge,
     },
-    /// A known passkey is to sign.
+    /// A signature by a registered passkey.
     ToSign(AssertionRequest),
 }
 
-/// Waits for somebody's answer; the id by which it is taken. In place of their oldest where there are too many.
+/// Stores a challenge and returns its id. If the person has too many, their oldest one is dropped.
 ///
 /// # Errors
-/// When the database fails.
+/// Fails if the database fails.
 pub async fn begin(service: &Service, person_id: PersonId, asked: PasskeyChallenge) -> Result<CeremonyId, Error> {
     let id = CeremonyId::random();
     let until = service.clock.now().plus_s(WAIT_S);
@@ -42,10 +42,11 @@ pub async fn begin(service: &Service, person_id: PersonId, asked: PasskeyChallen
     Ok(id)
 }
 
-/// What somebody was asked by an id, this once. None where it is too late, it was answered, or somebody else was asked.
+/// Takes a person's challenge by its id. Returns `None` if it is unknown, used or expired, or
+/// belongs to another person; each call consumes it.
 ///
 /// # Errors
-/// When the database fails.
+/// Fails if the database fails.
 pub async fn take(service: &Service, id: CeremonyId, person_id: PersonId) -> Result<Option<PasskeyChallenge>, Error> {
     let mut tx = service.db.write().await?;
     let taken = ceremonies::take_ceremony::<PasskeyChallenge>(&mut tx, id).await?;
@@ -56,7 +57,7 @@ pub async fn take(service: &Service, id: CeremonyId, person_id: PersonId) -> Res
 
 #[cfg(test)]
 mod tests {
-    //! An answer that is good twice, late, or for somebody else is one that can be stolen.
+    //! A challenge must not be accepted twice, too late, or from another person.
 
     use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! What the demonstration's instructors have asked for: something due soon, and something that is late, with more time
-//! for one trainee.
+//! Assignments of the demonstration: one due soon, and one overdue with an extension for one
+//! trainee.
 
 use acts::{assignments, deadlines, schools};
 use anyhow::Context;
@@ -15,13 +15,13 @@ use worker::outbox;
 use crate::DAY_S;
 use crate::school::{self, ADMINISTRATOR, COHORTS, LEARNERS};
 
-/// Where the school is.
+/// Time zone of the school.
 const TIME_ZONE: &str = "Europe/Berlin";
 
-/// Assigns.
+/// Creates the assignments.
 ///
 /// # Errors
-/// When the people are missing, or the database fails.
+/// Fails if the people are missing, or the database fails.
 pub async fn assign_demo_tasks(state: &AppState, now: Moment) -> anyhow::Result<()> {
     let administrator = find_demo_person(state, ADMINISTRATOR).await?.into_current().context("an administrator")?;
     let settled = find_school_settings(state.db.reader(), administrator.school_id).await?;
@@ -41,10 +41,10 @@ pub async fn assign_demo_tasks(state: &AppState, now: Moment) -> anyhow::Result<
     Ok(deadlines::extend(state, &instructor, assignments::dated(listed), absent, 7).await?)
 }
 
-/// Writes to whoever has something due by tomorrow: the letters are files in the mail folder.
+/// Sends reminders of the deadlines until tomorrow; the mails are files in the mail folder.
 ///
 /// # Errors
-/// When the database fails, or a letter cannot be written.
+/// Fails if the database fails, or a mail cannot be written.
 pub async fn remind_demo_people(state: &AppState, now: Moment) -> anyhow::Result<()> {
     let now = state.at(now);
     deadlines::remind(&now).await?;
@@ -57,7 +57,7 @@ async fn find_demo_person(state: &AppState, name: &str) -> anyhow::Result<people
         .context("somebody of the demonstration is missing")
 }
 
-/// Assigns a task to the first cohort at one moment, due at six in the evening of another's day.
+/// Assigns a task to the first cohort at time `made`, due at 18:00 on the day of `due_at`.
 async fn make_demo_assignment(
     state: &AppState,
     by: &CurrentPerson,

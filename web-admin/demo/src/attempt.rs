@@ -1,4 +1,5 @@
-//! Attempts of the demonstration: a virtual operator at an exercise, recorded as a station would.
+//! Attempts of the demonstration: a virtual operator performs an exercise, recorded as by a
+//! station.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -19,38 +20,38 @@ use routes_base::AppState;
 /// Servo rate of the demonstration's station, in Hz.
 const TICK_HZ: f64 = 1000.0;
 
-/// What is to be tried.
+/// An attempt to perform.
 #[derive(Clone, Debug)]
 pub struct AttemptTask {
     /// The exercise.
     pub bundle: ExerciseBundle,
-    /// How well.
+    /// Skill of the operator.
     pub skill: Skill,
-    /// Draws the patient.
+    /// Seed of the patient.
     pub seed: u64,
-    /// Draws the hand: whose it is, on which day, at which attempt.
+    /// Seeds of the operator's hand: person, day and attempt.
     pub occasion: Occasion,
     /// Pseudonym of the trainee.
     pub trainee: String,
-    /// When it begins.
+    /// Start time.
     pub at: Moment,
 }
 
-/// A recording that waits to be taken in.
+/// A recording that has not been uploaded yet.
 #[derive(Debug)]
 pub struct MadeRecording<T> {
-    /// Who made it.
+    /// Author of the attempt.
     pub by: T,
-    /// Where it is.
+    /// Path of the file.
     pub path: PathBuf,
-    /// When the attempt was over.
+    /// End of the attempt.
     pub ends: Moment,
 }
 
-/// Performs tasks on every core. Returns their recordings in order of time.
+/// Performs attempts on all cores. Returns their recordings, sorted by time.
 ///
 /// # Errors
-/// When an exercise is refused by the mechanics, or the disk refuses.
+/// Fails if the mechanics reject an exercise, or a file cannot be written.
 pub async fn perform_demo_attempts<T: Send + 'static>(
     state: &AppState,
     tasks: Vec<(T, AttemptTask)>,
@@ -69,7 +70,7 @@ pub async fn perform_demo_attempts<T: Send + 'static>(
     Ok(made)
 }
 
-/// Performs a task and writes the recording. Returns its length, in s. Blocks.
+/// Performs an attempt and writes its recording. Returns the duration, in s. Blocks.
 fn perform_demo_attempt(task: &AttemptTask, path: &Path) -> anyhow::Result<f64> {
     let ExerciseBundle { exercise, scene, .. } = &task.bundle;
     let patient = Patient::draw(scene, task.seed);

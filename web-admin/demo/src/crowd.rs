@@ -1,4 +1,5 @@
-//! A crowd beside the demonstration's people: generated, to measure pages on.
+//! A crowd of generated trainees in addition to the demonstration's people, for measuring page
+//! times.
 
 use acts::{generating, secret};
 use anyhow::Context;
@@ -11,17 +12,18 @@ use store::practice;
 use crate::people::Trainee;
 use crate::{DAY_S, Demonstration};
 
-/// Attempts of each trainee of the crowd.
+/// Attempts per trainee of the crowd.
 pub const ATTEMPTS_EACH: u32 = 100;
-/// How long before now they began.
+/// Period over which the attempts are spread, in days before now.
 const DAYS: i64 = 3 * 365;
-/// Trainees whose attempts are one transaction: few enough for the write-ahead log to stay small.
+/// Trainees per transaction: few enough to keep the write-ahead log small.
 const BLOCK: u32 = 250;
 
-/// Generates the crowd, its attempts in the three years before now. They share the recording of `trainee`'s latest one.
+/// Generates the crowd and its attempts. They all share the recording of `trainee`'s latest
+/// attempt.
 ///
 /// # Errors
-/// When that trainee has made none, or the database fails.
+/// Fails if that trainee has no attempt, or the database fails.
 pub(super) async fn gather_crowd(state: &AppState, trainee: &Trainee, wanted: &Demonstration) -> anyhow::Result<()> {
     let password_hash = secret::hash_password(&wanted.password, state.config.password_cost)?;
     let crowd = GeneratedCrowd {

@@ -1,4 +1,5 @@
-//! The experts of the demonstration: those who teach show each exercise once, and consent to be part of the corridor.
+//! Experts of the demonstration: the instructors perform the first exercises and consent to be part
+//! of the reference corridor.
 
 use acts::{consents, reviewing};
 use anyhow::Context;
@@ -17,28 +18,29 @@ use crate::attempt::AttemptTask;
 use crate::school::{self, ADMINISTRATOR, COHORTS, EXPERTS};
 use crate::{COURSE, current_bundle, practise};
 
-/// How many exercises of the course they show, from the first.
+/// Number of exercises they perform, from the first of the course.
 const SHOWN: usize = 4;
-/// How often they try until they pass.
+/// Maximum number of attempts until they pass.
 const TRIES: u64 = 3;
-/// Attempts where each passes at once.
+/// Number of attempts if each expert passes at once.
 pub(super) const ATTEMPTS: usize = SHOWN * (COHORTS.len() + EXPERTS.len());
-/// An expert is at the station so long before the first trainee, in s after midnight; the attempts so far apart.
+/// Start of the experts' first attempt, in s after midnight, before the trainees begin; and the
+/// interval between attempts, in s.
 const OPENING_S: i64 = 5 * 3600;
 const APART_S: i64 = 300;
 
-/// An exercise that an expert is yet to pass.
+/// An exercise that an expert has not passed yet.
 struct OpenStep {
     expert: Person,
-    /// Draws the expert's own ways.
+    /// Seed of the expert's individual traits.
     person: u64,
     step: usize,
 }
 
-/// Lets every expert pass the first exercises, and records that they consent.
+/// Has every expert pass the first exercises, and records their consent.
 ///
 /// # Errors
-/// When the people or the course are missing, or a part of the work fails.
+/// Fails if the people or the course are missing, or an operation fails.
 pub(super) async fn demonstrate(
     state: &AppState,
     school: SchoolId,
@@ -87,7 +89,7 @@ async fn list_open_steps(state: &AppState, course: &Course, experts: &[Person]) 
     Ok(open)
 }
 
-/// An attempt at each, one after the other.
+/// Plans one attempt at each, in sequence.
 async fn plan_open_steps(
     state: &AppState,
     course: &Course,
@@ -110,7 +112,7 @@ async fn plan_open_steps(
     Ok(tasks)
 }
 
-/// Nobody waits for a review of what an expert has shown.
+/// Marks the attempts of an expert as reviewed, to keep them out of the review queue.
 async fn look_through(state: &AppState, administrator: &CurrentPerson, expert: &Person) -> anyhow::Result<()> {
     for attempt in practice::list_trainee_practice(state.db.reader(), expert.school_id, expert.id).await? {
         let session = sessions::find_session(state.db.reader(), expert.school_id, attempt.session).await?;

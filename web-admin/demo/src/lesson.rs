@@ -1,4 +1,4 @@
-//! What an instructor of the demonstration has said and judged: comments, an answer, an override, reviews.
+//! Teaching in the demonstration: comments, a grade override and reviews.
 
 use acts::{comments, reviewing};
 use anyhow::Context;
@@ -16,12 +16,12 @@ use store::{reports, reviews, scores};
 
 use crate::school::{self, COHORTS};
 
-/// How many attempts are left in the queue.
+/// Number of attempts left in the review queue.
 const LEFT: usize = 6;
-/// How long after the last attempt the instructor sits down to it, in s.
+/// Time between the last attempt and the lesson, in s.
 const LATER_S: i64 = 3600;
 
-/// Lets the first cohort's instructor teach on what has been tried.
+/// Has the first cohort's instructor review and comment on the attempts.
 pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
     state.clock.advance(LATER_S);
     let reader = state.db.reader();
@@ -47,7 +47,7 @@ pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Everything that waits for somebody.
+/// Lists all attempts that are waiting for a review.
 async fn list_waiting(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Vec<WaitingReview>> {
     let mut waiting: Vec<WaitingReview> = Vec::new();
     loop {
@@ -64,7 +64,7 @@ async fn pick_attempt(state: &AppState, viewer: &CurrentPerson, id: SessionId) -
     sessions::find_visible_session(state.db.reader(), viewer, id).await?.context("a taught attempt")
 }
 
-/// A comment at each of the moments that are worth one.
+/// Adds a comment at each notable moment.
 async fn comment_on(state: &AppState, instructor: &CurrentPerson, session: &Session) -> anyhow::Result<()> {
     let Some(curve) = scores::find_curve(state.db.reader(), session.key()).await? else { return Ok(()) };
     let trainee = people::find_person(state.db.reader(), session.trainee_id).await?.and_then(Person::into_current);
@@ -89,7 +89,7 @@ async fn comment_on(state: &AppState, instructor: &CurrentPerson, session: &Sess
     Ok(())
 }
 
-/// The first moment of a kind, in s.
+/// Returns the first mark of a kind, in s.
 fn moment_in_attempt(curve: &AttemptCurve, kind: MarkKind) -> Option<f64> {
     curve.marks.iter().find(|mark| mark.kind == kind).map(|mark| mark.t_s)
 }

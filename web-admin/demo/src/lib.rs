@@ -1,5 +1,5 @@
-//! The demonstration school: people, a course, and weeks of attempts that are really simulated, taken in and scored by the
-//! very code that serves a real school.
+//! The demonstration school: people, a course, and weeks of attempts. They are actually simulated,
+//! and uploaded and scored by the same code as in a real school.
 
 mod assignments;
 mod attempt;
@@ -36,43 +36,44 @@ use store::audit::Actor;
 use store::{curricula, exercises, practice};
 
 const DAY_S: i64 = 86_400;
-/// The first attempt of a day begins at nine in the morning, UTC; the next ones a quarter of an hour apart.
+/// The first attempt of a day begins at 9:00 UTC; the next ones follow every 15 minutes.
 const OPENING_S: i64 = 9 * 3600;
 const SLOT_S: i64 = 900;
-/// The course that everybody practises. The school teaches every shipped course; the others wait for whoever looks around.
+/// The course that all trainees practise. The school teaches every shipped course, so that visitors
+/// can look at the others.
 const COURSE: &str = "lower-back-basics";
-/// The course of whoever has mastered that one: on a whole patient.
+/// The course for those who have mastered the first one, on a whole patient.
 const NEXT_COURSE: &str = "lumbar-epidural-on-a-body";
 
-/// The shipped curricula, so that the program needs no folder beside it.
+/// The shipped curricula, embedded so that the program needs no folder.
 #[derive(RustEmbed)]
 #[folder = "../../curricula"]
 struct Curricula;
 
-/// What to make.
+/// Options of the demonstration.
 #[derive(Clone, Debug)]
 pub struct Demonstration {
     /// Weeks of practice before now, 1 to 26.
     pub weeks: u32,
     /// Password of every account.
     pub password: String,
-    /// Seed of every patient and hand.
+    /// Seed of all patients and hands.
     pub seed: u64,
-    /// Generated trainees to measure pages on, beside the others.
+    /// Number of additional generated trainees, for measuring page times.
     pub crowd: u32,
 }
 
-/// An attempt that is to be made.
+/// A planned attempt.
 struct Slot {
     learner: usize,
     at: Moment,
     weeks_left: u32,
 }
 
-/// Makes the school in an empty database. Returns the accounts to sign in with.
+/// Creates the school in an empty database. Returns the accounts for signing in.
 ///
 /// # Errors
-/// When somebody is in the database already, or a part of the work fails.
+/// Fails if the database contains people already, or an operation fails.
 pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Vec<DemoAccount>> {
     let now = state.clock.now();
     let monday = last_monday(now).plus_s(-7 * DAY_S * i64::from(wanted.weeks));
@@ -99,7 +100,7 @@ pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> any
     if wanted.crowd > 0 {
         crowd::gather_crowd(state, &trainees[0], wanted).await?;
     }
-    // The service that starts next takes over nothing.
+    // Release the leases, so that the service started next has nothing to take over.
     replicas::leave(state).await?;
     Ok(accounts)
 }
@@ -113,13 +114,13 @@ fn day_number(at: Moment) -> i64 {
     at.micros().div_euclid(DAY_S * 1_000_000)
 }
 
-/// Midnight, UTC, of the last Monday that is over. The epoch was a Thursday.
+/// Returns midnight, UTC, of the latest Monday. The epoch was a Thursday.
 fn last_monday(now: Moment) -> Moment {
     let day = day_number(now);
     Moment::from_micros((day - (day + 3).rem_euclid(7)) * DAY_S * 1_000_000)
 }
 
-/// Every attempt, in order of time.
+/// Plans all attempts, sorted by time.
 fn schedule_attempts(monday: Moment, weeks: u32) -> Vec<Slot> {
     let mut slots = Vec::new();
     for (week, weekday) in (0..weeks).flat_map(|week| (0..7_u8).map(move |weekday| (week, weekday))) {
@@ -135,7 +136,7 @@ fn schedule_attempts(monday: Moment, weeks: u32) -> Vec<Slot> {
     slots
 }
 
-/// The attempts of those who come on a day.
+/// Plans the attempts of one day.
 async fn plan_day(
     state: &AppState,
     seed: u64,
@@ -165,7 +166,8 @@ async fn plan_day(
     Ok(tasks)
 }
 
-/// What the school's own rule says comes next; after the last exercise of both courses, the second from its beginning.
+/// Returns the exercise that the course recommends next; after the last exercise of both courses,
+/// repeats the second course from its beginning.
 async fn next_exercise(state: &AppState, trainee: &Trainee, n: u32) -> anyhow::Result<ExerciseBundle> {
     let reader = state.db.reader();
     let taught = curricula::list_taught_curricula(reader, trainee.school_id).await?;
@@ -200,7 +202,7 @@ async fn current_bundle(
     Ok(ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes)?)
 }
 
-/// Performs the attempts of people, takes each in as an upload would, and scores all.
+/// Performs attempts, uploads their recordings, and scores them.
 async fn practise(
     state: &AppState,
     school_id: SchoolId,
@@ -216,7 +218,7 @@ async fn practise(
     worker::work_off_jobs(state).await
 }
 
-/// Takes an attempt in as an upload would, once it is over.
+/// Uploads a recording at the end of its attempt.
 async fn take_in(state: &AppState, bearer: &Bearer, path: PathBuf, ends: Moment) -> anyhow::Result<RecordingReceipt> {
     let waited_s = (ends.micros() - state.clock.now().micros()) / 1_000_000;
     state.clock.advance(waited_s.max(0));
@@ -245,7 +247,7 @@ async fn publish_curricula(state: &AppState) -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    //! The calendar of the demonstration. Fails when attempts fall into the future, or out of order.
+    //! No attempt may be in the future or out of order.
 
     use crate::*;
 

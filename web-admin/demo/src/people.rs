@@ -1,4 +1,4 @@
-//! The people of the demonstration school and how they sign in.
+//! The people of the demonstration school and their accounts.
 
 use acts::generating::{self, GeneratedPerson};
 use anyhow::{Context, ensure};
@@ -9,7 +9,7 @@ use store::people;
 
 use crate::school::{self, ADMINISTRATOR, COHORTS, EXPERTS, LEARNERS};
 
-/// The registrar's number of the first trainee; the others' follow.
+/// Registrar's number of the first trainee; the others follow consecutively.
 const FIRST_NUMBER: u32 = 2_025_001;
 
 /// A trainee of the demonstration.
@@ -19,26 +19,26 @@ pub struct Trainee {
     pub id: PersonId,
     /// Their school.
     pub school_id: SchoolId,
-    /// What recordings say instead of a name.
+    /// Pseudonym that replaces their name in recordings.
     pub pseudonym: String,
 }
 
-/// An account to sign in with.
+/// An account for signing in.
 #[derive(Clone, Debug)]
 pub struct DemoAccount {
-    /// What it may do.
+    /// Role.
     pub role: Role,
-    /// Whose it is.
+    /// Name of its owner.
     pub name: &'static str,
-    /// Address to sign in with.
+    /// Email address.
     pub email: String,
 }
 
-/// Founds the school: an administrator, the cohorts with their instructors, and the trainees in the order of
-/// [`LEARNERS`].
+/// Creates the school: an administrator, the cohorts with their instructors, and the trainees in
+/// the order of [`LEARNERS`].
 ///
 /// # Errors
-/// When there are people already, or the database fails.
+/// Fails if the database contains people already, or the database fails.
 pub async fn found_school(
     state: &AppState,
     password: &str,
@@ -58,7 +58,7 @@ pub async fn found_school(
     Ok((school_id, trainees, people.into_iter().map(account).collect()))
 }
 
-/// Everybody, in the order in which they are added.
+/// Lists all people, in the order in which they are added.
 fn list_everybody() -> Vec<GeneratedPerson> {
     let person =
         |name, role, cohort| GeneratedPerson { name, email: school::email_of(name), role, cohort, registrar_id: None };

@@ -1,5 +1,5 @@
-//! Ratings and marked pops of the demonstration: made by a program from the attempts, through the doors of a real school,
-//! and labelled as generated.
+//! Ratings and marked pops of the demonstration: generated from the attempts, stored by the same
+//! functions as real ones, and labelled as generated.
 
 use acts::ratings::Rated;
 use acts::{deadlines, ratings, segments};
@@ -18,19 +18,20 @@ use crate::experts::find_expert;
 use crate::school::{COHORTS, EXPERTS, LEARNERS};
 use crate::study::scatter_of_seed;
 
-/// Attempts that are rated.
+/// Number of rated attempts.
 const RATED: usize = 8;
-/// Trainees who have marked the traces.
+/// Number of trainees who have marked the traces.
 const MARKERS: usize = 5;
 
 async fn find_rater(state: &AppState, name: &str) -> anyhow::Result<CurrentPerson> {
     find_expert(state, name).await?.into_current().context("somebody who may sign in")
 }
 
-/// The first instructor asks three others for ratings of the latest attempts; the last one has one left.
+/// Creates a rating round in which the first instructor asks three others to rate the latest
+/// attempts; the last rater has one left.
 ///
 /// # Errors
-/// When the people or the instrument are missing, or the database fails.
+/// Fails if the people or the instrument are missing, or the database fails.
 pub(super) async fn hold_rating_round(state: &AppState) -> anyhow::Result<()> {
     let reader = state.db.reader();
     let asking = find_rater(state, COHORTS[0].instructor).await?;
@@ -64,7 +65,7 @@ pub(super) async fn hold_rating_round(state: &AppState) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Points that follow from the score, from how strict the rater is, and from chance.
+/// Generates points from the score, the strictness of the rater, and chance.
 fn invent_rating(open: &mut Rated, score: f64, rater: u64, attempt: u64) {
     for (at, item) in open.instrument.items.iter().enumerate() {
         let Some(ScaleKind::Likert { points, .. }) = open.instrument.scale(item) else { continue };
@@ -75,11 +76,11 @@ fn invent_rating(open: &mut Rated, score: f64, rater: u64, attempt: u64) {
     }
 }
 
-/// The first instructor lets their trainees mark the pops of two attempts of their own by tomorrow; some have, and one has
-/// longer.
+/// Creates a task in which the first instructor's trainees mark the pops of two of the instructor's
+/// attempts by tomorrow; some have done so, and one has an extension.
 ///
 /// # Errors
-/// When the people are missing, or the database fails.
+/// Fails if the people are missing, or the database fails.
 pub(super) async fn mark_pops(state: &AppState, now: Moment) -> anyhow::Result<()> {
     let reader = state.db.reader();
     let asking = find_rater(state, COHORTS[0].instructor).await?;
@@ -112,7 +113,7 @@ pub(super) async fn mark_pops(state: &AppState, now: Moment) -> anyhow::Result<(
     Ok(deadlines::extend(state, &asking, segments::dated(&task), last.id, 3).await?)
 }
 
-/// Marks near the pops, as steady as a hand on a trace is; now and then one is overlooked.
+/// Generates marks near the pops, with a realistic scatter; occasionally a pop is missed.
 fn invent_marks(pops: &[f64], seed: u64) -> Vec<f64> {
     let near = |(n, pop): (u64, &f64)| {
         let missed = scatter_of_seed(seed * 97 + n * 11) > 0.8;

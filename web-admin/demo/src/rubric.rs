@@ -1,5 +1,5 @@
-//! A pass mark of the demonstration that was changed after it had been used: published in a revision of its own, and every
-//! attempt of the first instructor's trainees graded again by it.
+//! A changed pass mark in the demonstration: published as a new revision, and applied to all
+//! attempts of the first instructor's trainees by re-grading.
 
 use acts::drafting;
 use acts::drafting::SaveOutcome;
@@ -12,26 +12,26 @@ use store::{drafts, exercises, regradings, scores};
 use crate::experts::find_expert;
 use crate::school::COHORTS;
 
-/// By how much a pass mark is changed, in points; by more where nobody is so close to it.
+/// Minimum change of the pass mark, in points; larger if no score is that close.
 const POINTS: f64 = 5.0;
-/// How long after the lesson, in s.
+/// Time between the lesson and the change, in s.
 const LATER_S: i64 = 3600;
 
-/// Another pass mark of an exercise, and what it would change.
+/// A new pass mark of an exercise, and its effect.
 #[derive(Clone, Debug, PartialEq)]
 struct RubricChange {
     exercise: String,
-    /// The pass mark that there is, and the one to be, 0–100.
+    /// Current and new pass mark, 0–100.
     marks: (f64, f64),
-    /// Attempts with another result.
+    /// Number of attempts whose result changes.
     attempts: usize,
     reason: &'static str,
 }
 
-/// Publishes the changed rubric, looks what it would change, and confirms it.
+/// Publishes the changed rubric, previews the re-grading and confirms it.
 ///
 /// # Errors
-/// When the instructor is missing, nobody has tried anything, or a part of the work fails.
+/// Fails if the instructor is missing, there is no suitable attempt, or an operation fails.
 pub(super) async fn change_rubric(state: &AppState) -> anyhow::Result<()> {
     state.clock.advance(LATER_S);
     let instructor = find_expert(state, COHORTS[0].instructor).await?.into_current().context("the first instructor")?;
@@ -48,8 +48,9 @@ pub(super) async fn change_rubric(state: &AppState) -> anyhow::Result<()> {
     worker::work_off_jobs(state).await
 }
 
-/// A milder mark, where somebody has failed; else, in the first weeks, a stricter one. Of all exercises the one whose mark need
-/// be changed least, and of equals the one where that changes most.
+/// Chooses a lower pass mark if there is a failed attempt; otherwise, as in the first weeks, a
+/// higher one. Prefers the exercise with the smallest change of the mark, and among equals the one
+/// for which most results change.
 async fn choose_rubric(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Option<RubricChange>> {
     let (mut milder, mut stricter) = (Vec::new(), Vec::new());
     for taught in exercises::list_current_exercises(state.db.reader(), instructor.school_id).await? {
@@ -61,7 +62,7 @@ async fn choose_rubric(state: &AppState, instructor: &CurrentPerson) -> anyhow::
     Ok(all.into_iter().min_by(|a, b| a.points().total_cmp(&b.points()).then(b.attempts.cmp(&a.attempts))))
 }
 
-/// The scores of the attempts whose result the pass mark alone decides.
+/// Returns the scores of the attempts whose result depends on the pass mark alone.
 async fn wait_for_regrading(state: &AppState, instructor: &CurrentPerson, exercise: &str) -> anyhow::Result<Vec<f64>> {
     let reader = state.db.reader();
     let mut decided = Vec::new();
@@ -74,7 +75,7 @@ async fn wait_for_regrading(state: &AppState, instructor: &CurrentPerson, exerci
 }
 
 impl RubricChange {
-    /// A mark that lets somebody pass who has failed.
+    /// Returns a pass mark at which at least one failed attempt passes.
     fn milder(exercise: &str, mark: f64, scores: &[f64]) -> Option<Self> {
         let failed = scores.iter().copied().filter(|score| *score < mark);
         let nearest = failed.clone().reduce(f64::max)?;
@@ -85,7 +86,7 @@ impl RubricChange {
         Some(Self { exercise: exercise.to_owned(), marks: (mark, to), attempts, reason })
     }
 
-    /// A mark that somebody misses who has passed.
+    /// Returns a pass mark at which at least one passed attempt fails.
     fn stricter(exercise: &str, mark: f64, scores: &[f64]) -> Option<Self> {
         let passed = scores.iter().copied().filter(|score| *score >= mark && *score < 100.0);
         let nearest = passed.clone().reduce(f64::min)?;
@@ -95,12 +96,12 @@ impl RubricChange {
         Some(Self { exercise: exercise.to_owned(), marks: (mark, to), attempts, reason })
     }
 
-    /// By how much the mark is changed, in points.
+    /// Returns the size of the change, in points.
     fn points(&self) -> f64 {
         (self.marks.0 - self.marks.1).abs()
     }
 
-    /// The document with the other pass mark.
+    /// Returns the document with the new pass mark.
     fn written(&self, document: &str) -> String {
         let line = |line: &str| match line.strip_prefix("pass_mark = ") {
             Some(_) => format!("pass_mark = {}\n", self.marks.1),
@@ -125,8 +126,8 @@ async fn publish_rubric(state: &AppState, instructor: &CurrentPerson, change: &R
 
 #[cfg(test)]
 mod tests {
-    //! The demonstration must have a re-grading worth looking at: somebody has another result. Fails when the mark is changed
-    //! by too little for anybody, when it leaves 0 to 100, or when something else in the document changes.
+    //! The re-grading must change at least one result, keep the mark within 0 to 100, and leave the
+    //! rest of the document unchanged.
 
     use super::RubricChange;
 

@@ -1,5 +1,6 @@
-//! Who is in the demonstration school, and how each of them learns. The stories are chosen so that every page has
-//! something to show: somebody quick, somebody stuck, somebody who stopped coming, somebody who slips back.
+//! The people of the demonstration school, and how each of them learns. The stories are chosen so
+//! that every page has something to show: a quick learner, one who is stuck, one who stopped
+//! coming, and one who relapses.
 
 use law::operator::Skill;
 
@@ -13,7 +14,7 @@ pub const ADMINISTRATOR: &str = "Ingrid Halvorsen";
 pub struct DemoCohort {
     /// Name.
     pub name: &'static str,
-    /// Who teaches it.
+    /// Name of its instructor.
     pub instructor: &'static str,
 }
 
@@ -23,10 +24,11 @@ pub const COHORTS: [DemoCohort; 2] = [
     DemoCohort { name: "Year 4, group B", instructor: "Tomás Ferreira" },
 ];
 
-/// Instructors without a cohort. With those who have one they are the experts of the corridor, and they rate.
+/// Instructors without a cohort. Together with the cohorts' instructors they are the experts of the
+/// reference corridor, and they rate attempts.
 pub const EXPERTS: [&str; 3] = ["Yusuf Demir", "Clara Bennett", "Priya Raman"];
 
-/// How a trainee comes and learns.
+/// Attendance and learning curve of a trainee.
 #[derive(Clone, Copy, Debug)]
 pub struct Learner {
     /// Name.
@@ -35,13 +37,13 @@ pub struct Learner {
     pub cohort: usize,
     /// Skill at the first attempt: 0 is the novice preset, 1 the expert.
     pub start: f64,
-    /// Share of the way to the expert that an attempt gains.
+    /// Fraction of the remaining distance to expert skill gained per attempt.
     pub gain: f64,
-    /// Days of the week with an attempt, 0 is Monday.
+    /// Weekdays with an attempt; 0 is Monday.
     pub days: &'static [u8],
-    /// Weeks at the end of the demonstration without any attempt.
+    /// Number of weeks at the end of the demonstration without attempts.
     pub absent_weeks: u32,
-    /// Weeks at the end of the demonstration performed as on the first day.
+    /// Number of weeks at the end of the demonstration with the skill of the first day.
     pub slump_weeks: u32,
 }
 
@@ -58,7 +60,7 @@ pub const LEARNERS: [Learner; 14] = [
     Learner { days: &[1, 4], ..steady_hand("Emil Sørensen", 0, 0.00, 0.003) },
     steady_hand("Fatima Haddad", 0, 0.10, 0.07),
     Learner { days: &[0, 2], ..steady_hand("George Whitlock", 0, 0.00, 0.05) },
-    // Comes often enough to master the whole course in six weeks, and has a certificate.
+    // Attends often enough to master the whole course in six weeks, and gets a certificate.
     Learner { days: &[0, 2, 3, 4], ..steady_hand("Hana Suzuki", 1, 0.40, 0.15) },
     Learner { days: &[0, 1, 3], slump_weeks: 2, ..steady_hand("Ivan Petrov", 1, 0.10, 0.10) },
     Learner { days: &[2, 4], ..steady_hand("Julia Lindqvist", 1, 0.05, 0.06) },
@@ -69,8 +71,8 @@ pub const LEARNERS: [Learner; 14] = [
 ];
 
 impl Learner {
-    /// Skill at the n-th attempt, from 0, with `weeks_left` before the end: an exponential learning curve from
-    /// `start`, or a slump.
+    /// Returns the skill at the n-th attempt, from 0, with `weeks_left` before the end: an
+    /// exponential learning curve from `start`, or a slump.
     #[must_use]
     pub fn skill(&self, n: u32, weeks_left: u32) -> Skill {
         let learned = if weeks_left < self.slump_weeks { 0 } else { n };
@@ -78,14 +80,14 @@ impl Learner {
         Skill::novice().towards(&Skill::expert(), 1.0 - remaining)
     }
 
-    /// Whether an attempt falls on a day, `weeks_left` before the end.
+    /// Returns whether there is an attempt on a weekday, `weeks_left` before the end.
     #[must_use]
     pub fn comes(&self, weekday: u8, weeks_left: u32) -> bool {
         weeks_left >= self.absent_weeks && self.days.contains(&weekday)
     }
 }
 
-/// The address that a name signs in with.
+/// Returns the email address of a person.
 #[must_use]
 pub fn email_of(name: &str) -> String {
     let plain = name.to_lowercase().replace(' ', ".");
@@ -99,7 +101,7 @@ pub fn email_of(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a name makes an address that cannot be typed, or when somebody gets worse by practising.
+    //! Every address must be plain ASCII and unique, and practice must improve skill.
 
     use super::*;
 

@@ -1,5 +1,6 @@
-//! A finished study of the demonstration: twelve professionals and twelve trainees on workload and on the simulator's
-//! validity. Nobody gave these answers: they are made from attempts, through the very form, and labelled as generated.
+//! A finished survey study of the demonstration: twelve professionals and twelve trainees on
+//! workload and on the simulator's validity. The answers are generated from attempts, submitted
+//! through the same form as real ones, and labelled as generated.
 
 use acts::surveys;
 use acts::surveys::answering::SurveyOccasion;
@@ -19,14 +20,14 @@ use worker::outbox;
 use crate::people::Trainee;
 use crate::school::{self, COHORTS};
 
-/// How many of each take part.
+/// Number of participants in each of the two groups.
 const PEOPLE: usize = 12;
 
-/// Professionals who get a link by mail: name and address.
+/// Professionals who are sent a link by mail: name and address.
 const INVITED: [(&str, &str); 2] =
     [("Lena Vogt", "lena.vogt@clinic.example"), ("Samuel Adeyemi", "samuel.adeyemi@clinic.example")];
 
-/// What people write, in turn; most write nothing.
+/// Free-text answers, in rotation; an empty text is no answer.
 const COMMENTS: [&str; 12] = [
     "The pop at the fascia comes very close to what I know.",
     "",
@@ -42,34 +43,34 @@ const COMMENTS: [&str; 12] = [
     "",
 ];
 
-/// What answers are made from: an attempt.
+/// The attempt from which answers are generated.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AnswerBasis {
     /// The attempt.
     session: SessionId,
-    /// Its score, as a share.
+    /// Its score, 0–1.
     score: f64,
-    /// Its peak force, as a share of 10 N.
+    /// Its peak force, as a fraction of 10 N.
     force: f64,
 }
 
-/// Somebody who takes part.
+/// A participant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Participant {
-    /// Place among their like.
+    /// Index within their group.
     pub(super) place: usize,
-    /// Not a trainee.
+    /// Whether they are a professional rather than a trainee.
     pub(super) professional: bool,
-    /// Their attempt; for a professional, one of the school's best.
+    /// Their attempt; for a professional, one of the best in the school.
     pub(super) basis: AnswerBasis,
 }
 
-/// A survey of the study before it is made.
+/// A survey of the study to create.
 struct PlannedSurvey {
-    /// What it asks.
+    /// Id of its instrument.
     instrument: &'static str,
     title: &'static str,
-    /// It is asked after attempts, not once.
+    /// Whether it follows each attempt, or is answered once.
     after_attempts: bool,
 }
 
@@ -82,10 +83,10 @@ const SURVEYS: [PlannedSurvey; 2] = [
     },
 ];
 
-/// Holds both surveys of the study and closes them.
+/// Creates both surveys of the study, has them answered, and closes them.
 ///
 /// # Errors
-/// When the instruments are missing, or the database fails.
+/// Fails if the instruments are missing, or the database fails.
 pub(super) async fn hold_study(state: &AppState, school: SchoolId, trainees: &[Trainee]) -> anyhow::Result<()> {
     let mut bases = Vec::new();
     for trainee in trainees {
@@ -120,7 +121,7 @@ pub(super) async fn find_study_owner(state: &AppState) -> anyhow::Result<Current
     instructor.and_then(Person::into_current).context("the demonstration has an instructor")
 }
 
-/// A trainee's latest scored attempt.
+/// Returns a trainee's latest attempt as the basis of answers, if any.
 async fn latest_basis(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<AnswerBasis>> {
     let reader = state.db.reader();
     let attempts = practice::list_trainee_practice(reader, trainee.school_id, trainee.id).await?;
@@ -128,7 +129,7 @@ async fn latest_basis(state: &AppState, trainee: &Trainee) -> anyhow::Result<Opt
     Ok(Some(basis_of_attempt(state, SessionKey { school_id: trainee.school_id, id: attempt.session }).await?))
 }
 
-/// What answers are made from, of an attempt that was scored.
+/// Returns the basis of answers for a scored attempt.
 pub(super) async fn basis_of_attempt(state: &AppState, attempt: SessionKey) -> anyhow::Result<AnswerBasis> {
     let reader = state.db.reader();
     let score = scores::find_newest_score(reader, attempt).await?.context("an attempt without a score")?.score / 100.0;
@@ -157,7 +158,7 @@ async fn make_study_survey(
         title: plan.title.to_owned(),
         identity: Identity::Pseudonymous,
         after_attempts: plan.after_attempts,
-        // The demonstration's attempts are days old, and it shows what is asked after them.
+        // The attempts are days old, but their surveys should still be offered.
         fresh_hours: None,
         generated: true,
         opens_at: state.clock.now().plus_s(-28 * 24 * 3600),
@@ -194,7 +195,8 @@ impl SurveyStudy<'_> {
         Ok(())
     }
 
-    /// Mails links to two who have not answered; the letters are files in the mail folder.
+    /// Mails links to two professionals who have not answered; the mails are files in the mail
+    /// folder.
     async fn invite(&self, owner: &CurrentPerson) -> anyhow::Result<()> {
         let invited = INVITED.map(|(name, email)| (name.to_owned(), email.to_owned()));
         surveys::mail_links(self.state, owner, self.survey, &invited).await?;
@@ -209,14 +211,15 @@ impl SurveyStudy<'_> {
     }
 }
 
-/// An answer that follows from the attempt, with the scatter that people have; one in forty is left out.
+/// Generates an answer from the attempt, with a realistic scatter; one in forty is left out.
 pub(super) fn invent_answer(instrument: &Instrument, at: usize, participant: Participant) -> Option<Answer> {
     let item = instrument.items.get(at)?;
     let seed = (participant.place * 131 + at * 17 + usize::from(participant.professional) * 7) as u64;
     if scatter_of_seed(seed ^ 0x5eed) > 0.95 {
         return None;
     }
-    // Some people rate higher than others throughout: without that, no scale would hang together.
+    // Some people rate higher than others throughout; without this, no scale would be internally
+    // consistent.
     let person = scatter_of_seed(participant.place as u64 * 2 + u64::from(participant.professional));
     let lean = lean_of_item(&item.id, participant)
         + 0.18 * person
@@ -247,7 +250,7 @@ pub(super) fn invent_answer(instrument: &Instrument, at: usize, participant: Par
     }
 }
 
-/// Where an answer lies between the ends, 0–1, before people scatter.
+/// Returns the mean of an answer between the ends of its scale, 0–1, before scatter.
 fn lean_of_item(item: &str, Participant { professional, basis, .. }: Participant) -> f64 {
     let failed = 1.0 - basis.score;
     let ease = if professional { 0.15 } else { 0.0 };
@@ -277,7 +280,7 @@ fn lean_of_item(item: &str, Participant { professional, basis, .. }: Participant
     }
 }
 
-/// A number from −1 to 1 that looks random and is the same every time (the finaliser of splitmix64).
+/// Returns a deterministic pseudo-random number from −1 to 1 (the finalizer of splitmix64).
 pub(super) fn scatter_of_seed(seed: u64) -> f64 {
     let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,5 +1,5 @@
-//! A validation study of the demonstration, held at a station: simulated novices, intermediates and experts come as guests, by the
-//! codes, uploads and answers by which real ones would.
+//! A validation study of the demonstration, held at a station: simulated novices, intermediates and
+//! experts participate as guests, with the same codes, uploads and answers as real ones.
 
 use std::collections::BTreeMap;
 
@@ -26,16 +26,16 @@ use crate::attempt::{self, AttemptTask, MadeRecording};
 use crate::study::{Participant, basis_of_attempt, find_study_owner, invent_answer, scatter_of_seed};
 use crate::{COURSE, current_bundle, take_in};
 
-/// Guests of each group, and attempts of each.
+/// Number of guests per group, and of attempts per guest.
 const EACH: usize = 8;
 const ATTEMPTS_EACH: u32 = 2;
-/// Attempts of all.
+/// Total number of attempts.
 pub(super) const ATTEMPTS: usize = ATTEMPTS_EACH as usize * EACH * TOLD.len();
-/// Attempts follow each other so closely, in s.
+/// Interval between attempts, in s.
 const APART_S: i64 = 120;
 const TITLE: &str = "Does the simulator tell experts from novices?";
 const STATION: &str = "Study room";
-/// What guests tell, group by group: their role, and the most years of practice.
+/// Answers of the guests by group: role, and maximum years of practice.
 const TOLD: [(&str, u32); 3] = [("Student", 0), ("Resident", 4), ("Consultant", 22)];
 
 /// A guest at the station.
@@ -48,7 +48,7 @@ struct StudyGuest {
 /// Holds the study.
 ///
 /// # Errors
-/// When the course or an instrument is missing, or a part of the work fails.
+/// Fails if the course or an instrument is missing, or an operation fails.
 pub(super) async fn hold_validation_study(
     state: &AppState,
     school: SchoolId,
@@ -111,7 +111,7 @@ async fn pair_station(state: &AppState, owner: &CurrentPerson) -> anyhow::Result
     Ok(CallingStation { school_id: owner.school_id, id: paired.station_id, name: paired.name })
 }
 
-/// Makes each guest's code, and lets them sign in by it.
+/// Creates a code for each guest, and signs them in with it.
 async fn invite_guests(
     state: &AppState,
     owner: &CurrentPerson,
@@ -134,7 +134,8 @@ async fn invite_guests(
     Ok(guests)
 }
 
-/// Every guest's attempts, each with the guest's place and its number, one after the other.
+/// Plans the attempts of all guests, in sequence, each with the guest's index and the number of the
+/// attempt.
 fn plan_attempts(
     begun: Moment,
     guests: &[StudyGuest],
@@ -157,7 +158,8 @@ fn plan_attempts(
     all.enumerate().map(task).collect()
 }
 
-/// People of a group differ, and all learn a little.
+/// Returns the skill of a guest: the group's mean with individual scatter, and a small gain by
+/// practice.
 fn skill_of_guest(guest: &StudyGuest, number: u32) -> Skill {
     let middle = [0.10, 0.55, 0.95][guest.group.min(2)];
     let own = 0.08 * scatter_of_seed(guest.place as u64 * 3 + guest.group as u64);
@@ -165,7 +167,7 @@ fn skill_of_guest(guest: &StudyGuest, number: u32) -> Skill {
     Skill::novice().towards(&Skill::expert(), (middle + own + learned).clamp(0.0, 1.0))
 }
 
-/// Answers what the study asks after an attempt.
+/// Answers the surveys of the study after an attempt.
 async fn answer_after(
     state: &AppState,
     study: &Study,
@@ -198,7 +200,7 @@ async fn answer_after(
     Ok(())
 }
 
-/// An answer as a station sends it.
+/// Converts an answer to the form in which a station sends it.
 fn texts_of_answer(answer: Answer) -> Vec<String> {
     match answer {
         Answer::Number(number) => vec![number.to_string()],

@@ -1,6 +1,6 @@
-//! What was assigned, and how far somebody has come with it.
+//! Assignments and a trainee's progress in them.
 //!
-//! Pure: attempts and the moment go in. Only scored attempts count.
+//! Pure functions of the attempts and the current time. Only scored attempts count.
 
 use std::borrow::Cow;
 use std::cmp::Reverse;
@@ -14,17 +14,17 @@ use super::progress::{Course, Progress, ScoredAttempt, StepState};
 use crate::ids::{AssignmentId, PersonId, SessionId};
 use crate::{count_u32, due};
 
-/// What is to be trained.
+/// The task of an assignment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AssignmentTask {
-    /// An exercise, by its id: passed once.
+    /// An exercise, by its id: to be passed once.
     Exercise(String),
-    /// A course, by its id: every exercise mastered.
+    /// A course, by its id: all exercises to be mastered.
     Course(String),
 }
 
 impl AssignmentTask {
-    /// Whether an exercise belongs to it.
+    /// Returns whether an exercise belongs to the task.
     fn asks_for(&self, exercise: &str, taught: &[TaughtCourse]) -> bool {
         match self {
             Self::Exercise(id) => id == exercise,
@@ -35,72 +35,74 @@ impl AssignmentTask {
     }
 }
 
-/// An assignment as it concerns one trainee.
+/// An assignment, as it applies to one trainee.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Assigned {
-    /// Its id.
+    /// Id.
     pub id: AssignmentId,
-    /// What is to be trained.
+    /// Exercise or course to train.
     pub task: AssignmentTask,
     /// Title of the exercise or course.
     pub title: String,
-    /// The trainee to whom alone it is assigned; none where it is a cohort's.
+    /// The trainee of an individual assignment; `None` for a cohort's assignment.
     pub person_id: Option<PersonId>,
-    /// Since when.
+    /// Time at which it was made.
     pub made_at: Moment,
-    /// Only attempts since then count; otherwise what was passed or mastered before is done already.
+    /// Only attempts made after the assignment count; otherwise earlier passes and mastery count,
+    /// too.
     pub since_only: bool,
-    /// Until when, with their extension.
+    /// Due date, including the trainee's extension.
     pub due_at: Option<Moment>,
-    /// Days by which it was extended for them; 0 for none.
+    /// Length of the trainee's extension, in days; 0 without one.
     pub extended_days: i64,
-    /// Attempts that count, from the first.
+    /// Maximum number of attempts that count, from the first.
     pub attempt_limit: Option<u32>,
-    /// Under an instructor's eyes.
+    /// Attempts must be supervised by an instructor.
     pub supervised: bool,
-    /// The time zone in which it is due.
+    /// Time zone of the due date.
     pub time_zone: String,
 }
 
-/// How far somebody has come.
+/// Progress of a trainee in an assignment.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AssignmentStage {
-    /// It is done.
+    /// The assignment is done.
     Done {
-        /// By the attempt of this moment.
+        /// Time of the attempt that completed it.
         on: OffsetDateTime,
-        /// After it was due.
+        /// It was completed after the due date.
         late: bool,
     },
-    /// It can be done now.
+    /// The assignment can be done now.
     Open {
-        /// Attempts that are left, where they are limited.
+        /// Number of remaining attempts, if they are limited.
         left: Option<u32>,
-        /// Of a course, how much of it is mastered.
+        /// For a course: number of mastered exercises.
         mastered: Option<MasteredShare>,
     },
-    /// Other exercises come first.
+    /// Other exercises must be mastered first.
     Locked {
-        /// Their titles.
+        /// Titles of these exercises.
         missing: Vec<String>,
     },
-    /// No attempt is left, and none passed.
+    /// All attempts were used, and none passed.
     Spent,
 }
 
-/// How much of a course is mastered.
+/// Number of mastered exercises of a course.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MasteredShare {
-    /// Exercises that are.
+    /// Number of mastered exercises.
     pub exercises: usize,
-    /// All of its exercises.
+    /// Total number of exercises.
     pub of: usize,
 }
 
-/// Attempts at which somebody who teaches was there, as they have confirmed.
+/// Attempts with a confirmed supervision.
 pub type SupervisedSessions = BTreeSet<SessionId>;
 
-/// The attempts of one trainee, and by them their progress in each course of the school, judged when it is first asked for.
+/// The attempts of one trainee and the trainee's progress in each course of the school, which is
+/// computed on first use.
 #[derive(Debug)]
 pub struct AttemptHistory<'a> {
     taught: &'a [TaughtCourse],
@@ -110,25 +112,27 @@ pub struct AttemptHistory<'a> {
 }
 
 impl<'a> AttemptHistory<'a> {
-    /// The attempts of a trainee, in any order.
+    /// Makes the history from a trainee's attempts, in any order.
     #[must_use]
     pub fn new(taught: &'a [TaughtCourse], attempts: &'a [ScoredAttempt], now: Moment) -> Self {
         Self { taught, attempts, now, judged: taught.iter().map(|_| OnceLock::new()).collect() }
     }
 
-    /// Progress in a course, by its index among those taught.
+    /// Returns the progress in a course, by its index among the taught courses.
     #[must_use]
     pub fn in_course(&self, course: usize) -> &Progress {
         self.judged[course].get_or_init(|| Progress::of(&self.taught[course].course, self.attempts, self.now.to_utc()))
     }
 
-    /// The course tried last, the first of them where none was; none where none is taught.
+    /// Returns the course with the latest attempt, or the first course if there are no attempts.
+    /// `None` if no course is taught.
     #[must_use]
     pub fn main_course(&self) -> Option<usize> {
         (0..self.taught.len()).min_by_key(|course| Reverse(self.in_course(*course).last_at))
     }
 
-    /// What a trainee must master before an exercise; nothing where one course that has it opens it, or none has it.
+    /// Returns the titles of the exercises to be mastered before an exercise. Empty if the exercise
+    /// is open in at least one course, or belongs to none.
     #[must_use]
     pub fn missing_before(&self, exercise: &str) -> Vec<String> {
         let mut first = Vec::new();
@@ -143,7 +147,7 @@ impl<'a> AttemptHistory<'a> {
         first
     }
 
-    /// The attempts that count towards an assignment.
+    /// Returns the attempts that count towards an assignment.
     fn counting(&self, assigned: &Assigned, supervised: &SupervisedSessions) -> Cow<'_, [ScoredAttempt]> {
         if !assigned.supervised && !assigned.since_only {
             return Cow::Borrowed(self.attempts);
@@ -155,7 +159,8 @@ impl<'a> AttemptHistory<'a> {
         Cow::Owned(self.attempts.iter().filter(counts).cloned().collect())
     }
 
-    /// The attempts at what was assigned, since it was, that only lack a confirmation.
+    /// Returns the attempts at an assignment's exercises since it was made that do not count only
+    /// because their supervision is not confirmed.
     fn unconfirmed(&self, assigned: &Assigned, supervised: &SupervisedSessions) -> Vec<SessionId> {
         let lacks = |attempt: &&ScoredAttempt| {
             assigned.supervised
@@ -167,34 +172,34 @@ impl<'a> AttemptHistory<'a> {
     }
 }
 
-/// An assignment, how far somebody has come with it, and how it stands to its date.
+/// An assignment with a trainee's progress.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AssignmentStanding {
-    /// What was assigned.
+    /// The assignment.
     pub assigned: Assigned,
-    /// How far they have come.
+    /// Progress.
     pub stage: AssignmentStage,
-    /// It is due, and not done.
+    /// It is past the due date and not done.
     pub overdue: bool,
-    /// Attempts at it that count, those after it was done among them.
+    /// Number of attempts that count, including those after it was done.
     pub attempts: usize,
-    /// The best score among them, 0–100; none of a course.
+    /// Best score among them, 0–100; `None` for a course.
     pub best: Option<f64>,
-    /// Attempts that do not count because nobody has confirmed that they were there.
+    /// Attempts that do not count because their supervision is not confirmed.
     pub unconfirmed: Vec<SessionId>,
 }
 
-/// A course and its id.
+/// A course with its id.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TaughtCourse {
-    /// The course's id.
+    /// Id of the course.
     pub id: String,
-    /// Exercises and rule.
+    /// Steps and mastery rule.
     pub course: Course,
 }
 
 impl AssignmentStanding {
-    /// Judges the attempts of one trainee.
+    /// Computes the progress from the attempts of one trainee.
     #[must_use]
     pub fn of(assigned: Assigned, tried: &AttemptHistory<'_>, supervised: &SupervisedSessions) -> Self {
         let counting = tried.counting(&assigned, supervised);
@@ -227,7 +232,7 @@ impl AssignmentStanding {
         Self { assigned, stage, overdue, attempts, best, unconfirmed }
     }
 
-    /// There is something left to do.
+    /// Returns whether the trainee can still complete it.
     #[must_use]
     pub const fn is_open(&self) -> bool {
         matches!(self.stage, AssignmentStage::Open { .. } | AssignmentStage::Locked { .. })
@@ -248,7 +253,7 @@ fn exercise_stage(
     at_it.sort_by_key(|attempt| attempt.at);
     let (before, since) = at_it.split_at(at_it.partition_point(|attempt| Moment::from(attempt.at) < assigned.made_at));
     let limit = assigned.attempt_limit.map_or(usize::MAX, |limit| limit as usize);
-    // The first that did it: what was passed before is done before it could be late.
+    // The first pass decides: an exercise passed before the assignment is never late.
     if let Some(passed) = before.iter().chain(since.iter().take(limit)).find(|attempt| attempt.passed) {
         return AssignmentStage::Done { on: passed.at, late: late(passed.at, assigned) };
     }
@@ -280,19 +285,19 @@ fn course_stage(assigned: &Assigned, progress: &Progress) -> AssignmentStage {
     }
 }
 
-/// How those stand to whom something was assigned.
+/// Counts of the trainees of an assignment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AssignmentTally {
-    /// Who have done it.
+    /// Trainees who completed it.
     pub done: usize,
-    /// Who have not, after it was due for them.
+    /// Trainees who have not completed it by their due date.
     pub late: usize,
-    /// All of them.
+    /// All trainees.
     pub of: usize,
 }
 
 impl AssignmentTally {
-    /// Counts.
+    /// Counts the trainees of an assignment.
     #[must_use]
     pub fn of<'a>(standings: impl Iterator<Item = &'a AssignmentStanding>) -> Self {
         standings.fold(Self::default(), |tally, standing| Self {
@@ -303,7 +308,7 @@ impl AssignmentTally {
     }
 }
 
-/// Sorts what is to be done before what is done, and by date, those without one last.
+/// Sorts open assignments before the others, and each by due date, those without one last.
 pub fn sort(standings: &mut [AssignmentStanding]) {
     standings.sort_by_key(|standing| {
         let due = standing.assigned.due_at;
@@ -313,8 +318,9 @@ pub fn sort(standings: &mut [AssignmentStanding]) {
 
 #[cfg(test)]
 mod tests {
-    //! A course of two exercises, the second after the first, mastered by one pass. Fails when an attempt from before the
-    //! assignment does it, when a limit is not kept, or when somebody is sent to a locked exercise.
+    //! A course with two exercises, of which the second requires the first; one pass is mastery.
+    //! The tests check that attempts before the assignment do not count, that limits are kept, and
+    //! that locked exercises are reported as locked.
 
     use time::Duration;
     use time::macros::datetime;
@@ -358,7 +364,7 @@ mod tests {
         judge(assigned(task, limit), tried)
     }
 
-    /// Attempts so many hours ago.
+    /// Judges attempts given by exercise, age in hours, and pass.
     fn judge(assigned: Assigned, tried: &[(&str, i64, bool)]) -> AssignmentStanding {
         let attempt = |(exercise, hours, passed): &(&str, i64, bool)| ScoredAttempt {
             session: SessionId::nil(),

@@ -1,8 +1,8 @@
-//! The attempt that something belongs to.
+//! Key of an attempt.
 
 use crate::ids::{SchoolId, SessionId};
 
-/// The attempt that something belongs to.
+/// Key of an attempt, used for its rows in other tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SessionKey {
     /// School.

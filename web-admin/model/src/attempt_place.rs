@@ -1,4 +1,4 @@
-//! Where a list of attempts goes on.
+//! Cursor in a list of attempts.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,28 +6,29 @@ use std::str::FromStr;
 use super::Moment;
 use crate::ids::SessionId;
 
-/// An attempt's place in a list of attempts, newest first: what comes after it stays the same however many are added before.
+/// Cursor in a list of attempts, newest first. The entries after it stay the same when new attempts
+/// are added at the front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AttemptPlace {
-    /// When it began.
+    /// Start time.
     pub started_at: Moment,
     /// Session.
     pub id: SessionId,
 }
 
 impl AttemptPlace {
-    /// Before every attempt.
+    /// Position before all attempts.
     pub const START: Self = Self { started_at: Moment::from_micros(i64::MAX), id: SessionId::from_u128(u128::MAX) };
 }
 
 impl fmt::Display for AttemptPlace {
-    /// For programs to hand back as it is.
+    /// Formats the cursor for API clients, which return it unchanged.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}.{}", self.started_at.micros(), self.id)
     }
 }
 
-/// A text that names no place in a list.
+/// The text is not a valid cursor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("allowed is what `next` of the list before said")]
 pub struct NoPlace;

@@ -1,28 +1,29 @@
-//! When an attempt began, as far as it is believed.
+//! Plausibility of an attempt's start time.
 
 use super::Moment;
 
-/// A clock that is off by less is taken for right, in µs.
+/// Clock offsets up to this value are ignored, in µs.
 const RIGHT_US: i64 = 60_000_000;
-/// How far back a recording is believed that nobody has signed, in s.
+/// Maximum age at which the start time of an unsigned recording is accepted, in s.
 const UNSIGNED_S: i64 = 24 * 3600;
 
-/// What a recording and its sender say of when an attempt began.
+/// The start time claimed by a recording and its sender.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Claim {
-    /// When it began, by the clock of the machine that recorded it.
+    /// Start time, by the clock of the machine that recorded it.
     pub began: Moment,
-    /// How long it took, in s.
+    /// Duration, in s.
     pub duration_s: f64,
-    /// How far the sender's clock is ahead of ours, in µs, where it was told.
+    /// Offset of the sender's clock, in µs, positive if it is ahead; `None` if unknown.
     pub ahead_us: Option<i64>,
-    /// Since when the station was paired that has signed it.
+    /// Pairing time of the station that signed the recording; `None` if it is unsigned.
     pub paired_at: Option<Moment>,
 }
 
 impl Claim {
-    /// When it began, by our clock: not so late that it would have ended after it was received; if it is signed, not before
-    /// its station was paired, else not more than a day back.
+    /// Returns the start time by the server's clock. The attempt must end before it was received.
+    /// It cannot start before the pairing of the station if it is signed, or more than a day before
+    /// it was received if it is unsigned.
     #[must_use]
     pub fn believed(&self, received: Moment) -> Moment {
         let wrong_us = self.ahead_us.filter(|ahead_us| ahead_us.saturating_abs() > RIGHT_US).unwrap_or(0);

@@ -1,72 +1,74 @@
-//! Certificates that a course was mastered: signed, and verifiable without this service.
+//! Certificates of course mastery: signed, and verifiable without this service.
 //!
-//! A certificate is what is certified, the public key, and an Ed25519 signature over the first part as it is written: in
-//! JSON, inside a page that a person can read, or alone. `docs/certificates.md` is its description for whoever reads one
-//! without this program.
+//! A certificate consists of a statement, the public key, and an Ed25519 signature over the text of
+//! the statement. It is JSON, either embedded in a readable page or alone. `docs/certificates.md`
+//! specifies the format for other programs.
 
 use anyhow::{Context, ensure};
 use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
 use ed25519_dalek::{Signature, Signer, SigningKey, Verifier, VerifyingKey};
 use serde::{Deserialize, Serialize};
 
-/// Versions that are understood.
+/// Supported versions of the format.
 const KNOWN: std::ops::RangeInclusive<u32> = 1..=Statement::FORMAT;
-/// Begins the certificate in a page.
+/// Start of the certificate in a page.
 const OPENING: &str = "<script type=\"application/json\" id=\"certificate\">";
-/// Ends it.
+/// End of the certificate in a page.
 const CLOSING: &str = "</script>";
 
-/// What is certified. All of it is data or English: it is read by a program, and the page around it speaks to people.
+/// The certified statement. All of it is data or English, because programs read it; the page around
+/// it is for people.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Statement {
-    /// Version of this layout.
+    /// Version of the format.
     pub format: u32,
-    /// The school.
+    /// Name of the school.
     pub school: String,
-    /// Who mastered the course.
+    /// Name of the person who mastered the course.
     pub trainee: String,
-    /// The course's id.
+    /// Id of the course.
     pub curriculum_id: String,
-    /// The course's title.
+    /// Title of the course.
     pub course: String,
     /// SHA-256 of the course's document.
     pub curriculum_sha256: String,
-    /// Its mastery rule in words.
+    /// Mastery rule, as text.
     pub rule: String,
-    /// By which attempts the school certifies, in words. Layout 1 did not say.
+    /// Kind of attempts that the school accepts, as text. Missing in format 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub attempts: Option<String>,
-    /// Each exercise, and since when it is mastered, RFC 3339.
+    /// Exercises and the times at which they were mastered, RFC 3339.
     pub exercises: Vec<(String, String)>,
-    /// When this was issued, RFC 3339.
+    /// Time of issue, RFC 3339.
     pub issued_at: String,
-    /// What it does not say.
+    /// Limits of the statement.
     pub scope: String,
 }
 
 impl Statement {
-    /// The layout that is written today.
+    /// Version of the format that is written.
     pub const FORMAT: u32 = 2;
 }
 
-/// A signed statement, as it is handed out. The signature is over the text of `statement`, byte for byte.
+/// A signed statement. The signature covers the text of `statement`, byte for byte.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Certificate {
-    /// A [`Statement`] in JSON.
+    /// A [`Statement`] as JSON.
     pub statement: String,
-    /// Ed25519 public key, hexadecimal.
+    /// Ed25519 public key, in hexadecimal.
     pub public_key: String,
-    /// Ed25519 signature, hexadecimal.
+    /// Ed25519 signature, in hexadecimal.
     pub signature: String,
 }
 
 impl Certificate {
-    /// As JSON that may stand in a page: no name in it ends the element that it stands in.
+    /// Returns JSON for embedding in a page: `<` is escaped, so that no name can end the
+    /// surrounding element.
     ///
     /// # Errors
-    /// Never, but for JSON's own.
+    /// If the serialization fails, which does not happen.
     pub fn in_page(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string(self)?.replace('<', "\\u003c"))
     }
@@ -75,28 +77,29 @@ impl Certificate {
 /// Signs a statement.
 ///
 /// # Errors
-/// Never, but for JSON's own.
+/// If the serialization fails, which does not happen.
 pub fn sign_statement(key: &SigningKey, statement: &Statement) -> anyhow::Result<Certificate> {
     Ok(sign_text(key, &serde_json::to_string(statement)?))
 }
 
-/// Signs a text of another kind with the same key. It must not be readable as a [`Statement`].
+/// Signs another kind of text with the same key. The text must not be parseable as a [`Statement`].
 #[must_use]
 pub fn sign_text(key: &SigningKey, text: &str) -> Certificate {
     let signature = HEXLOWER.encode(&key.sign(text.as_bytes()).to_bytes());
     Certificate { statement: text.to_owned(), public_key: public_key(key), signature }
 }
 
-/// The public key, hexadecimal: published, it lets anybody check a certificate.
+/// Returns the public key in hexadecimal. Once published, it lets anyone check a certificate.
 #[must_use]
 pub fn public_key(key: &SigningKey) -> String {
     HEXLOWER.encode(&key.verifying_key().to_bytes())
 }
 
-/// Checks a certificate, a page or JSON alone, against the public key that the school has published, and says what it states.
+/// Verifies a certificate, in a page or as JSON, with the public key published by the school.
+/// Returns its statement.
 ///
 /// # Errors
-/// When it is no certificate, of another key, or was changed.
+/// If it is not a certificate, was signed with another key, or was modified.
 pub fn check_certificate(file: &[u8], published_key: &str) -> anyhow::Result<Statement> {
     let certificate: Certificate = serde_json::from_str(json_of(file)?).context("not a certificate")?;
     let text = checked_text(&certificate, published_key)?;
@@ -105,10 +108,10 @@ pub fn check_certificate(file: &[u8], published_key: &str) -> anyhow::Result<Sta
     Ok(statement)
 }
 
-/// The signed text, when the published key has signed it.
+/// Returns the signed text, if the signature is valid for the published key.
 ///
 /// # Errors
-/// When another key has, or it was changed.
+/// If it was signed with another key, or was modified.
 pub fn checked_text<'a>(certificate: &'a Certificate, published_key: &str) -> anyhow::Result<&'a str> {
     let published = published_key.trim().to_lowercase();
     ensure!(
@@ -128,7 +131,7 @@ pub fn checked_text<'a>(certificate: &'a Certificate, published_key: &str) -> an
     Ok(&certificate.statement)
 }
 
-/// The certificate in a page, or the file itself.
+/// Returns the JSON embedded in a page, or the whole file.
 fn json_of(file: &[u8]) -> anyhow::Result<&str> {
     let text = std::str::from_utf8(file).context("not a certificate")?;
     let Some((_, inside)) = text.split_once(OPENING) else { return Ok(text) };
@@ -139,7 +142,8 @@ fn json_of(file: &[u8]) -> anyhow::Result<&str> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a changed certificate, or one of another key, is taken for good, alone or in a page.
+    //! Checks that modified certificates and those signed with another key are rejected, as JSON
+    //! and in a page.
 
     use super::*;
 

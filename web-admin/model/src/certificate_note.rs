@@ -1,48 +1,51 @@
-//! What a certificate says in short, signed for itself: short enough for the code on its print, by which anybody checks it on a page of
-//! the service. Nothing of it is kept: the signature is all that the service needs.
+//! The short form of a certificate, with its own signature: short enough for the QR code on a
+//! printed certificate, with which anyone can check it on a page of the service. It is not stored;
+//! the signature is sufficient.
 
 use anyhow::{Context, ensure};
 use data_encoding::BASE64URL_NOPAD;
 use ed25519_dalek::{Signature, Signer, SigningKey, Verifier};
 use serde::{Deserialize, Serialize};
 
-/// Who has mastered what, and when. It cannot be read as a [`Statement`](super::certificate::Statement), which the same key signs.
+/// Who mastered which course, and when. It cannot be parsed as a
+/// [`Statement`](super::certificate::Statement), which is signed with the same key.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CertificateNote {
-    /// Version of this layout.
+    /// Version of the format.
     pub note: u32,
-    /// The school.
+    /// Name of the school.
     pub school: String,
-    /// Who mastered the course.
+    /// Name of the person who mastered the course.
     pub trainee: String,
-    /// The course's title.
+    /// Title of the course.
     pub course: String,
-    /// When the certificate was issued, RFC 3339.
+    /// Time at which the certificate was issued, RFC 3339.
     pub issued_at: String,
 }
 
-/// The longest note in an address, in characters: what somebody may make the service decode.
+/// Maximum length of a note in a URL, in characters: it limits the work for decoding.
 const LONGEST: usize = 4000;
 
 impl CertificateNote {
-    /// The layout that is written today.
+    /// Version of the format that is written.
     pub const VERSION: u32 = 1;
 
-    /// The query of the page that checks it: `of`, the note, and `by`, the signature, both in base64 for addresses.
+    /// Returns the query of the page that checks the note: `of` is the note and `by` the signature,
+    /// both in base64url.
     ///
     /// # Errors
-    /// Never, but for JSON's own.
+    /// If the serialization fails, which does not happen.
     pub fn signed_query(&self, key: &SigningKey) -> serde_json::Result<String> {
         let text = serde_json::to_string(self)?;
         let by = BASE64URL_NOPAD.encode(&key.sign(text.as_bytes()).to_bytes());
         Ok(format!("of={}&by={by}", BASE64URL_NOPAD.encode(text.as_bytes())))
     }
 
-    /// Reads a note that this key has signed.
+    /// Verifies and parses a note.
     ///
     /// # Errors
-    /// When it is none, was changed, or another key has signed it.
+    /// If it is not a note, was modified, or was signed with another key.
     pub fn check(of: &str, by: &str, key: &SigningKey) -> anyhow::Result<Self> {
         ensure!(of.len() <= LONGEST, "of: {} characters; at most {LONGEST} are allowed", of.len());
         let text = BASE64URL_NOPAD.decode(of.as_bytes()).context("of: no base64")?;
@@ -57,7 +60,8 @@ impl CertificateNote {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a changed note, one of another key, or a whole statement passes for a note.
+    //! Checks that modified notes, those signed with another key, and complete statements are
+    //! rejected.
 
     use super::*;
     use crate::certificate::sign_text;

@@ -1,19 +1,19 @@
-//! A cohort at a glance.
+//! Summary of a cohort.
 
 use crate::ids::CohortId;
 
-/// A cohort at a glance.
+/// Summary of a cohort.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct CohortSummary {
-    /// Its id.
+    /// Id.
     pub id: CohortId,
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Trainees in it.
+    /// Number of trainees.
     pub trainees: i64,
-    /// Their scored attempts.
+    /// Number of scored attempts.
     pub attempts: i64,
-    /// Of them, those that passed.
+    /// Number of passed attempts.
     pub passes: i64,
 }

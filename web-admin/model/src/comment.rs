@@ -3,30 +3,30 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// Most characters of a comment.
+/// Maximum length of a comment, in characters.
 pub const MOST_CHARACTERS: usize = 2000;
 
-/// What a comment is meant as.
+/// Kind of comment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum CommentKind {
-    /// This was done well.
+    /// Something was done well.
     Praise,
-    /// This was wrong.
+    /// Something was done wrong.
     Error,
-    /// Somebody asks.
+    /// A question.
     Question,
-    /// This is worth knowing.
+    /// An explanation worth knowing.
     Teaching,
 }
 
 impl CommentKind {
-    /// All of them, in the order of a form.
+    /// All kinds, in the order of the form.
     pub const ALL: [Self; 4] = [Self::Praise, Self::Error, Self::Question, Self::Teaching];
 
-    /// Its name in forms, files and the database.
+    /// Returns the name used in forms, files and the database.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -38,47 +38,47 @@ impl CommentKind {
     }
 }
 
-/// A comment as somebody typed it.
+/// A comment as entered.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, ToSchema)]
 #[schema(as = Typed)]
 pub struct TypedComment {
-    /// praise, error, question or teaching.
+    /// `praise`, `error`, `question` or `teaching`.
     #[serde(default)]
     pub kind: String,
-    /// The moment, or the beginning of the interval, in s since the start of the attempt.
+    /// Time of the comment, or start of its interval, in s from the start of the attempt.
     #[serde(default)]
     pub from_s: String,
-    /// The end of the interval, in s; empty for a moment.
+    /// End of the interval, in s from the start of the attempt; empty for a single moment.
     #[serde(default)]
     pub to_s: String,
-    /// What is said.
+    /// Text of the comment, at most 2000 characters.
     #[serde(default)]
     pub body: String,
 }
 
-/// A comment that may be kept.
+/// A valid comment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comment {
-    /// What it is meant as.
+    /// Kind.
     pub kind: CommentKind,
-    /// The moment, or the beginning of the interval, in s.
+    /// Time of the comment, or start of its interval, in s.
     pub from_s: f64,
-    /// The end of the interval, in s.
+    /// End of the interval, in s; `None` for a single moment.
     pub to_s: Option<f64>,
-    /// What is said.
+    /// Text.
     pub body: String,
 }
 
-/// A comment that may not be kept: field, value, what is allowed.
+/// A comment was refused: field, value and accepted values.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct CommentRefused(String);
 
 impl Comment {
-    /// Checks what somebody typed against the attempt, which lasts `duration_s`, in s.
+    /// Validates an entered comment for an attempt of duration `duration_s`, in s.
     ///
     /// # Errors
-    /// When there are no words or too many, or a moment is not within the attempt.
+    /// If the kind is unknown, a time is outside the attempt, or the text is empty or too long.
     pub fn parse(typed: &TypedComment, duration_s: f64) -> Result<Self, CommentRefused> {
         let kind = CommentKind::ALL.into_iter().find(|kind| kind.name() == typed.kind);
         let kind = kind.ok_or_else(|| {
@@ -97,7 +97,7 @@ fn moment(field: &str, typed: &str, least_s: f64, most_s: f64) -> Result<f64, Co
     let typed = typed.trim();
     let seconds = typed.replace(',', ".").parse::<f64>().ok().filter(|s| (least_s..=most_s).contains(s));
     seconds.ok_or_else(|| {
-        // Rounded inwards, so that what is named as allowed is.
+        // Rounded inwards, so that the limits named in the message are themselves valid.
         let (least_s, most_s) = ((least_s * 100.0).ceil() / 100.0, (most_s * 100.0).floor() / 100.0);
         CommentRefused(tr!(
             "{field}: “{typed}”; allowed is {least} to {most} s, which is within the attempt",
@@ -109,10 +109,10 @@ fn moment(field: &str, typed: &str, least_s: f64, most_s: f64) -> Result<f64, Co
     })
 }
 
-/// The words of a comment or an answer.
+/// Validates the text of a comment or reply.
 ///
 /// # Errors
-/// When there are none, or too many, or U+0000 among them, where a text ends for SQLite.
+/// If it is empty or too long, or contains U+0000, at which SQLite ends a text.
 pub fn words(typed: &str) -> Result<String, CommentRefused> {
     let body = typed.trim();
     if body.contains('\0') {
@@ -131,7 +131,7 @@ pub fn words(typed: &str) -> Result<String, CommentRefused> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a comment lands outside the attempt, or its words are changed.
+    //! Checks that comments outside the attempt are refused, and that the text is kept unchanged.
     use super::*;
 
     fn typed(from_s: &str, to_s: &str) -> TypedComment {

@@ -1,46 +1,49 @@
-//! What experts' forces were, over the depth of an attempt: their median and a band, aligned by the crossing of each layer.
+//! The experts' corridor: median and band of the experts' forces over the depth of an attempt,
+//! aligned at the crossing of each layer.
 //!
-//! Layers differ in thickness from patient to patient. So each stretch from one crossing to the next is stretched to that
-//! of the attempt that is shown, and forces are compared at the same share of it.
+//! The thickness of layers differs between patients. Each section between two crossings is
+//! therefore scaled to the corresponding section of the shown attempt, and forces are compared at
+//! the same fraction of it.
 
 use assessment::statistics::quantile;
 use attempt::{AttemptCurve, MarkKind};
 
-/// What an expert agrees to, in the words that the service proposes.
+/// Text of the consent that the service proposes to an expert.
 pub const WORDING: &str = "My own passed attempts may be part of the experts’ corridor, unnamed, and never among fewer than five. I can take \
      this back at any time; from then on they are left out.";
-/// Fewest experts that are shown: among fewer, one could be told from the others.
+/// Minimum number of experts to be shown: with fewer, an individual could be identified.
 pub const FEWEST: usize = 5;
-/// The band holds all but this share on either side.
+/// Fraction of the experts outside the band, on either side.
 const OUTSIDE: f64 = 0.1;
-/// Places in each stretch.
+/// Number of steps per section.
 const STEPS: u32 = 16;
 
-/// A place of the corridor.
+/// A point of the corridor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CorridorPlace {
-    /// Along the needle of the attempt that is shown, in mm.
+    /// Advance along the needle of the shown attempt, in mm.
     pub advance_mm: f64,
-    /// A tenth of the experts pushed less, in N.
+    /// 10th percentile of the experts' force, in N.
     pub low_n: f64,
-    /// Half of them did, in N.
+    /// Median of the experts' force, in N.
     pub median_n: f64,
-    /// A tenth of them pushed more, in N.
+    /// 90th percentile of the experts' force, in N.
     pub high_n: f64,
 }
 
 /// The experts' corridor over an attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Corridor {
-    /// How many experts.
+    /// Number of experts considered. A point may be based on fewer, but at least [`FEWEST`].
     pub experts: usize,
-    /// Places by depth.
+    /// Points, by depth.
     pub places: Vec<CorridorPlace>,
 }
 
-/// The way in: where it crossed each boundary, and the force on it.
+/// The insertion: crossings of the boundaries, and force.
 struct NeedleWay {
-    /// Depth at the first touch, at each boundary's opening by the tip, and where it turned back, in mm.
+    /// Depths of the first contact, of the rupture of each boundary by the tip, and of the turning
+    /// point, in mm.
     crossings: Vec<f64>,
     /// Depth in mm and force in N, in order of time.
     points: Vec<(f64, f64)>,
@@ -61,8 +64,8 @@ impl NeedleWay {
         Self { crossings, points }
     }
 
-    /// The stretch from a crossing to the next. The last one ends where the needle turned back, which is comparable only
-    /// with ways that crossed as many boundaries.
+    /// Returns the section from one crossing to the next. The last section ends at the turning
+    /// point and is comparable only between insertions that crossed the same number of boundaries.
     fn stretch(&self, index: usize, of: usize) -> Option<(f64, f64)> {
         let last = index + 2 == of;
         let comparable = if last { self.crossings.len() == of } else { self.crossings.len() > index + 2 };
@@ -70,7 +73,7 @@ impl NeedleWay {
         (comparable && stretch.0 < stretch.1).then_some(stretch)
     }
 
-    /// The force when the tip first came to a depth, in N.
+    /// Returns the force in N when the tip first reached a depth.
     fn force_n(&self, advance_mm: f64) -> Option<f64> {
         let at = self.points.iter().position(|(depth, _)| *depth >= advance_mm)?;
         let (to, force_n) = self.points[at];
@@ -82,7 +85,8 @@ impl NeedleWay {
     }
 }
 
-/// The corridor over an attempt, from one curve of each expert. None where fewer than [`FEWEST`] can be compared.
+/// Returns the corridor over an attempt, from one curve per expert. `None` if fewer than [`FEWEST`]
+/// are comparable.
 #[must_use]
 pub fn corridor(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Option<Corridor> {
     let shown = NeedleWay::of(shown);
@@ -112,12 +116,14 @@ fn place(advance_mm: f64, forces_n: &[f64]) -> Option<CorridorPlace> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when fewer than five experts are shown, or layers of another thickness are compared at the same depth.
+    //! Checks that fewer than five experts are not shown, and that layers of different thickness
+    //! are not compared at equal depth.
     use attempt::{CurveMark, CurvePoint, LayerSpan};
 
     use super::*;
 
-    /// Force rises to `peak_n` at a boundary that opens at `at_mm`, then is 1 N down to `end_mm`.
+    /// The force rises to `peak_n` at a boundary that ruptures at `at_mm`, then is 1 N down to
+    /// `end_mm`.
     fn curve(at_mm: f64, peak_n: f64, end_mm: f64) -> AttemptCurve {
         let band = LayerSpan { name: "skin".into(), texture: "skin".into(), top_mm: 0.0, bottom_mm: 50.0 };
         let force = |mm: f64| if mm <= at_mm { peak_n * mm / at_mm } else { 1.0 };

@@ -1,15 +1,16 @@
-//! Counts as the database and the pages keep them.
+//! Conversion of counts for the database and the pages.
 
 use std::fmt::Debug;
 
-/// A count as a column keeps it.
+/// Converts a count for a database column.
 #[must_use]
 #[expect(clippy::expect_used, reason = "nothing that a memory or a disk holds is as many")]
 pub fn count_i64<N: TryInto<i64, Error: Debug>>(count: N) -> i64 {
     count.try_into().expect("nothing is counted beyond 2⁶³")
 }
 
-/// A count as a column keeps it that may be absent: it is read as a signed number, which every database has.
+/// An optional count in a database column. It is read as a signed integer, because not every
+/// database has unsigned ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type), sqlx(transparent))]
 pub struct StoredCount(Option<i64>);
@@ -22,7 +23,7 @@ impl TryFrom<StoredCount> for Option<u32> {
     }
 }
 
-/// A count of what a list or a query finds, whose length has a limit.
+/// Converts the number of entries of a list or query, whose length is limited.
 #[must_use]
 #[expect(clippy::expect_used, reason = "lists have limits far below it, and nobody has as many rows")]
 pub fn count_u32<N: TryInto<u32, Error: Debug>>(count: N) -> u32 {

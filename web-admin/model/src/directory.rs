@@ -1,49 +1,49 @@
-//! The people of a school as lists show them.
+//! Directory of a school's people.
 
 use crate::Role;
 use crate::folding::fold_text;
 use crate::ids::PersonId;
 
-/// How an account stands.
+/// State of an account.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
 #[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 #[serde(rename_all = "lowercase")]
 pub enum AccountState {
-    /// Can sign in.
+    /// The person can sign in.
     Active,
-    /// Has no password yet.
+    /// The person has not set a password yet.
     Invited,
-    /// May not sign in.
+    /// The person cannot sign in.
     Disabled,
-    /// Nothing tells who it was.
+    /// The personal data were erased.
     Erased,
 }
 
-/// By what people are sorted.
+/// Sort key of people.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PeopleKey {
-    /// Name, without marks and case.
+    /// Name, without diacritics and case.
     #[default]
     Name,
-    /// Address.
+    /// Email address.
     Email,
-    /// The registrar's number; whoever has none comes first.
+    /// Registration number; people without one come first.
     Number,
 }
 
-/// How people are sorted.
+/// Sort order of people.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PeopleOrder {
-    /// By what.
+    /// Sort key.
     pub by: PeopleKey,
-    /// From the end.
+    /// Descending.
     pub down: bool,
 }
 
 impl PeopleOrder {
-    /// What somebody is sorted by.
+    /// Returns the sort key of a person.
     #[must_use]
     pub fn key_of(self, person: &DirectoryEntry) -> String {
         match self.by {
@@ -54,51 +54,52 @@ impl PeopleOrder {
     }
 }
 
-/// What is done to many people at once.
+/// An action on several people at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BulkAct {
-    /// Their invitation is sent again.
+    /// Send the invitation again.
     Invite,
-    /// They join a cohort.
+    /// Add them to a cohort.
     Join,
-    /// They are taken out of a cohort.
+    /// Remove them from a cohort.
     Leave,
-    /// They may not sign in.
+    /// Disable their accounts.
     Disable,
-    /// They may sign in again.
+    /// Enable their accounts.
     Enable,
 }
 
-/// Why somebody is left out when something is done to many.
+/// Reason why a person is left out of a bulk action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BulkExemption {
-    /// Nobody disables themselves.
+    /// People cannot disable themselves.
     Themselves,
-    /// They have chosen a password already.
+    /// The person has already set a password.
     SignedUp,
-    /// Their account is disabled.
+    /// The account is disabled.
     Disabled,
-    /// It is not.
+    /// The account is not disabled.
     Enabled,
-    /// Nothing tells any more who they were.
+    /// The personal data were erased.
     Anonymous,
-    /// An administrator is in no cohort.
+    /// Administrators cannot be in a cohort.
     Administrator,
-    /// They are in the cohort.
+    /// The person is already in the cohort.
     Member,
-    /// They are not.
+    /// The person is not in the cohort.
     Stranger,
 }
 
 impl BulkAct {
-    /// Whether it is about a cohort.
+    /// Returns whether the action concerns a cohort.
     #[must_use]
     pub const fn needs_cohort(self) -> bool {
         matches!(self, Self::Join | Self::Leave)
     }
 
-    /// Why it is not done to somebody, who is or is not in the cohort that it is about and may be whoever does it.
+    /// Returns the reason for leaving a person out, if there is one. `is_member` is their
+    /// membership of the cohort, `by` the person who performs the action.
     #[must_use]
     pub fn exempts(self, person: &DirectoryEntry, is_member: bool, by: PersonId) -> Option<BulkExemption> {
         let (state, of_state) = (person.state, |state, why| (person.state == state).then_some(why));
@@ -118,25 +119,25 @@ impl BulkAct {
     }
 }
 
-/// Somebody to whom something is not done.
+/// A person left out of a bulk action.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExemptPerson {
-    /// Who.
+    /// The person.
     pub person: DirectoryEntry,
-    /// Why.
+    /// Reason.
     pub why: BulkExemption,
 }
 
-/// To whom something is done, and to whom it is not.
+/// Preview of a bulk action.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BulkPlan {
-    /// Those to whom it is done.
+    /// People to whom it applies.
     pub people: Vec<DirectoryEntry>,
-    /// Those who are left out.
+    /// People who are left out.
     pub exempt: Vec<ExemptPerson>,
 }
 
-/// A person in a list, or on their own page.
+/// A person in a list or on their own page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct DirectoryEntry {
@@ -144,16 +145,16 @@ pub struct DirectoryEntry {
     pub id: PersonId,
     /// Name.
     pub name: String,
-    /// Address.
+    /// Email address.
     pub email: String,
     /// Role.
     pub role: Role,
     /// State of the account.
     pub state: AccountState,
-    /// What recordings say instead of a name.
+    /// Pseudonym, used in recordings.
     pub pseudonym: String,
-    /// What the registrar knows them by.
+    /// Registration number.
     pub registrar_id: Option<String>,
-    /// Names of their cohorts.
+    /// Names of the cohorts, separated by commas.
     pub cohorts: String,
 }

@@ -1,50 +1,51 @@
-//! What a draft comes to.
+//! Results of checking a draft.
 
 use documents::{ExerciseBundle, Issue};
 use serde::{Deserialize, Serialize};
 use tissue::follow::FieldPlan;
 
-/// What a draft comes to.
+/// Results of checking a draft.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DraftVerdict {
-    /// What is wrong.
+    /// Problems that prevent publication.
     pub problems: Vec<DraftRemark>,
-    /// What an author should change.
+    /// Suggested changes.
     pub advice: Vec<DraftRemark>,
-    /// Cross-section, for both widths.
+    /// Drawing of the cross-section, for both widths.
     pub drawing: Option<String>,
-    /// Name and value.
+    /// Properties: name and value.
     pub facts: Vec<(String, String)>,
-    /// Titles of a course's exercises in order.
+    /// Titles of a course's exercises, in order.
     pub exercises: Vec<String>,
 }
 
-/// Something about a draft, and where.
+/// A remark on a draft, and its location.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DraftRemark {
-    /// Where in the text, in words.
+    /// Location in the text, as words.
     pub place: String,
-    /// The field's address in the document, like `rubric[0].full`; empty where it is about none, or about the scene.
+    /// Address of the field, for example `rubric[0].full`; empty if it concerns no field, or the
+    /// scene.
     pub field: String,
-    /// What.
+    /// Text of the remark.
     pub what: String,
 }
 
 impl DraftRemark {
-    /// About a draft as a whole.
+    /// Makes a remark on the draft as a whole.
     #[must_use]
     pub fn on_all(place: &str, what: String) -> Self {
         Self { place: place.to_owned(), field: String::new(), what }
     }
 }
 
-/// An exercise that could be published.
+/// An exercise that can be published.
 #[derive(Debug)]
 pub struct Publishable {
-    /// The exercise.
+    /// Exercise.
     pub bundle: ExerciseBundle,
-    /// The plan of its tissue, where it names a model.
+    /// Plan of the tissue model, if the exercise names one.
     pub plan: Option<FieldPlan>,
-    /// What its author should change: what `stylet check` finds in its rubric.
+    /// Suggested changes: the findings of `stylet check` on the rubric.
     pub advice: Vec<Issue>,
 }

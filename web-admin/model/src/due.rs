@@ -1,4 +1,4 @@
-//! Due dates: said on a school's clock, meant as a moment.
+//! Due dates, entered in a school's local time and converted to a moment.
 
 use jiff::civil::{Date, DateTime};
 use jiff::tz::{AmbiguousOffset, TimeZone};
@@ -7,25 +7,25 @@ use words::dates;
 
 use super::Moment;
 
-/// A minute, in µs.
+/// One minute, in µs.
 const MINUTE_US: i64 = 60_000_000;
 
-/// A due date as it was said, and what it means.
+/// A due date: local time and moment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DueDate {
-    /// As it was said, on the school's clock: `2026-11-30T18:00:00`.
+    /// Local time of the school, as entered: `2026-11-30T18:00:00`.
     pub local: String,
     /// The moment.
     pub at: Moment,
 }
 
-/// Why a due date is refused.
+/// Reason why a due date is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DueRefused {
-    /// It is no date and time.
+    /// It is not a date and time.
     #[error("{}", tr!("the due date: “{typed}”; a date and time like 2026-11-30T18:00 is needed", typed = .0))]
     NoDate(String),
-    /// The clocks skip it.
+    /// The local time does not exist because the clocks are put forward.
     #[error("{}", tr!(
         "the due date: on that day the clocks skip {skipped} in {zone}; the nearest times are {before} and {after}",
         skipped = .skipped,
@@ -34,28 +34,28 @@ pub enum DueRefused {
         after = .after
     ))]
     Skipped {
-        /// What was said.
+        /// Local time, as entered.
         skipped: String,
-        /// Where.
+        /// Time zone.
         zone: String,
-        /// The last minute before the gap.
+        /// Last minute before the gap.
         before: String,
-        /// The first moment after it.
+        /// First minute after the gap.
         after: String,
     },
-    /// There is no such time zone.
+    /// The time zone does not exist.
     #[error("{}", tr!("the time zone: “{name}”; a name like Europe/Berlin is needed", name = .0))]
     NoZone(String),
 }
 
-/// A moment on a school's clock, with the offset that holds then.
+/// A moment in a school's local time, with the UTC offset at that moment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Local {
-    /// 30 Nov 2026, 18:00.
+    /// For people: `30 Nov 2026, 18:00`.
     pub words: String,
-    /// UTC+01:00.
+    /// UTC offset: `UTC+01:00`.
     pub offset: String,
-    /// 2026-11-30T18:00:00+01:00.
+    /// For programs: `2026-11-30T18:00:00+01:00`.
     pub machine: String,
 }
 
@@ -63,13 +63,13 @@ fn zone(name: &str) -> Result<TimeZone, DueRefused> {
     TimeZone::get(name).map_err(|_| DueRefused::NoZone(name.to_owned()))
 }
 
-/// Whether there is a time zone of this name.
+/// Returns whether a time zone with this name exists.
 #[must_use]
 pub fn is_zone(name: &str) -> bool {
     zone(name).is_ok()
 }
 
-/// The names of all time zones, by name, and one that is kept already.
+/// Returns the names of all time zones, sorted, including the currently stored one.
 #[must_use]
 pub fn list_zones(kept: &str) -> Vec<String> {
     let mut zones: Vec<String> = jiff::tz::db().available().map(|name| name.as_str().to_owned()).collect();
@@ -79,10 +79,11 @@ pub fn list_zones(kept: &str) -> Vec<String> {
     zones
 }
 
-/// Reads a due date on a school's clock. A time that comes twice, when the clocks go back, is the later one.
+/// Parses a due date in a school's local time. If the time occurs twice because the clocks are put
+/// back, the later moment is used.
 ///
 /// # Errors
-/// When it is no date, or the clocks skip it.
+/// If it is not a date and time, the clocks skip it, or the time zone does not exist.
 pub fn read(said: &str, zone_name: &str) -> Result<DueDate, DueRefused> {
     let zone = zone(zone_name)?;
     let local: DateTime = said.trim().parse().map_err(|_| DueRefused::NoDate(said.to_owned()))?;
@@ -97,7 +98,8 @@ pub fn read(said: &str, zone_name: &str) -> Result<DueDate, DueRefused> {
     Ok(DueDate { local: local.to_string(), at: moment(at) })
 }
 
-/// The times around a gap: one minute before the clocks jump, and where they land.
+/// Returns the error for a skipped time, with its neighbours: one minute before the gap, and its
+/// end.
 fn skipped(local: DateTime, zone: &TimeZone, zone_name: &str, early: Timestamp, late: Timestamp) -> DueRefused {
     let jump = zone.following(early).next().map_or(late, |transition| transition.timestamp());
     let minute = |at: Timestamp| at.to_zoned(zone.clone()).strftime("%H:%M").to_string();
@@ -109,11 +111,11 @@ fn skipped(local: DateTime, zone: &TimeZone, zone_name: &str, early: Timestamp, 
     }
 }
 
-/// A due date so many calendar days later: the same time of day, whatever the clocks do between. Where they skip it, it
-/// is later by as much as they skip.
+/// Returns a due date extended by calendar days. The local time of day stays the same, even if the
+/// clocks change in between; if the clocks skip this time, the result is later by the skipped time.
 ///
 /// # Errors
-/// When it was never said like that.
+/// If `local` is not a date and time, or the time zone does not exist.
 pub fn extended(local: &str, zone_name: &str, days: i64) -> Result<Moment, DueRefused> {
     let zone = zone(zone_name)?;
     let refused = || DueRefused::NoDate(local.to_owned());
@@ -122,19 +124,21 @@ pub fn extended(local: &str, zone_name: &str, days: i64) -> Result<Moment, DueRe
     Ok(moment(zone.to_ambiguous_timestamp(later).compatible().map_err(|_| refused())?))
 }
 
-/// Whether something is late that is due at a moment: the minute that is named counts whole, so that 23:59 ends with the day.
+/// Returns whether a due date has passed at a moment. The due minute belongs to the allowed time,
+/// so that 23:59 means the end of the day.
 #[must_use]
 pub fn is_past(due: Moment, at: Moment) -> bool {
     at.micros() >= due.micros() - due.micros().rem_euclid(MINUTE_US) + MINUTE_US
 }
 
-/// Returns the earliest whole minute that is not past at a moment, for comparing many.
+/// Returns the earliest whole minute that is not past at a moment, for comparison in queries.
 #[must_use]
 pub fn earliest_open(at: Moment) -> Moment {
     Moment::from_micros(at.micros() - at.micros().rem_euclid(MINUTE_US))
 }
 
-/// When a day begins on a school's clock, so many days later; none where it is no date, as 2026-11-30.
+/// Returns the start of a day in a school's local time, `days_later` days after the given date.
+/// `None` if the date does not have the format 2026-11-30.
 #[must_use]
 pub fn find_day_start(said: &str, zone_name: &str, days_later: i32) -> Option<Moment> {
     let day: Date = said.parse().ok()?;
@@ -142,7 +146,7 @@ pub fn find_day_start(said: &str, zone_name: &str, days_later: i32) -> Option<Mo
     Some(moment(day.to_zoned(zone(zone_name).ok()?).ok()?.timestamp()))
 }
 
-/// A moment on a school's clock; on UTC's where the zone has no such name any more.
+/// Converts a moment to a school's local time, or to UTC if the time zone no longer exists.
 #[must_use]
 pub fn local(at: Moment, zone_name: &str) -> Local {
     let zone = zone(zone_name).unwrap_or(TimeZone::UTC);
@@ -154,7 +158,7 @@ pub fn local(at: Moment, zone_name: &str) -> Local {
     }
 }
 
-/// A date and a time as people say them.
+/// Formats a date and time for people.
 fn said(at: &Zoned) -> String {
     let date = dates::date(at.year().into(), at.month().unsigned_abs(), at.day().unsigned_abs());
     tr!("{date}, {time}", date = date, time = at.strftime("%H:%M"))
@@ -166,8 +170,9 @@ fn moment(at: Timestamp) -> Moment {
 
 #[cfg(test)]
 mod tests {
-    //! Clocks in Berlin skip from 02:00 to 03:00 on 29 March 2026 and go back on 25 October. Fails when a deadline that
-    //! does not exist is taken, or an extension moves the time of day.
+    //! The clocks in Berlin skip from 02:00 to 03:00 on 29 March 2026 and are put back on 25
+    //! October. The tests check that times that do not exist are refused, and that an extension
+    //! keeps the time of day.
 
     use super::*;
 
@@ -185,7 +190,7 @@ mod tests {
         assert_eq!(refused, expected);
         assert!(refused.to_string().contains("01:59 and 03:00"));
         assert!(read("2026-03-29T03:00", BERLIN).is_ok() && read("2026-03-29T02:30", "UTC").is_ok());
-        // Lord Howe Island moves its clocks by half an hour.
+        // Lord Howe Island changes its clocks by half an hour.
         let howe = read("2026-10-04T02:15", "Australia/Lord_Howe").unwrap_err();
         assert!(matches!(howe, DueRefused::Skipped { before, after, .. } if before == "01:59" && after == "02:30"));
     }

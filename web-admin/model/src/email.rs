@@ -1,15 +1,16 @@
-//! Email addresses: one spelling for each, checked by the rules that the mailer checks them by.
+//! Email addresses: normalization, and validation by the rules of the mail library.
 
 use email_address::EmailAddress;
 use unicode_normalization::UnicodeNormalization;
 
 use crate::line::{is_invisible, is_strange};
 
-/// Longest address, in bytes (RFC 5321, section 4.5.3.1.3, less the angle brackets).
+/// Maximum length of an address, in bytes (RFC 5321, section 4.5.3.1.3, less the angle brackets).
 const LONGEST_ADDRESS: usize = 254;
 
-/// Returns the one spelling by which an address is stored and compared: composed, in lower case, without invisible characters or
-/// `mailto:`, and with the domain in Unicode. A browser sends `münchen.example` as `xn--mnchen-3ya.example`.
+/// Returns the normalized form in which an address is stored and compared: composed, in lower case,
+/// without invisible characters or `mailto:`, and with the domain in Unicode. Browsers submit
+/// `münchen.example` as `xn--mnchen-3ya.example`.
 #[must_use]
 pub fn normalize_email(typed: &str) -> String {
     let visible: String = typed.nfc().filter(|c| !is_invisible(*c)).collect();
@@ -31,14 +32,16 @@ fn domain_in_unicode(domain: &str) -> String {
     }
 }
 
-/// Returns the address with its domain in ASCII: every mail server takes that, and only some take Unicode.
+/// Returns the address with its domain in ASCII: all mail servers accept this form, but only some
+/// accept Unicode.
 #[must_use]
 pub fn email_in_ascii(address: &str) -> String {
     let ascii = |(user, domain): (&str, &str)| Some(format!("{user}@{}", idna::domain_to_ascii(domain).ok()?));
     address.rsplit_once('@').and_then(ascii).unwrap_or_else(|| address.to_owned())
 }
 
-/// Whether a text is like `name@example.org`: the mailer takes it, and its domain is not this machine's own.
+/// Returns whether a text is an address like `name@example.org`: the mail library accepts it, and
+/// its domain has more than one label.
 #[must_use]
 pub fn is_email(text: &str) -> bool {
     let Some((name, host)) = text.rsplit_once('@') else { return false };
@@ -49,7 +52,7 @@ pub fn is_email(text: &str) -> bool {
         && email_in_ascii(text).len() <= LONGEST_ADDRESS
 }
 
-/// Whether a text is like `example.org`.
+/// Returns whether a text is a domain like `example.org`.
 #[must_use]
 pub fn is_domain(text: &str) -> bool {
     let Ok(ascii) = idna::domain_to_ascii_strict(text) else { return false };
@@ -57,7 +60,7 @@ pub fn is_domain(text: &str) -> bool {
     ascii.contains('.') && EmailAddress::is_valid_domain(&ascii) && last.contains(|c: char| c.is_ascii_alphabetic())
 }
 
-/// Whether a character may not be in an address, in whatever way it is quoted.
+/// Returns whether a character is not permitted in an address, even if quoted.
 #[must_use]
 pub fn is_odd_in_email(c: char) -> bool {
     c.is_whitespace() || is_strange(c) || is_invisible(c) || "<>,;:\"()[]\\".contains(c)
@@ -65,7 +68,8 @@ pub fn is_odd_in_email(c: char) -> bool {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when an address passes here that the mailer refuses, or when two spellings of one address are two people.
+    //! Checks that every accepted address is accepted by the mail library, and that different
+    //! spellings of an address are equal after normalization.
 
     use proptest::prelude::*;
 

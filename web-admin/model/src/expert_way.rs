@@ -1,5 +1,5 @@
-//! How an attempt went through each layer, beside how experts did: speed, force, and how far the needle went on after the pop. And
-//! the way of the experts' median, from layer to layer, for a ghost beside the needle.
+//! Comparison of an attempt with experts, layer by layer: speed, force, and advance after the pop;
+//! and the experts' median motion, from layer to layer, for drawing a ghost needle.
 
 use assessment::statistics::quantile;
 use attempt::{AttemptCurve, MarkKind};
@@ -7,48 +7,48 @@ use serde::Serialize;
 
 use crate::corridor::FEWEST;
 
-/// The band holds all but this share on either side.
+/// Fraction of the experts outside the band, on either side.
 const OUTSIDE: f64 = 0.1;
-/// How long the advance after a pop is looked at, in s, as the metric does.
+/// Time after a pop in which the advance is measured, in s; the same as for the metric.
 const AFTER_POP_S: f64 = 1.0;
-/// Who is so close to the band, as a share of the median, is not said to depart from it.
+/// Values within this distance of the band do not count as departures, as a fraction of the median.
 const CLOSE: f64 = 0.1;
-/// Places in each stretch of the median way.
+/// Number of steps per section of the median motion.
 const STEPS: u32 = 24;
 
-/// What is compared in a layer.
+/// Quantity compared in a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compared {
     /// Mean speed through the layer, in mm/s.
     Speed,
-    /// How far the needle went on in the second after the tip came through, in mm.
+    /// Advance of the needle in the second after the tip broke through, in mm.
     AfterPop,
-    /// Greatest force on the way through the layer, in N.
+    /// Maximum force on the way through the layer, in N.
     Peak,
 }
 
 impl Compared {
-    /// All of them.
+    /// All quantities.
     pub const ALL: [Self; 3] = [Self::Speed, Self::AfterPop, Self::Peak];
 }
 
-/// A value beside the experts'.
+/// A value in comparison with the experts' band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BesideBand {
-    /// What it is.
+    /// Quantity.
     pub what: Compared,
-    /// This attempt's.
+    /// Value of this attempt.
     pub own: f64,
-    /// A tenth of the experts are below.
+    /// 10th percentile of the experts.
     pub low: f64,
-    /// Half of them are.
+    /// Median of the experts.
     pub median: f64,
-    /// A tenth of them are above.
+    /// 90th percentile of the experts.
     pub high: f64,
 }
 
 impl BesideBand {
-    /// Above the band, below it, or neither.
+    /// Returns the side on which the value departs from the band, if it does.
     #[must_use]
     pub fn departs(&self) -> Option<Departure> {
         let close = CLOSE * self.median.abs();
@@ -60,29 +60,30 @@ impl BesideBand {
     }
 }
 
-/// To which side a value departs from the experts'.
+/// Side on which a value departs from the experts' band.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Departure {
-    /// More than nearly all of them.
+    /// Above the band.
     Above,
-    /// Less.
+    /// Below the band.
     Below,
 }
 
-/// A layer of an attempt beside the experts.
+/// Comparison of one layer with the experts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerBeside {
-    /// The layer.
+    /// Name of the layer.
     pub layer: String,
-    /// When the tip came into it, in s.
+    /// Time at which the tip entered it, in s.
     pub from_s: f64,
-    /// What could be compared.
+    /// Quantities that could be compared.
     pub values: Vec<BesideBand>,
 }
 
-/// The way in, by time.
+/// The insertion, by time.
 struct TimedWay<'a> {
-    /// When and where: at the first touch, as the tip came into each layer, and where it turned back.
+    /// Times and depths of the first contact, of the tip's entry into each layer, and of the
+    /// turning point.
     crossings: Vec<Crossing>,
     curve: &'a AttemptCurve,
 }
@@ -108,7 +109,8 @@ impl<'a> TimedWay<'a> {
         Self { crossings, curve }
     }
 
-    /// The stretch from a crossing to the next; the last one only beside ways that came as far.
+    /// Returns the section from one crossing to the next. The last section is comparable only
+    /// between insertions that crossed the same number of boundaries.
     fn stretch(&self, index: usize, of: usize) -> Option<(Crossing, Crossing)> {
         let last = index + 2 == of;
         let comparable = if last { self.crossings.len() == of } else { self.crossings.len() > index + 2 };
@@ -116,7 +118,7 @@ impl<'a> TimedWay<'a> {
         (comparable && from.t_s < to.t_s && from.advance_mm < to.advance_mm).then_some((from, to))
     }
 
-    /// Advance in mm and force in N at a time.
+    /// Returns advance in mm and force in N at a time, by linear interpolation.
     fn at(&self, t_s: f64) -> Option<(f64, f64)> {
         let points = &self.curve.points;
         let after = points.partition_point(|point| point.t_s < t_s).min(points.len().checked_sub(1)?);
@@ -141,7 +143,8 @@ impl<'a> TimedWay<'a> {
     }
 }
 
-/// Each layer that the tip came into beside at least five experts who came as far; empty where they are fewer.
+/// Compares each layer that the tip entered with at least five experts who came as far. Empty if
+/// there are fewer.
 #[must_use]
 pub fn compare_by_layer(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Vec<LayerBeside> {
     let own = TimedWay::of(shown);
@@ -156,7 +159,7 @@ pub fn compare_by_layer(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Vec<L
         let (low, median, high) = (at(OUTSIDE)?, at(0.5)?, at(1.0 - OUTSIDE)?);
         Some(BesideBand { what, own: own.value(what, index, of)?, low, median, high })
     };
-    // The first stretch ends at the skin, the others begin in a layer.
+    // The first section ends at the skin; the others begin in a layer.
     let layers = shown.bands.iter().enumerate().take(of.saturating_sub(2));
     let made = layers.map(|(layer, band)| LayerBeside {
         layer: band.name.clone(),
@@ -166,16 +169,17 @@ pub fn compare_by_layer(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Vec<L
     made.filter(|layer| !layer.values.is_empty()).collect()
 }
 
-/// The experts' median from a crossing of this attempt to the next.
+/// The experts' median motion from one crossing of this attempt to the next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GhostStretch {
-    /// When it begins in this attempt, in s.
+    /// Start time in this attempt, in s.
     pub from_s: f64,
-    /// Time since then in s, advance in mm of this attempt's layers, force in N.
+    /// Time since the start in s, advance in mm within this attempt's layers, force in N.
     pub places: Vec<(f64, f64, f64)>,
 }
 
-/// The way of the experts' median, together with this attempt at each layer; empty where fewer than five came as far.
+/// Returns the experts' median motion, synchronized with this attempt at each layer. Empty if fewer
+/// than five experts came as far.
 #[must_use]
 pub fn median_way(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Vec<GhostStretch> {
     let own = TimedWay::of(shown);
@@ -207,12 +211,14 @@ pub fn median_way(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Vec<GhostSt
 
 #[cfg(test)]
 mod tests {
-    //! Fails when fewer than five experts are shown, when layers of another thickness are compared by depth, or when a departure is not seen.
+    //! Checks that fewer than five experts are not shown, that layers of different thickness are
+    //! not compared at equal depth, and that departures are detected.
     use attempt::{CurveMark, CurvePoint, LayerSpan};
 
     use super::*;
 
-    /// Through skin at once, then through fat, which is so thick, at a speed, and 2 mm into the muscle.
+    /// An insertion at constant speed through skin at once, through fat of the given thickness, and
+    /// 2 mm into the muscle.
     fn curve(fat_mm: f64, speed_mm_per_s: f64) -> AttemptCurve {
         let band =
             |name: &str, top_mm, bottom_mm| LayerSpan { name: name.into(), texture: name.into(), top_mm, bottom_mm };

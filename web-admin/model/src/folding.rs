@@ -1,13 +1,14 @@
-//! Names as people look for them: without marks and case, and with umlauts written out. "grosser" and "groesser" find "Größer".
+//! Normalization of names for search: without diacritics and case, and with umlauts spelled out.
+//! "grosser" and "groesser" both find "Größer".
 
 use unicode_normalization::UnicodeNormalization;
 use unicode_normalization::char::is_combining_mark;
 
-/// Words that a search reads; what follows them is left out.
+/// Maximum number of words in a search; further words are ignored.
 const MOST_WORDS: usize = 8;
 
-/// A text without what a keyboard may lack: compatibility forms, marks and case are taken away, and letters that carry their stroke
-/// within are written with plain ones.
+/// Folds a text: converts compatibility forms, removes diacritics and case, and replaces letters
+/// with a stroke or ligature, such as "ø" and "æ", by plain letters.
 #[must_use]
 pub fn fold_text(text: &str) -> String {
     let bare = text.nfkd().filter(|letter| !is_combining_mark(*letter));
@@ -20,22 +21,23 @@ pub fn fold_text(text: &str) -> String {
     })
 }
 
-/// Returns a text with its letters composed, as keyboards differ in whether they send "ä" as one character or as two.
+/// Returns a text with its letters composed, because keyboards differ in whether they send "ä" as
+/// one character or as two.
 #[must_use]
 pub fn compose_text(text: &str) -> String {
     text.nfc().collect()
 }
 
-/// Returns what two names have in common that a reader takes for one: case, width, spaces and the way a letter is composed are no
-/// difference; marks are.
+/// Returns a key that is equal for names that look alike: it ignores case, width, spaces and the
+/// composition of letters, but not diacritics.
 #[must_use]
 pub fn look_alike_key(text: &str) -> String {
     let folded: String = text.nfkc().flat_map(char::to_lowercase).nfkc().collect();
     folded.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Returns what a list of names is sorted by where readers look for the family: its last word, then the rest. What follows a comma is a
-/// degree.
+/// Returns the sort key for lists by family name: the last word of the name, then the rest. A
+/// degree after a comma is ignored.
 #[must_use]
 pub fn family_sort_key(name: &str) -> String {
     let bare = name.split(',').next().unwrap_or_default().trim();
@@ -57,7 +59,7 @@ const fn plain_letters(letter: char) -> Option<&'static str> {
     })
 }
 
-/// A text with umlauts as they are written where they cannot be typed, then folded.
+/// Spells out umlauts as usual without the letters on the keyboard, then folds the text.
 fn spell_out(text: &str) -> String {
     let composed = text.nfc().flat_map(char::to_lowercase);
     let spelt = composed.fold(String::with_capacity(text.len()), |mut spelt, letter| {
@@ -73,7 +75,8 @@ fn spell_out(text: &str) -> String {
     fold_text(&spelt)
 }
 
-/// What somebody is found by: name in both spellings, address and the registrar's number.
+/// Returns the search text of a person: name in both spellings, email address and registration
+/// number.
 #[must_use]
 pub fn make_search_text(name: &str, email: &str, registrar_id: Option<&str>) -> String {
     let (folded, spelt) = (fold_text(name), spell_out(name));
@@ -82,7 +85,7 @@ pub fn make_search_text(name: &str, email: &str, registrar_id: Option<&str>) -> 
     parts.into_iter().flatten().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
-/// The words of a search, each of which must be found.
+/// Returns the words of a search, all of which must be found.
 #[must_use]
 pub fn split_search_words(typed: &str) -> Vec<String> {
     fold_text(typed).split_whitespace().take(MOST_WORDS).map(str::to_owned).collect()
@@ -90,7 +93,7 @@ pub fn split_search_words(typed: &str) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when somebody is not found by what another keyboard types.
+    //! Checks that people are found with the letters available on other keyboards.
 
     use proptest::prelude::*;
 

@@ -1,4 +1,4 @@
-//! What a school's things are known by: a type for each kind of them, so that none is taken for another.
+//! Ids, with one type per kind of object, so that they cannot be confused.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,7 +8,7 @@ use uuid::{NoContext, Timestamp, Uuid};
 
 use crate::Moment;
 
-/// A fresh id that sorts by the moment it was made, for a row that nobody asks for by it.
+/// Returns a new id that sorts by time of creation (UUIDv7), for rows without an id type.
 #[must_use]
 pub fn new_id(now: Moment) -> Uuid {
     let (seconds, rest_us) = (now.micros().div_euclid(1_000_000), now.micros().rem_euclid(1_000_000));
@@ -16,7 +16,8 @@ pub fn new_id(now: Moment) -> Uuid {
     Uuid::new_v7(Timestamp::from_unix(NoContext, seconds.max(0).unsigned_abs(), nanoseconds))
 }
 
-/// Types of ids. Each reads and writes what a bare id would: in a database, in JSON, in an address, in a log.
+/// Defines id types. They are represented like a UUID in the database, in JSON, in URLs and in
+/// logs.
 macro_rules! ids {
     ($($(#[$said:meta])+ $name:ident;)+) => {$(
         $(#[$said])+
@@ -27,37 +28,37 @@ macro_rules! ids {
         pub struct $name(Uuid);
 
         impl $name {
-            /// A fresh id that sorts by the moment it was made.
+            /// Returns a new id that sorts by time of creation (UUIDv7).
             #[must_use]
             pub fn made_at(now: Moment) -> Self {
                 Self(new_id(now))
             }
 
-            /// A fresh id that tells nothing of when it was made.
+            /// Returns a new random id that does not reveal its time of creation (UUIDv4).
             #[must_use]
             pub fn random() -> Self {
                 Self(Uuid::new_v4())
             }
 
-            /// The id of nothing.
+            /// Returns the nil UUID, which belongs to no object.
             #[must_use]
             pub const fn nil() -> Self {
                 Self(Uuid::nil())
             }
 
-            /// The id with a number.
+            /// Returns the id with this number.
             #[must_use]
             pub const fn from_u128(number: u128) -> Self {
                 Self(Uuid::from_u128(number))
             }
 
-            /// The id that a recording or another program has given it.
+            /// Wraps the UUID assigned by a recording or another program.
             #[must_use]
             pub const fn from_uuid(id: Uuid) -> Self {
                 Self(id)
             }
 
-            /// The bare id, for a recording or another program.
+            /// Returns the UUID, for a recording or another program.
             #[must_use]
             pub const fn uuid(self) -> Uuid {
                 self.0
@@ -101,45 +102,45 @@ ids! {
     CohortId;
     /// An attempt.
     SessionId;
-    /// A score that was computed of an attempt.
+    /// A computed score of an attempt.
     ScoreId;
-    /// A score that somebody gave an attempt in place of the computed one.
+    /// An override of a computed score.
     OverrideId;
-    /// What somebody said about an attempt, or answered.
+    /// A comment on an attempt, or a reply.
     CommentId;
-    /// A document as it was published: an exercise, a course or an instrument.
+    /// A published revision of an exercise, a course or an instrument.
     RevisionId;
-    /// A document that somebody is writing.
+    /// A draft of a document.
     DraftId;
-    /// What instructors have assigned.
+    /// An assignment.
     AssignmentId;
     /// A task to mark pops in attempts of others.
     TaskId;
-    /// An attempt whose pops are to be marked.
+    /// An attempt in a task to mark pops.
     TraceId;
-    /// What has a due date: an assignment or a task.
+    /// An assignment or task with a due date.
     DatedId;
     /// A validation study.
     StudyId;
     /// A survey.
     SurveyId;
-    /// What somebody answered to a survey.
+    /// A response to a survey.
     ResponseId;
     /// A round in which several people rate the same attempts.
     RoundId;
-    /// How one person rates one attempt in a round.
+    /// One person's rating of one attempt in a round.
     RatingId;
-    /// Attempts that are judged again by another rubric.
+    /// A re-grading of attempts with another rubric.
     RegradingId;
-    /// An upload in pieces.
+    /// A resumable upload.
     UploadId;
-    /// A list of people that is looked at before it is taken over.
+    /// An uploaded roster waiting for confirmation.
     RosterId;
-    /// Something that is new for somebody.
+    /// A notice of a new event for a person.
     NoticeId;
-    /// A backup that was made, or was not.
+    /// A backup run.
     BackupId;
-    /// A letter that waits to be sent.
+    /// A letter to be sent.
     LetterId;
     /// A token of a person or a station.
     TokenId;
@@ -147,11 +148,11 @@ ids! {
     StationId;
     /// A passkey of a person.
     PasskeyId;
-    /// A passkey that somebody is asked to make or to show.
+    /// A pending WebAuthn challenge.
     CeremonyId;
-    /// A process that is at work on the database.
+    /// A replica: a process that serves the database.
     ReplicaId;
-    /// Somebody who reads bytes that came at once.
+    /// An attempt to parse a recording uploaded in one request.
     ReaderId;
 }
 
@@ -175,7 +176,7 @@ impl From<TokenId> for StationId {
 
 #[cfg(test)]
 mod tests {
-    //! An id that is written otherwise than a bare one names nothing that was kept before.
+    //! Checks that ids are represented like UUIDs, so that stored ids stay valid.
 
     use super::*;
 

@@ -1,45 +1,46 @@
-//! What an instructor puts in place of a computed score.
+//! Overrides of computed scores by instructors.
 
 use serde::Deserialize;
 
-/// Most characters of a reason.
+/// Maximum length of a reason, in characters.
 pub const MOST_CHARACTERS: usize = 1000;
 
-/// An override as somebody typed it.
+/// An override as entered.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 pub struct TypedOverride {
-    /// 0–100.
+    /// Score, 0–100.
     #[serde(default)]
     pub score: String,
     /// `passed` or `failed`.
     #[serde(default)]
     pub result: String,
-    /// Why.
+    /// Reason.
     #[serde(default)]
     pub reason: String,
 }
 
-/// A score that may be put in place of the computed one.
+/// A valid override.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScoreOverride {
-    /// 0–100.
+    /// Score, 0–100.
     pub score: f64,
-    /// It counts as a pass.
+    /// The attempt is passed.
     pub passed: bool,
-    /// Why.
+    /// Reason.
     pub reason: String,
 }
 
-/// An override that is refused: field, value, what is allowed.
+/// An override was refused: field, value and accepted values.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct OverrideRefused(String);
 
 impl ScoreOverride {
-    /// Checks what somebody typed.
+    /// Validates an entered override.
     ///
     /// # Errors
-    /// When there is no reason, no result, or no score from 0 to 100.
+    /// If the score is not a number from 0 to 100, the result is unknown, or the reason is missing
+    /// or too long.
     pub fn parse(typed: &TypedOverride) -> Result<Self, OverrideRefused> {
         let number = typed.score.trim().replace(',', ".").parse::<f64>().ok();
         let score = number.filter(|score| (0.0..=100.0).contains(score));
@@ -57,10 +58,10 @@ impl ScoreOverride {
     }
 }
 
-/// The reason of an act on a grade.
+/// Validates the reason for a change of a grade.
 ///
 /// # Errors
-/// When there is none, or it is too long.
+/// If it is empty or too long.
 pub fn reason(typed: &str) -> Result<String, OverrideRefused> {
     let reason = typed.trim();
     match reason.chars().count() {
@@ -78,7 +79,7 @@ pub fn reason(typed: &str) -> Result<String, OverrideRefused> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a grade can be changed without a reason, or to a number that is no score.
+    //! Checks that a grade cannot be changed without a reason, or to an invalid score.
     use super::*;
 
     fn typed(score: &str, result: &str, reason: &str) -> TypedOverride {

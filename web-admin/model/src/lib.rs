@@ -1,4 +1,4 @@
-//! What the service knows, free of storage and pages.
+//! Domain model of the service, independent of storage and pages.
 
 #[macro_use(tr)]
 extern crate words;

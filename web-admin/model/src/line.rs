@@ -1,18 +1,20 @@
-//! A line of text that people are shown: a name, a title, a label. One rule for all says which characters it may not hold.
+//! Single-line texts that are shown to people: names, titles, labels. All share one rule on
+//! characters.
 
 use unicode_normalization::UnicodeNormalization;
 
-/// Longest title, in characters.
+/// Maximum length of a title, in characters.
 const LONGEST_TITLE: usize = 200;
 
-/// The first character that is not seen and changes how the rest is read: it ends the line, turns what follows around, or does
-/// something to a terminal. What joins and parts letters of a script stays.
+/// Returns the first invisible character that affects how the rest is displayed: it ends the line,
+/// changes the text direction, or controls a terminal. Joiners and non-joiners of scripts are
+/// permitted.
 #[must_use]
 pub fn strange_in(text: &str) -> Option<char> {
     text.chars().find(|c| is_strange(*c))
 }
 
-/// Whether a character may not be in a line.
+/// Returns whether a character is not permitted in a line.
 #[must_use]
 pub fn is_strange(c: char) -> bool {
     c.is_control()
@@ -22,7 +24,8 @@ pub fn is_strange(c: char) -> bool {
         )
 }
 
-/// Whether a character is not seen at all (Unicode's `Default_Ignorable_Code_Point`): two texts that differ in it look the same.
+/// Returns whether a character is invisible (Unicode's `Default_Ignorable_Code_Point`): texts that
+/// differ only in such characters look the same.
 #[must_use]
 pub const fn is_invisible(c: char) -> bool {
     matches!(
@@ -33,15 +36,16 @@ pub const fn is_invisible(c: char) -> bool {
     )
 }
 
-/// Returns the text of a field as it is kept: composed, with one plain space between words, and without what word processors leave
-/// behind unseen. Joiners stay: scripts and signs need them.
+/// Returns the text of a field in its stored form: composed, with single plain spaces between
+/// words, and without invisible characters left by word processors. Joiners are kept, because
+/// scripts and emoji need them.
 #[must_use]
 pub fn tidy(text: &str) -> String {
     let seen = text.nfc().filter(|c| !matches!(c, '\u{00AD}' | '\u{200B}' | '\u{2060}' | '\u{FEFF}'));
     let mut tidy = String::with_capacity(text.len());
     for c in seen {
         match c {
-            // A line's end stays, so that whoever checks the text sees it.
+            // Line ends are kept, so that the subsequent check can refuse them.
             c if c.is_whitespace() && !c.is_control() => {
                 if !tidy.ends_with(' ') {
                     tidy.push(' ');
@@ -53,7 +57,7 @@ pub fn tidy(text: &str) -> String {
     tidy.trim().to_owned()
 }
 
-/// Why a line of a field is refused that holds such a character.
+/// Returns the error message for a line that contains a character that is not permitted.
 #[must_use]
 pub fn refusal(field: &str, text: &str) -> Option<String> {
     let code = format!("{:04X}", u32::from(strange_in(text)?));
@@ -64,10 +68,10 @@ pub fn refusal(field: &str, text: &str) -> Option<String> {
     ))
 }
 
-/// A title as it was typed, without spaces around it.
+/// Validates a title. Returns it without surrounding spaces.
 ///
 /// # Errors
-/// When it is empty, too long or no line, in words.
+/// If it is empty, too long, or contains a character that is not permitted; as a message.
 pub fn title(typed: &str) -> Result<&str, String> {
     let title = typed.trim();
     match title.chars().count() {
@@ -76,7 +80,8 @@ pub fn title(typed: &str) -> Result<&str, String> {
     }
 }
 
-/// The text on one line, whatever it was: for what an older service has let in.
+/// Replaces characters that are not permitted with spaces, for texts that an earlier version
+/// accepted.
 #[must_use]
 pub fn on_one_line(text: &str) -> String {
     text.chars().map(|c| if is_strange(c) { ' ' } else { c }).collect()

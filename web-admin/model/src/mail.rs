@@ -1,36 +1,36 @@
-//! What is mailed.
+//! Outgoing mail.
 
 use crate::Moment;
 use crate::ids::{DatedId, LetterId, PersonId, ResponseId, SchoolId, SurveyId};
 
-/// What a mail is about.
+/// Kind of mail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
 #[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum MailKind {
-    /// A link to a first password.
+    /// A link for setting the first password.
     Invitation,
-    /// A link to another password.
+    /// A link for resetting the password.
     Reset,
-    /// Something is due soon.
+    /// A reminder of a due date.
     Reminder,
-    /// Their second factor was turned off.
+    /// The person's second factor was turned off.
     #[cfg_attr(feature = "sqlx", sqlx(rename = "second_factor_off"))]
     SecondFactorOff,
-    /// What is new for them.
+    /// Unread notices.
     News,
 }
 
-/// Why it is not known that a mail went out.
+/// Problem with a sent mail.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MailTrouble {
-    /// It did not: why.
+    /// It could not be sent, with the error message.
     Unsent(String),
-    /// It is on its way, or the service ended while it was.
+    /// The outcome is unknown: it is being sent, or the service ended while it was.
     Unknown,
 }
 
-/// A mail that is to be sent.
+/// A mail to be sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct Mail {
@@ -38,53 +38,53 @@ pub struct Mail {
     pub id: LetterId,
     /// School.
     pub school_id: SchoolId,
-    /// To whom.
+    /// Recipient.
     pub person_id: PersonId,
-    /// What about.
+    /// Kind of mail.
     pub kind: MailKind,
     /// The assignment or task of a reminder.
     pub assignment_id: Option<DatedId>,
-    /// How often it was tried.
+    /// Number of attempts to send it.
     pub tries: i64,
-    /// Their name.
+    /// Name of the recipient.
     pub name: String,
-    /// Their address.
+    /// Email address of the recipient.
     pub email: String,
-    /// Their school's name.
+    /// Name of the school.
     pub school: String,
-    /// The school's time zone.
+    /// Time zone of the school.
     pub time_zone: String,
-    /// The language that they have chosen, or else their school, by its code.
+    /// Code of the language chosen by the recipient, or else by the school.
     pub language: Option<String>,
-    /// They may be written to, being neither disabled nor erased, and the school mails such letters.
+    /// The account is neither disabled nor erased, and the school sends this kind of mail.
     pub enabled: bool,
 }
 
-/// A letter that is to be sent.
+/// A warning before the erasure of an inactive person.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct RetentionLetter {
     /// Id.
     pub id: LetterId,
-    /// How often it was tried.
+    /// Number of attempts to send it.
     pub tries: i64,
-    /// To whom.
+    /// Name of the recipient.
     pub name: String,
-    /// Their address.
+    /// Email address of the recipient.
     pub email: String,
-    /// Their school's name.
+    /// Name of the school.
     pub school: String,
-    /// The language that they have chosen, or else their school, by its code.
+    /// Code of the language chosen by the recipient, or else by the school.
     pub language: Option<String>,
-    /// Months that the school keeps whoever does nothing.
+    /// Months of inactivity after which the school erases a person.
     #[cfg_attr(feature = "sqlx", sqlx(try_from = "crate::count::StoredCount"))]
     pub months: Option<u32>,
-    /// Days until they are erased.
+    /// Days until the erasure.
     #[cfg_attr(feature = "sqlx", sqlx(try_from = "i64"))]
     pub warn_days: u32,
 }
 
-/// A letter that is to be sent.
+/// A letter with a survey link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct SurveyLetter {
@@ -94,30 +94,30 @@ pub struct SurveyLetter {
     pub school_id: SchoolId,
     /// Survey.
     pub survey_id: SurveyId,
-    /// Name of whom it goes to; may be empty.
+    /// Name of the recipient; may be empty.
     pub name: String,
-    /// Where it goes.
+    /// Email address of the recipient.
     pub email: String,
-    /// The response whose link an earlier try has made.
+    /// Response whose link an earlier attempt has created.
     pub response_id: Option<ResponseId>,
-    /// How often it was tried.
+    /// Number of attempts to send it.
     pub tries: i64,
-    /// The school's name.
+    /// Name of the school.
     pub school: String,
 }
 
-/// How a letter went.
+/// Status of a letter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct LetterDelivery {
-    /// Name of whom it goes to; may be empty.
+    /// Name of the recipient; may be empty.
     pub name: String,
-    /// Where it goes.
+    /// Email address of the recipient.
     pub email: String,
-    /// When it went out.
+    /// Time at which it was sent.
     pub sent_at: Option<Moment>,
-    /// Why it did not.
+    /// Error of the last attempt.
     pub error: Option<String>,
-    /// When it is tried, for the first time or again.
+    /// Time of the next attempt.
     pub next_run_at: Option<Moment>,
 }

@@ -1,53 +1,53 @@
-//! What is done about a place in a cohort.
+//! Changes to cohort memberships.
 
 use crate::ids::{CohortId, PersonId};
 use crate::{Moment, Role};
 
-/// What was done about somebody's place in a cohort.
+/// Kind of change to a cohort membership.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
 #[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum MembershipAct {
-    /// They were asked for.
+    /// The membership was requested.
     Asked,
-    /// They, or an administrator, said no, or whoever had asked took it back.
+    /// The request was declined by the person or an administrator, or withdrawn.
     Declined,
-    /// They joined.
+    /// The person joined.
     Joined,
-    /// They left, or were taken out.
+    /// The person left or was removed.
     Left,
 }
 
-/// What was done about somebody's place in a cohort.
+/// A change to a cohort membership.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct MembershipEvent {
-    /// The cohort's name.
+    /// Name of the cohort.
     pub cohort: String,
-    /// What.
+    /// Kind of change.
     pub act: MembershipAct,
-    /// The name of whoever did it; absent on the command line.
+    /// Name of the person who made the change; `None` on the command line.
     pub by: Option<String>,
-    /// When.
+    /// Time of the change.
     pub done_at: Moment,
 }
 
-/// Somebody is asked for, and nobody has answered yet.
+/// A pending membership request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct MembershipRequest {
-    /// The cohort.
+    /// Cohort.
     pub cohort_id: CohortId,
-    /// Its name.
+    /// Name of the cohort.
     pub cohort: String,
-    /// Who is asked for.
+    /// Requested person.
     pub person_id: PersonId,
-    /// Their name.
+    /// Name of the requested person.
     pub person: String,
-    /// What they would be in it.
+    /// Role in the cohort.
     pub role: Role,
-    /// The name of whoever asks.
+    /// Name of the person who made the request.
     pub asked_by: String,
-    /// When.
+    /// Time of the request.
     pub asked_at: Moment,
 }

@@ -1,4 +1,4 @@
-//! A moment in time as the database keeps it.
+//! A moment in time, as stored in the database.
 
 use std::fmt;
 use std::time::Duration;
@@ -7,39 +7,39 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
-/// A moment, in µs since 1970 UTC: an integer sorts and compares the same in every database, which RFC 3339 text
-/// with its optional fraction does not.
+/// A moment, in µs since 1970 UTC. Integers sort and compare in the same way in every database,
+/// which RFC 3339 text with its optional fraction does not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
 #[cfg_attr(feature = "sqlx", sqlx(transparent))]
 pub struct Moment(i64);
 
 impl Moment {
-    /// From µs since 1970 UTC.
+    /// Makes a moment from µs since 1970 UTC.
     #[must_use]
     pub const fn from_micros(us: i64) -> Self {
         Self(us)
     }
 
-    /// µs since 1970 UTC.
+    /// Returns µs since 1970 UTC.
     #[must_use]
     pub const fn micros(self) -> i64 {
         self.0
     }
 
-    /// This moment moved by `seconds`, in s.
+    /// Returns the moment shifted by `seconds`, in s.
     #[must_use]
     pub const fn plus_s(self, seconds: i64) -> Self {
         Self(self.0.saturating_add(seconds.saturating_mul(1_000_000)))
     }
 
-    /// The time since an earlier moment; none where that is later.
+    /// Returns the time since an earlier moment; zero if it is later.
     #[must_use]
     pub fn duration_since(self, earlier: Self) -> Duration {
         Duration::from_micros(self.0.saturating_sub(earlier.0).max(0).unsigned_abs())
     }
 
-    /// As a calendar date and time in UTC; beyond the calendar, its first moment.
+    /// Returns the date and time in UTC; 1970 if it is outside the supported range.
     #[must_use]
     pub fn to_utc(self) -> OffsetDateTime {
         OffsetDateTime::from_unix_timestamp_nanos(i128::from(self.0) * 1000).unwrap_or(OffsetDateTime::UNIX_EPOCH)
@@ -48,13 +48,13 @@ impl Moment {
 
 impl From<OffsetDateTime> for Moment {
     fn from(t: OffsetDateTime) -> Self {
-        // Years to 9999 are some 10¹⁷ µs.
+        // Years up to 9999 are about 2.5 · 10¹⁷ µs.
         Self((t.unix_timestamp_nanos() / 1000) as i64)
     }
 }
 
 impl fmt::Display for Moment {
-    /// RFC 3339 in UTC.
+    /// Formats the moment as RFC 3339 in UTC.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.to_utc().format(&Rfc3339).map_err(|_| fmt::Error)?)
     }

@@ -1,29 +1,29 @@
-//! What is new for somebody: what others did that concerns them.
+//! Notices of actions by others that concern a person.
 
 use crate::Moment;
 use crate::ids::{CommentId, RoundId, SessionId};
 
-/// What somebody is told of.
+/// Kind of notice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
 #[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum NoticeKind {
-    /// Somebody has commented on their attempt.
+    /// Someone commented on the person's attempt.
     Comment,
-    /// Somebody whom they teach asks.
+    /// A trainee of the person asked a question.
     Question,
-    /// Somebody has answered a comment.
+    /// Someone replied to a comment.
     Answer,
-    /// Their score was changed, or the computed one counts again.
+    /// The person's score was overridden, or an override was removed.
     Override,
-    /// All have rated their attempt, or the round that they asked for is finished.
+    /// All ratings of the person's attempt, or of the round that the person created, are finished.
     Rating,
-    /// Something was assigned to them.
+    /// An assignment was made to the person.
     Assignment,
 }
 
 impl NoticeKind {
-    /// The word for it in the database.
+    /// Returns the word used in the database.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -37,31 +37,31 @@ impl NoticeKind {
     }
 }
 
-/// Something new.
+/// A notice.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct Notice {
-    /// What it is.
+    /// Kind.
     pub kind: NoticeKind,
-    /// The name of whoever did it.
+    /// Name of the person who caused it.
     pub by: String,
-    /// The attempt.
+    /// Attempt.
     pub session_id: Option<SessionId>,
-    /// What was said.
+    /// Comment or reply.
     pub comment_id: Option<CommentId>,
-    /// The second of the attempt that it is about.
+    /// Time in the attempt that it refers to, in s.
     pub from_s: Option<f64>,
-    /// The round of ratings.
+    /// Round of ratings.
     pub round_id: Option<RoundId>,
-    /// Title of the exercise, of what was assigned, or of the round.
+    /// Title of the exercise, the assignment or the round.
     #[cfg_attr(feature = "sqlx", sqlx(try_from = "crate::titles::StoredTitle"))]
     pub title: String,
-    /// When it was done.
+    /// Time of the event.
     pub made_at: Moment,
 }
 
 impl Notice {
-    /// The page on which it is read.
+    /// Returns the path of the page that shows it.
     #[must_use]
     pub fn href(&self) -> String {
         match (self.kind, self.session_id, self.round_id) {
@@ -79,25 +79,25 @@ impl Notice {
     }
 }
 
-/// A page on which what is new is read.
+/// A page that marks notices as read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoticePlace {
-    /// What is said about an attempt.
+    /// The comments on an attempt.
     Replay(SessionId),
     /// An attempt.
     Attempt(SessionId),
-    /// The history of its grade.
+    /// The grade history of an attempt.
     Grade(SessionId),
     /// A round of ratings.
     Round(RoundId),
-    /// One's assignments.
+    /// The person's assignments.
     Assignments,
-    /// The home page, where everything is marked as read.
+    /// The home page, which marks all notices as read.
     Everywhere,
 }
 
 impl NoticePlace {
-    /// What is read there.
+    /// Returns the kinds of notices that the page marks as read.
     #[must_use]
     pub const fn kinds(self) -> &'static [NoticeKind] {
         match self {
@@ -117,7 +117,7 @@ impl NoticePlace {
         }
     }
 
-    /// The attempt that it is limited to.
+    /// Returns the attempt to which the page is limited.
     #[must_use]
     pub const fn session(self) -> Option<SessionId> {
         match self {
@@ -126,7 +126,7 @@ impl NoticePlace {
         }
     }
 
-    /// The round that it is limited to.
+    /// Returns the round to which the page is limited.
     #[must_use]
     pub const fn round(self) -> Option<RoundId> {
         match self {
@@ -138,7 +138,7 @@ impl NoticePlace {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a notice leads to a page on which it is not read.
+    //! Checks that each notice links to a page that marks it as read.
 
     use super::*;
 

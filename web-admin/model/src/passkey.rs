@@ -1,14 +1,14 @@
-//! What a browser is to ask a passkey.
+//! WebAuthn challenges for the browser.
 
 use crate::ids::CeremonyId;
 
-/// What a browser is to ask a passkey, and the id by which its answer is taken.
+/// A WebAuthn challenge for the browser, and the id for its response.
 #[derive(Clone, Debug)]
 pub struct PasskeyQuestion {
-    /// Id; it stays in the session.
+    /// Id, stored in the web session.
     pub id: CeremonyId,
-    /// What the browser is told, in JSON.
+    /// Options for the browser's WebAuthn API, as JSON.
     pub options: String,
-    /// The origin that passkeys answer to.
+    /// Origin for which the passkeys are valid.
     pub origin: String,
 }

@@ -1,24 +1,24 @@
-//! Why a password is refused.
+//! Reasons for refusing a password.
 
-/// Why a password was not set.
+/// Reason why a password was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PasswordRefused {
     /// It is too short.
     Short,
-    /// The two are not the same.
+    /// The two entered passwords differ.
     Different,
-    /// The old one is wrong.
+    /// The old password is wrong.
     WrongOld,
-    /// Little but common words and runs is in it.
+    /// It consists mostly of common words and sequences.
     Common,
-    /// Little but one's own name, address and school is in it.
+    /// It consists mostly of the person's own name, email address and school.
     Own,
-    /// It is the one that somebody else has set.
+    /// It is the initial password set by another person.
     Initial,
 }
 
 impl PasswordRefused {
-    /// Why, in English, for the command line.
+    /// Returns the reason in English, for the command line.
     #[must_use]
     pub const fn said(self) -> &'static str {
         match self {

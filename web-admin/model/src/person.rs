@@ -1,4 +1,4 @@
-//! Who somebody is to a school.
+//! People and their roles.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,25 +8,26 @@ use words::Language;
 
 use crate::ids::{PersonId, SchoolId};
 
-/// What a person may do.
+/// Role of a person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema, clap::ValueEnum)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum Role {
-    /// Trains; sees their own attempts.
+    /// Practises; sees their own attempts.
     Trainee,
     /// Teaches cohorts; sees the attempts of their trainees.
     Instructor,
-    /// Sees the whole school.
+    /// Manages the school; sees all attempts.
     Administrator,
-    /// Practises in a study by a code; has no account, signs in nowhere else, and is in no list of people.
+    /// Takes part in a study with a code; has no account, can only sign in at a station, and is in
+    /// no list of people.
     #[value(skip)]
     Guest,
 }
 
 impl Role {
-    /// The word for it in the database and in addresses.
+    /// Returns the word used in the database and in URLs.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -37,7 +38,7 @@ impl Role {
         }
     }
 
-    /// Whether they may see and judge what others do.
+    /// Returns whether the role may see and grade attempts of others.
     #[must_use]
     pub const fn teaches(self) -> bool {
         match self {
@@ -46,7 +47,7 @@ impl Role {
         }
     }
 
-    /// The word for it on pages.
+    /// Returns the translated word shown on pages.
     #[must_use]
     pub fn said(self) -> &'static str {
         match self {
@@ -64,7 +65,7 @@ impl fmt::Display for Role {
     }
 }
 
-/// A role that does not exist.
+/// The role does not exist.
 #[derive(Debug, thiserror::Error)]
 #[error("role: \"{0}\"; allowed are trainee, instructor and administrator")]
 pub struct UnknownRole(String);
@@ -80,22 +81,22 @@ impl FromStr for Role {
     }
 }
 
-/// The signed-in person, known to be enabled at the time of the request.
+/// The signed-in person, whose account is enabled at the time of the request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CurrentPerson {
-    /// Who.
+    /// Id.
     pub id: PersonId,
-    /// Their school; every query is limited to it.
+    /// School; every query is limited to it.
     pub school_id: SchoolId,
-    /// What they may do.
+    /// Role.
     pub role: Role,
-    /// Their name, for the page's head; never for a log.
+    /// Name, for the page header; never for a log.
     pub display_name: String,
-    /// The language that they have chosen, if any.
+    /// Chosen language, if any.
     pub language: Option<Language>,
-    /// How much is new for them.
+    /// Number of unread notices.
     pub news: u32,
-    /// The version of their school's logo, where it has one.
+    /// Version of the school's logo, if it has one.
     pub logo: Option<String>,
 }
 

@@ -1,21 +1,23 @@
-//! What is proved of an attempt, why one may count nowhere, and what a school asks of those that certify.
+//! Proofs of attempts, reasons why attempts do not count, and the proof that a school requires for
+//! certificates.
 
 use serde::Serialize;
 
-/// Why an attempt counts nowhere.
+/// Reason why an attempt does not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, utoipa::ToSchema)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum Uncounted {
-    /// The school did not give its exercise when it was made: it had never published it, or replaced it before.
+    /// The school did not offer the exercise at the time of the attempt: it had never published
+    /// this revision, or had already replaced it.
     Unpublished,
-    /// The same motion was brought before, under another id.
+    /// An earlier upload under another id contains the same motion.
     Duplicate,
 }
 
 impl Uncounted {
-    /// As the API, files and the database say it.
+    /// Returns the word used in the API, in files and in the database.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -25,38 +27,39 @@ impl Uncounted {
     }
 }
 
-/// What is proved of an attempt.
+/// Proofs of an attempt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, utoipa::ToSchema)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct Proof {
-    /// A paired station has signed what the hand did, and re-simulated it gives the recorded forces to the bit.
+    /// A paired station has signed the recorded input, and its re-simulation reproduces the
+    /// recorded forces exactly.
     pub signed: bool,
-    /// Re-simulated, the recorded input gives the recorded forces and events to the bit.
+    /// The re-simulation of the recorded input reproduces the recorded forces and events exactly.
     pub resimulated: bool,
-    /// Somebody who teaches has confirmed that they were there.
+    /// An instructor or administrator has confirmed that they supervised the attempt.
     pub supervised: bool,
 }
 
-/// What a school asks to be proved of an attempt before it counts towards a certificate.
+/// Proof that a school requires before an attempt counts towards a certificate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
 #[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "snake_case"))]
 pub enum Needed {
-    /// Nothing.
+    /// None.
     Nothing,
-    /// The re-simulation.
+    /// Re-simulation.
     Resimulated,
-    /// A station's signature, or supervision.
+    /// Signature of a station, or supervision.
     SignedOrSupervised,
     /// Supervision.
     Supervised,
 }
 
 impl Needed {
-    /// Every choice, the least first.
+    /// All values, weakest first.
     pub const ALL: [Self; 4] = [Self::Nothing, Self::Resimulated, Self::SignedOrSupervised, Self::Supervised];
 
-    /// As a form says it.
+    /// Returns the word used in forms.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -67,13 +70,13 @@ impl Needed {
         }
     }
 
-    /// The choice that a form says.
+    /// Returns the value for a word used in forms.
     #[must_use]
     pub fn of_word(word: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|needed| needed.word() == word)
     }
 
-    /// Whether this is enough.
+    /// Returns whether a proof is sufficient.
     #[must_use]
     pub const fn met_by(self, proof: Proof) -> bool {
         match self {

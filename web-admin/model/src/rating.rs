@@ -1,4 +1,4 @@
-//! What several raters said of the same attempts: scores by the instrument's key, means, and how far they agree.
+//! Results of several raters for the same attempts: scores of the instrument, means and agreement.
 
 use std::collections::BTreeMap;
 
@@ -9,32 +9,34 @@ use documents::instrument::ScoreKey;
 
 use crate::ids::{PersonId, SessionId};
 
-/// A rating: the attempt, the rater, and, once it is finished, the answers in the order of the instrument's items.
+/// A rating: attempt, rater and, once it is finished, the answers in the order of the instrument's
+/// items.
 #[derive(Clone, Copy, Debug)]
 pub struct RatingAnswers<'a> {
-    /// The attempt.
+    /// Attempt.
     pub session: SessionId,
-    /// The rater.
+    /// Rater.
     pub rater: PersonId,
-    /// Absent until it is finished.
+    /// Answers; `None` until it is finished.
     pub answers: Option<&'a [Option<Answer>]>,
 }
 
-/// A score of the instrument over all attempts and raters.
+/// A score of the instrument for all attempts and raters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScoreTable {
     /// Title.
     pub title: String,
-    /// The least and the largest it can be.
+    /// Smallest and largest possible value.
     pub range: (f64, f64),
-    /// A row for each attempt with a score for each rater, where there is one.
+    /// One row per attempt with one score per rater, if there is one.
     pub rows: Vec<Vec<Option<f64>>>,
-    /// Agreement over the attempts that every rater has scored.
+    /// Agreement over the attempts that all raters have scored.
     pub agreement: Result<IntraclassCorrelation, NotComputable>,
 }
 
 impl ScoreTable {
-    /// Attempts that every rater has scored, and those that lack a score.
+    /// Returns the number of attempts that all raters have scored, and of those with missing
+    /// scores.
     #[must_use]
     pub fn complete_and_missing(&self) -> (usize, usize) {
         let complete = self.rows.iter().filter(|row| row.iter().all(Option::is_some)).count();
@@ -42,7 +44,8 @@ impl ScoreTable {
     }
 }
 
-/// The scores of an instrument, a table each; attempts and raters in the order of the slices.
+/// Returns one table per score of the instrument. Attempts and raters are in the order of the
+/// slices.
 #[must_use]
 pub fn tables(
     instrument: &Instrument,
@@ -70,10 +73,11 @@ pub fn tables(
     instrument.scores.iter().map(score).collect()
 }
 
-/// Fewest attempts over which agreement is computed: of two, chance alone makes almost any figure.
+/// Minimum number of attempts for computing agreement: with two, it is almost arbitrary.
 const FEWEST_ATTEMPTS: usize = 3;
 
-/// How far the raters agree, from [`FEWEST_ATTEMPTS`] that all of them scored.
+/// Computes the raters' agreement, from at least [`FEWEST_ATTEMPTS`] attempts that all of them
+/// scored.
 fn agreement_of_raters(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCorrelation, NotComputable> {
     let found = intraclass_correlation(rows)?;
     if found.n < FEWEST_ATTEMPTS {
@@ -82,7 +86,7 @@ fn agreement_of_raters(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCorrelatio
     Ok(found)
 }
 
-/// The mean of the scores that there are, and how many they are.
+/// Returns the mean of the present scores, and their number.
 #[must_use]
 pub fn mean(scores: &[Option<f64>]) -> Option<(f64, usize)> {
     let given: Vec<f64> = scores.iter().flatten().copied().collect();
@@ -92,7 +96,7 @@ pub fn mean(scores: &[Option<f64>]) -> Option<(f64, usize)> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when an unfinished rating counts, or a missing one is taken for 0.
+    //! Checks that unfinished ratings do not count, and that missing ones are not treated as 0.
 
     use super::*;
 

@@ -1,46 +1,46 @@
-//! What becomes of attempts when an exercise is graded again.
+//! Results of re-grading the attempts at an exercise.
 
 use serde::{Deserialize, Serialize};
 
 use crate::Moment;
 use crate::ids::SessionId;
 
-/// How far a re-grading is.
+/// State of a re-grading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
 #[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum RegradingState {
-    /// Attempts are being judged, and nothing is changed.
+    /// The preview is being computed; nothing has changed.
     Looking,
-    /// It can be read what would change.
+    /// The preview is complete.
     Shown,
-    /// Scores are being added.
+    /// It was confirmed, and the new scores are being stored.
     Grading,
-    /// All were added.
+    /// All new scores are stored.
     Done,
 }
 
-/// What becomes of an attempt.
+/// Outcome for one attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum RegradingOutcome {
-    /// It passes and did not before.
+    /// It passes and did not pass before.
     Passes,
-    /// It passed before and does no longer.
+    /// It fails and passed before.
     Fails,
-    /// Another score, and the same result.
+    /// The score changes, but not the result.
     Changed,
-    /// Another computed score; what somebody has put in its place goes on counting.
+    /// The computed score changes, but an override stays effective.
     Overridden,
-    /// Another rubric, and the same score.
+    /// The rubric differs, but not the score.
     Equal,
-    /// It was graded by this rubric already.
+    /// It was already graded with this rubric.
     Same,
-    /// Its recording cannot be judged.
+    /// Its recording cannot be graded.
     Unreadable,
-    /// Somebody has graded it between the confirmation and its turn: it was left alone.
+    /// Its score changed after the confirmation, so that it was left unchanged.
     Overtaken,
 }
 
@@ -50,41 +50,41 @@ pub enum RegradingOutcome {
 pub struct RegradingLine {
     /// The attempt.
     pub session_id: SessionId,
-    /// When it began.
+    /// Start time.
     pub started_at: Moment,
-    /// Who tried.
+    /// Name of the trainee.
     pub trainee: String,
-    /// The computed score before, 0–100.
+    /// Previous computed score, 0–100.
     pub before: f64,
-    /// It was a pass.
+    /// Previous result: passed.
     pub passed_before: bool,
-    /// The score by the rubric, 0–100.
+    /// New score, 0–100.
     pub after: Option<f64>,
-    /// It is a pass.
+    /// New result: passed.
     pub passed_after: Option<bool>,
-    /// What goes on counting in its place, 0–100.
+    /// Effective override, 0–100.
     pub overridden: Option<f64>,
-    /// What becomes of it.
+    /// Outcome.
     pub outcome: RegradingOutcome,
-    /// Why it cannot be judged.
+    /// Reason why it cannot be graded.
     pub why: Option<String>,
 }
 
-/// Attempts of one outcome.
+/// Number of attempts with one outcome.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct OutcomeCount {
-    /// The outcome.
+    /// Outcome.
     pub outcome: RegradingOutcome,
-    /// How many.
+    /// Number of attempts.
     pub attempts: i64,
-    /// Sum of the computed scores before.
+    /// Sum of the previous computed scores.
     pub before: f64,
-    /// Sum of the scores by the rubric, of those before where there are none.
+    /// Sum of the new scores, or of the previous ones where there is no new one.
     pub after: f64,
 }
 
-/// How many attempts there are of some outcomes.
+/// Returns the number of attempts with the given outcomes.
 #[must_use]
 pub fn count_attempts(counts: &[OutcomeCount], outcomes: &[RegradingOutcome]) -> i64 {
     counts.iter().filter(|count| outcomes.contains(&count.outcome)).map(|count| count.attempts).sum()

@@ -1,62 +1,65 @@
-//! When whoever does nothing any more is warned, and when they are erased.
+//! Schedule for warning and erasing inactive people.
 
 use crate::Moment;
 
-/// A day, in s.
+/// One day, in s.
 const DAY_S: i64 = 86_400;
 /// A twelfth of a year, in s.
 const MONTH_S: i64 = 2_629_746;
 
-/// The rule of a school.
+/// Retention rule of a school.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RetentionRule {
-    /// Months without anything done, of 30.44 days each, after which somebody is erased.
+    /// Months of inactivity, of 30.44 days each, after which a person is erased.
     pub months: u32,
-    /// Days before that they are warned.
+    /// Days between the warning and the erasure.
     pub warn_days: u32,
 }
 
-/// Somebody was warned.
+/// A warning of a person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Warned {
-    /// When their letter was out or given up, by the clock, and by the time that the service has run, in s.
+    /// Time at which the letter was sent or given up, and the uptime of the service at that time,
+    /// in s; `None` while it is being sent.
     pub told: Option<(Moment, i64)>,
 }
 
-/// Now: by the clock, which may be wrong, and by the time that the service has run, in s.
+/// The current time: by the clock, which may be wrong, and as uptime of the service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Now {
-    /// By the clock.
+    /// Clock time.
     pub at: Moment,
-    /// By the time that the service has run, in s.
+    /// Uptime of the service, in s.
     pub observed_s: i64,
 }
 
-/// What is to be done about somebody.
+/// Action for a person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RetentionAction {
-    /// They are warned.
+    /// Warn the person.
     Warn,
-    /// They were warned, and their letter is not out yet.
+    /// Warned; the letter has not been sent yet.
     Sending,
-    /// They were warned; so many whole days are left at least.
+    /// Warned; at least this many whole days remain.
     Wait(i64),
-    /// They are erased.
+    /// Erase the person.
     Erase,
-    /// They were warned, and are not to be erased: they have done something, or are on hold, or the rule is another one.
+    /// Withdraw the warning: the person was active again or is exempt, or the rule has changed.
     CallOff,
 }
 
 impl RetentionRule {
-    /// Since when somebody must have done something to be left alone: the warning comes before the end of their time.
+    /// Returns the time since which a person must have been active to need no warning. The warning
+    /// comes `warn_days` before the end of the retention period.
     #[must_use]
     pub const fn warned_since(&self, now: Moment) -> Moment {
         now.plus_s(self.warn_days as i64 * DAY_S - self.months as i64 * MONTH_S)
     }
 }
 
-/// What is to be done about somebody who last did anything at `active_at`, if anything. Whoever is erased was told before, for the days of
-/// the rule, by the clock and by the time that the service has run: no clock that is set brings that day nearer.
+/// Returns the action for a person last active at `active_at`, if there is one. The warning must be
+/// at least `warn_days` old both by the clock and by the uptime of the service, so that a clock
+/// that is set ahead cannot bring the erasure forward.
 #[must_use]
 pub fn step(
     rule: Option<RetentionRule>,
@@ -80,7 +83,7 @@ pub fn step(
 
 #[cfg(test)]
 mod tests {
-    //! A clock that is set ahead must not erase anybody who was not warned for as long as was promised.
+    //! Checks that a clock set ahead erases no one before the announced time.
 
     use super::*;
 
@@ -90,7 +93,7 @@ mod tests {
         Now { at: Moment::from_micros(0).plus_s(days * DAY_S), observed_s: run_days * DAY_S }
     }
 
-    /// What is done about somebody who did something on day 0 only.
+    /// Returns the action for a person who was active only on day 0.
     fn done(warned: Option<Warned>, now: Now) -> Option<RetentionAction> {
         step(Some(RULE), Moment::from_micros(0), false, warned, now)
     }

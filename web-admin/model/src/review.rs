@@ -1,4 +1,4 @@
-//! The queue of attempts that wait to be looked at: what comes first, what is left out, where it goes on.
+//! Queue of attempts waiting for review: priorities, filters and cursors.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,22 +8,22 @@ use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use crate::attempt_place::{AttemptPlace, NoPlace};
 use crate::ids::CohortId;
 
-/// Why an attempt is looked at before others.
+/// Reason for reviewing an attempt before others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReviewReason {
-    /// Somebody asks, and nobody has answered.
+    /// It has an unanswered question.
     Question,
     /// The re-simulation differs.
     Flagged,
-    /// It has failed.
+    /// It failed.
     Failed,
 }
 
 impl ReviewReason {
-    /// All of them, the most urgent first.
+    /// All reasons, most urgent first.
     pub const ALL: [Self; 3] = [Self::Question, Self::Flagged, Self::Failed];
 
-    /// Its name in addresses.
+    /// Returns the name used in URLs.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -33,7 +33,7 @@ impl ReviewReason {
         }
     }
 
-    /// Its part of a rank.
+    /// Returns the contribution to the rank.
     const fn weight(self) -> u32 {
         match self {
             Self::Question => 4,
@@ -43,31 +43,31 @@ impl ReviewReason {
     }
 }
 
-/// Which attempts of the queue are asked for.
+/// Filter of the queue.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReviewFilter {
-    /// Only those of which this holds.
+    /// Only attempts with this reason.
     pub reason: Option<ReviewReason>,
-    /// Only those of a cohort's trainees.
+    /// Only attempts of this cohort's trainees.
     pub cohort: Option<CohortId>,
-    /// Only those at an exercise, by its id.
+    /// Only attempts at this exercise, by its id.
     pub exercise: Option<String>,
 }
 
-/// The part of the queue that an address or a form names; empty where nothing is limited.
+/// Filter as given in a URL or form; empty fields do not restrict it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(default)]
 pub struct AskedReviews {
-    /// The reason's name.
+    /// Name of the reason.
     pub what: String,
-    /// The cohort's id.
+    /// Id of the cohort.
     pub cohort: String,
-    /// The exercise's id.
+    /// Id of the exercise.
     pub exercise: String,
 }
 
 impl ReviewFilter {
-    /// What an address asks for; what it does not name is not limited.
+    /// Parses a filter from a URL. Invalid values do not restrict it.
     #[must_use]
     pub fn asked(asked: &AskedReviews) -> Self {
         Self {
@@ -77,13 +77,13 @@ impl ReviewFilter {
         }
     }
 
-    /// The ranks that are asked for, the most urgent first.
+    /// Returns the ranks that match the filter, most urgent first.
     pub fn ranks(&self) -> impl Iterator<Item = u32> + use<> {
         let reason = self.reason;
         (0..8).rev().filter(move |rank| reason.is_none_or(|reason| rank & reason.weight() != 0))
     }
 
-    /// As an address has it, without the question mark; empty where nothing is limited.
+    /// Returns the filter as a query string without the question mark; empty without restrictions.
     #[must_use]
     pub fn query(&self) -> String {
         let reason = self.reason.map(|reason| format!("what={}", reason.name()));
@@ -94,12 +94,12 @@ impl ReviewFilter {
     }
 }
 
-/// Where the queue goes on.
+/// Cursor in the queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct QueuePlace {
-    /// The rank of the last attempt of before.
+    /// Rank of the last attempt on the previous page.
     pub rank: u32,
-    /// Its place among those of its rank.
+    /// Position of that attempt within its rank.
     pub place: AttemptPlace,
 }
 
@@ -120,7 +120,8 @@ impl FromStr for QueuePlace {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a filter asks for ranks of which its reason does not hold, or an address does not come back.
+    //! Checks that a filter selects only ranks that include its reason, and that its query string
+    //! is parsed to the same filter.
 
     use super::*;
     use crate::Moment;

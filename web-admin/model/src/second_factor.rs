@@ -1,5 +1,5 @@
-//! Codes that an app makes of a shared secret and the time (RFC 6238: SHA-1, six digits, 30 s), and of whom a school asks
-//! for them.
+//! Time-based one-time passwords (RFC 6238: SHA-1, six digits, 30 s), and the schools' rules on who
+//! needs them.
 
 use data_encoding::BASE32_NOPAD;
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
@@ -7,13 +7,13 @@ use totp_rs::{Algorithm, Builder, Totp};
 
 use super::{Moment, Role};
 
-/// Digits of a code.
+/// Number of digits of a code.
 pub const CODE_DIGITS: u8 = 6;
-/// How long a code is shown, in s.
+/// Length of a time step, in s.
 pub const STEP_S: i64 = 30;
-/// How many steps a clock may be off, either way.
+/// Accepted clock deviation in time steps, in either direction.
 const SKEW: u16 = 1;
-/// What means something in an address.
+/// Characters with a special meaning in a URL.
 const MEANINGFUL: &AsciiSet = &CONTROLS
     .add(b' ')
     .add(b'"')
@@ -26,10 +26,10 @@ const MEANINGFUL: &AsciiSet = &CONTROLS
     .add(b'<')
     .add(b'>')
     .add(b'?');
-/// What RFC 4226 recommends.
+/// Length of a secret, in bytes, as recommended by RFC 4226.
 const SECRET_BYTES: usize = 20;
 
-/// A secret that an app and this service share.
+/// A secret shared by an authenticator app and this service.
 #[derive(Clone, PartialEq, Eq)]
 pub struct TotpSecret([u8; SECRET_BYTES]);
 
@@ -40,32 +40,32 @@ impl std::fmt::Debug for TotpSecret {
 }
 
 impl TotpSecret {
-    /// Of random bytes.
+    /// Makes a secret from random bytes.
     #[must_use]
     pub const fn new(bytes: [u8; SECRET_BYTES]) -> Self {
         Self(bytes)
     }
 
-    /// Of bytes that were kept; none where they are too many or too few.
+    /// Makes a secret from stored bytes. `None` if the length is wrong.
     #[must_use]
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         bytes.try_into().ok().map(Self)
     }
 
-    /// The bytes.
+    /// Returns the bytes.
     #[must_use]
     pub const fn bytes(&self) -> &[u8; SECRET_BYTES] {
         &self.0
     }
 
-    /// As apps take it when it is typed: base32.
+    /// Returns the secret in base32, for manual entry in an app.
     #[must_use]
     pub fn text(&self) -> String {
         BASE32_NOPAD.encode(&self.0)
     }
 
-    /// As apps read it from a picture: whose account it is, and where. Hash, digits and period are what apps take where nothing
-    /// is said; a shorter text is a coarser picture.
+    /// Returns the URL for the QR code, with issuer and account. Hash, digits and period are the
+    /// apps' defaults and left out, because a shorter text gives a simpler QR code.
     #[must_use]
     pub fn address(&self, issuer: &str, account: &str) -> String {
         let encoded = |text: &str| utf8_percent_encode(text, MEANINGFUL).to_string();
@@ -73,12 +73,12 @@ impl TotpSecret {
         format!("otpauth://totp/{issuer}:{account}?secret={secret}&issuer={issuer}")
     }
 
-    /// The time step of which this is the code, at most one from now, in 30 s since 1970 UTC; none where it is no code
-    /// of now.
+    /// Returns the time step of a code, in units of 30 s since 1970 UTC. It differs from the
+    /// current step by at most one. `None` if the code is not valid now.
     #[must_use]
     pub fn step_of(&self, code: &str, now: Moment) -> Option<i64> {
         let now_s = u64::try_from(now.micros() / 1_000_000).ok()?;
-        // Of another shape it is no code, and need not be parsed.
+        // Reject malformed codes before parsing them.
         let shaped = code.len() == usize::from(CODE_DIGITS) && code.bytes().all(|byte| byte.is_ascii_digit());
         let step = shaped.then(|| self.totp()?.check(code, now_s)).flatten()?;
         i64::try_from(step).ok()
@@ -89,7 +89,7 @@ impl TotpSecret {
         builder.with_step_duration(STEP_S.unsigned_abs()).with_secret(self.0.to_vec()).build().ok()
     }
 
-    /// The code of a moment, as an app would show it.
+    /// Returns the code that an app shows at a moment.
     #[must_use]
     pub fn code_at(&self, now: Moment) -> Option<String> {
         let now_s = u64::try_from(now.micros() / 1_000_000).ok()?;
@@ -97,24 +97,24 @@ impl TotpSecret {
     }
 }
 
-/// Of whom a school asks for a second factor.
+/// A school's rule on who needs a second factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
 #[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum FactorRule {
-    /// Of nobody: everybody may have one.
+    /// No one needs one; everyone may have one.
     Nobody,
-    /// Of instructors and administrators.
+    /// Instructors and administrators need one.
     Teachers,
-    /// Of everybody, trainees among them.
+    /// Everyone needs one, including trainees.
     Everybody,
 }
 
 impl FactorRule {
-    /// Every choice, the least first.
+    /// All rules, least strict first.
     pub const ALL: [Self; 3] = [Self::Nobody, Self::Teachers, Self::Everybody];
 
-    /// As a form says it.
+    /// Returns the word used in forms.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -124,7 +124,7 @@ impl FactorRule {
         }
     }
 
-    /// Whether it is asked of somebody.
+    /// Returns whether people with a role need a second factor.
     #[must_use]
     pub const fn asks(self, role: Role) -> bool {
         match self {
@@ -134,7 +134,7 @@ impl FactorRule {
         }
     }
 
-    /// The choice that a form says.
+    /// Returns the rule for a word used in forms.
     #[must_use]
     pub fn of_word(word: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|rule| rule.word() == word)
@@ -143,7 +143,7 @@ impl FactorRule {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when the codes are not those that everybody's app shows, or are good for longer than they should be.
+    //! Checks that the codes match those of common apps, and expire when they should.
 
     use super::*;
 

@@ -1,21 +1,22 @@
-//! Marking the moment of each pop on a trace of force: what the pops are, what may be typed, and how near the marks come.
+//! Marking pops on a force trace: the true times, validation of the marks, and their accuracy.
 
 use attempt::{AttemptCurve, MarkKind};
 
 use crate::Moment;
 
-/// How near a mark must come to a pop to hit it, in s.
+/// Maximum distance between a mark and the pop that it hits, in s.
 pub const TOLERANCE_S: f64 = 0.150;
-/// Ruptures within so many seconds of the first look like one pop, and count as one.
+/// Ruptures within this time after the first look like one pop and count as one, in s.
 const ONE_POP_S: f64 = 0.1;
-/// Most marks on a trace.
+/// Maximum number of marks on a trace.
 pub const MOST_MARKS: usize = 100;
-/// Length of a strip of the trace, in s, where there are not too many.
+/// Length of a strip of the trace, in s, unless this makes too many strips.
 const STRIP_S: f64 = 5.0;
-/// Most strips of a trace.
+/// Maximum number of strips per trace.
 const MOST_STRIPS: f64 = 24.0;
 
-/// The moments of the pops of an attempt, in s since its start: of tip and of rim, those that look like one once.
+/// Returns the times of an attempt's pops, in s from its start: ruptures by tip and rim, with those
+/// that look like one pop counted once.
 #[must_use]
 pub fn pops(curve: &AttemptCurve) -> Vec<f64> {
     let ruptures = curve.marks.iter().filter(|mark| matches!(mark.kind, MarkKind::TipRupture | MarkKind::RimRupture));
@@ -30,7 +31,7 @@ pub fn pops(curve: &AttemptCurve) -> Vec<f64> {
     pops
 }
 
-/// Beginning and end of each strip of a trace, in s.
+/// Returns start and end of each strip of a trace, in s.
 #[must_use]
 pub fn strips(duration_s: f64) -> Vec<(f64, f64)> {
     let duration_s = if duration_s.is_finite() { duration_s.max(0.0) } else { 0.0 };
@@ -39,10 +40,10 @@ pub fn strips(duration_s: f64) -> Vec<(f64, f64)> {
     (0..count as u32).map(|n| (f64::from(n) * length_s, f64::from(n + 1) * length_s)).collect()
 }
 
-/// Why marks were refused: the place from 1, what was typed, and what is allowed.
+/// Reason why marks are refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MarksRefused {
-    /// One is no moment of the attempt.
+    /// A mark is not a time within the attempt.
     #[error("{}", tr!(
         "pop {place}: “{typed}”; allowed is a number of seconds from 0 to {last}",
         place = .place,
@@ -50,22 +51,22 @@ pub enum MarksRefused {
         last = .last
     ))]
     NoMoment {
-        /// Its place, from 1.
+        /// Number of the mark, from 1.
         place: usize,
-        /// As it was typed.
+        /// Text as entered.
         typed: String,
-        /// The end of the attempt, in s, in words.
+        /// End of the attempt, in s, as text.
         last: String,
     },
-    /// There are too many.
+    /// There are too many marks.
     #[error("{}", tr!("marks: {count}; allowed are at most {most}", count = .0, most = MOST_MARKS))]
     TooMany(usize),
 }
 
-/// Marks as they were typed, empty fields left out: in order of time, each once.
+/// Parses marks and ignores empty fields. Returns them sorted, without duplicates, in s.
 ///
 /// # Errors
-/// When one is no moment of the attempt, or there are too many.
+/// If a mark is not a time within the attempt, or there are too many.
 pub fn read_pop_marks(typed: &[impl AsRef<str>], duration_s: f64) -> Result<Vec<f64>, MarksRefused> {
     let mut marks = Vec::new();
     for (at, said) in typed.iter().map(AsRef::as_ref).enumerate().filter(|(_, said)| !said.trim().is_empty()) {
@@ -82,19 +83,20 @@ pub fn read_pop_marks(typed: &[impl AsRef<str>], duration_s: f64) -> Result<Vec<
     Ok(marks)
 }
 
-/// Marks against the truth.
+/// Marks compared with the true pops.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MarksVerdict {
-    /// Pops that were hit: the pop and its mark, in s.
+    /// Pops that were hit: time of the pop and of the mark, in s.
     pub hits: Vec<(f64, f64)>,
-    /// Pops that no mark hit, in s.
+    /// Pops without a mark, in s.
     pub missed: Vec<f64>,
-    /// Marks that hit no pop, in s.
+    /// Marks without a pop, in s.
     pub false_marks: Vec<f64>,
 }
 
 impl MarksVerdict {
-    /// Pairs pops and marks, both in order of time: as many hits as can be, and among those the nearest.
+    /// Pairs pops and marks, both sorted by time: the maximum number of hits, and among those the
+    /// minimum sum of distances.
     #[must_use]
     pub fn of(pops: &[f64], marks: &[f64]) -> Self {
         let best = best(pops, marks);
@@ -117,7 +119,7 @@ impl MarksVerdict {
         verdict
     }
 
-    /// Both verdicts together.
+    /// Combines two results.
     #[must_use]
     pub fn join(mut self, other: Self) -> Self {
         self.hits.extend(other.hits);
@@ -126,20 +128,20 @@ impl MarksVerdict {
         self
     }
 
-    /// How many pops there were.
+    /// Returns the number of pops.
     #[must_use]
     pub fn pops(&self) -> usize {
         self.hits.len() + self.missed.len()
     }
 
-    /// Mean distance of the hits, in ms; none without a hit.
+    /// Returns the mean distance of the hits, in ms; `None` without hits.
     #[must_use]
     pub fn mean_error_ms(&self) -> Option<f64> {
         let n = u32::try_from(self.hits.len()).ok().filter(|n| *n > 0)?;
         Some(self.errors_ms().sum::<f64>() / f64::from(n))
     }
 
-    /// Largest distance of a hit, in ms; none without a hit.
+    /// Returns the largest distance of a hit, in ms; `None` without hits.
     #[must_use]
     pub fn largest_error_ms(&self) -> Option<f64> {
         self.errors_ms().reduce(f64::max)
@@ -150,21 +152,21 @@ impl MarksVerdict {
     }
 }
 
-/// Hits, and the sum of their distances in s.
+/// Number of hits, and sum of their distances in s.
 type PairingValue = (usize, f64);
 
 fn better(a: PairingValue, b: PairingValue) -> bool {
     a.0 > b.0 || (a.0 == b.0 && a.1 < b.1)
 }
 
-/// What a pair adds to what comes after it; none where the two are too far apart.
+/// Adds a pair to the value of the remainder; `None` if the two are too far apart.
 fn pair(pop: f64, mark: f64, after: PairingValue) -> Option<PairingValue> {
     let distance = (mark - pop).abs();
-    // A mark typed at the very limit hits, whatever the last bit of the difference.
+    // The margin makes a mark exactly at the limit hit, regardless of rounding.
     (distance <= TOLERANCE_S + 1e-9).then(|| (after.0 + 1, after.1 + distance))
 }
 
-/// The best value of what is left from each pop and each mark on.
+/// Returns the best value for the remainder from each pop and each mark on (dynamic programming).
 fn best(pops: &[f64], marks: &[f64]) -> Vec<Vec<PairingValue>> {
     let mut table = vec![vec![(0, 0.0); marks.len() + 1]; pops.len() + 1];
     for p in (0..pops.len()).rev() {
@@ -177,26 +179,27 @@ fn best(pops: &[f64], marks: &[f64]) -> Vec<Vec<PairingValue>> {
     table
 }
 
-/// How somebody has done in a task.
+/// A person's result in a task.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TraceOutcome {
-    /// Traces that were sent.
+    /// Number of submitted traces.
     pub sent: usize,
-    /// Traces that there are for them.
+    /// Number of traces for this person.
     pub traces: usize,
-    /// Over all that were sent.
+    /// Result over all submitted traces.
     pub verdict: MarksVerdict,
-    /// One was sent after the task was due for them.
+    /// A trace was submitted after the person's due date.
     pub late: bool,
-    /// When it is due for them.
+    /// Due date for this person.
     pub due_at: Option<Moment>,
-    /// Calendar days by which it was extended for them; 0 for none.
+    /// Length of the person's extension, in calendar days; 0 without one.
     pub extended_days: i64,
 }
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a mark hits two pops, a near mark is wasted on a far pop, or a strip is missing.
+    //! Checks that a mark hits at most one pop, that the number of hits is maximal, and that no
+    //! strip is missing.
 
     use attempt::CurveMark;
 
@@ -212,7 +215,7 @@ mod tests {
         assert_eq!(verdict(&[1.0, 2.0, 3.0], &[1.1, 2.4, 3.15]), (2, 1, 1));
         assert_eq!(verdict(&[1.0, 1.2], &[1.1]), (1, 1, 0));
         assert_eq!(verdict(&[1.0], &[0.9, 1.05, 1.1]), (1, 0, 2));
-        // 1.14 is nearer to the second pop, but taken for it the first would be missed.
+        // 1.14 is nearer to the second pop, but pairing them would miss the first.
         assert_eq!(verdict(&[1.0, 1.2], &[1.14, 1.3]), (2, 0, 0));
         assert_eq!(verdict(&[], &[1.0]), (0, 0, 1));
         assert_eq!(verdict(&[1.0], &[]), (0, 1, 0));
@@ -227,7 +230,7 @@ mod tests {
         assert_eq!(MarksVerdict::of(&[1.0], &[0.9]).hits, [(1.0, 0.9)]);
     }
 
-    /// All sets of pops and marks on two grids that do not fit each other.
+    /// Tests all subsets of pops and marks on two incommensurate grids.
     #[test]
     fn nothing_is_lost_or_counted_twice_however_marks_lie() {
         let chosen = |mask: u32, step_s: f64| -> Vec<f64> {

@@ -1,43 +1,44 @@
-//! An attempt as smallest and largest values over spans of time, at every scale: few enough to send, and no peak lost.
+//! Minima and maxima of an attempt's signals over spans of time, at every scale: few enough values
+//! to send, without losing a peak.
 //!
-//! A pyramid holds spans of a few samples, spans of eight of those, and so on. A stretch of any length is answered
-//! from the coarsest level that is still finer than what was asked for, so that an answer costs the same for a minute
-//! and for an hour.
+//! A pyramid has a level with spans of a few samples, one with spans of eight of those, and so on.
+//! A query uses the coarsest level that is still finer than requested, so that its cost is the same
+//! for a minute and for an hour.
 
 use attempt::HandForces;
 use recording::{Recording, Sample};
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// Most spans that are asked for.
+/// Maximum number of spans per query.
 pub const MAX_POINTS: usize = 10_000;
-/// Spans of a level that make one of the level above.
+/// Number of spans of a level that are combined in the next.
 const FACTOR: usize = 8;
-/// Most spans of the finest level: two minutes at 1 kHz keep every sample.
+/// Maximum number of spans in the finest level: enough for every sample of two minutes at 1 kHz.
 const MOST_FINEST: usize = 1 << 17;
-/// The coarsest level has no more than so many.
+/// Maximum number of spans in the coarsest level.
 const MOST_COARSEST: usize = 256;
-/// Begins every file; another version of this format says something else.
+/// Start of each file, with the version of the format.
 const MAGIC: &[u8; 8] = b"pyramid1";
-/// Numbers of a span, and bytes.
+/// Size of a span: number of values, and bytes.
 const NUMBERS: usize = 6;
 const SPAN_BYTES: usize = NUMBERS * 8;
 
-/// A span of time.
+/// A span of time with the minima and maxima of the signals in it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = Span)]
 pub struct TimeSpan {
     /// Time of its first sample, in s.
     pub t_s: f64,
-    /// Least depth of the tip, in mm.
+    /// Minimum depth of the tip, in mm.
     pub depth_min_mm: f64,
-    /// Greatest depth of the tip, in mm.
+    /// Maximum depth of the tip, in mm.
     pub depth_max_mm: f64,
     /// Least force on the hand along the needle, in N.
     pub force_min_n: f64,
     /// Greatest force on the hand along the needle, in N.
     pub force_max_n: f64,
-    /// Greatest sideways force on the hand, in N.
+    /// Maximum lateral force on the hand, in N.
     pub lateral_max_n: f64,
 }
 
@@ -57,7 +58,7 @@ impl TimeSpan {
         }
     }
 
-    /// This span and a later one.
+    /// Combines this span with a later one.
     fn join(self, later: Self) -> Self {
         Self {
             t_s: self.t_s,
@@ -79,32 +80,32 @@ impl TimeSpan {
         Self { t_s, depth_min_mm, depth_max_mm, force_min_n, force_max_n, lateral_max_n }
     }
 
-    /// A span without one finite value has nothing to show and reads 0.
+    /// Replaces NaN by 0 for display, in spans without a finite value.
     fn shown(self) -> Self {
         Self::from_numbers(self.numbers().map(|value| if value.is_nan() { 0.0 } else { value }))
     }
 }
 
-/// Sideways force on the hand, in N.
+/// Returns the lateral force on the hand, in N.
 #[must_use]
 pub fn lateral_n(sample: &Sample) -> f64 {
     sample.lateral_n.iter().map(|&part| f64::from(part) * f64::from(part)).sum::<f64>().sqrt()
 }
 
-/// A stretch of an attempt, in s since its start; all of it where an end is absent.
+/// A section of an attempt, in s from its start; `None` means its start or end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AttemptStretch {
-    /// From this moment.
+    /// Start.
     pub from_s: Option<f64>,
-    /// To this moment.
+    /// End.
     pub to_s: Option<f64>,
 }
 
-/// Spans at every scale, as the bytes of a file: only what is asked for is ever unpacked.
+/// Spans at every scale, in the format of the file; a query decodes only the spans that it needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pyramid {
     bytes: Vec<u8>,
-    /// First byte and number of spans of each level, the finest first.
+    /// First byte and number of spans of each level, finest first.
     levels: Vec<(usize, usize)>,
 }
 
@@ -145,13 +146,13 @@ impl Pyramid {
         Self { bytes, levels: places }
     }
 
-    /// As a file holds it.
+    /// Returns the content of the file.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// From a file. None where it is not one of this format, whole.
+    /// Parses a file. `None` if it does not have this format or is incomplete.
     #[must_use]
     pub fn from_bytes(bytes: Vec<u8>) -> Option<Self> {
         let word = |at: usize| {
@@ -169,8 +170,9 @@ impl Pyramid {
         (at == bytes.len()).then_some(Self { bytes, levels })
     }
 
-    /// At most `points` spans over a stretch, of as equal a number of samples as can be. The first and the last reach
-    /// over the stretch's ends to the next sample, so that a line drawn through them crosses the whole picture.
+    /// Returns at most `points` spans over a section, with numbers of samples as equal as possible.
+    /// The first and last span extend to the next sample beyond the section, so that a line through
+    /// them crosses the whole plot.
     #[must_use]
     pub fn spans(&self, points: usize, stretch: AttemptStretch) -> Vec<TimeSpan> {
         let points = points.clamp(1, MAX_POINTS);
@@ -189,7 +191,8 @@ impl Pyramid {
             .collect()
     }
 
-    /// The spans of a level that a stretch touches, and one more on either side.
+    /// Returns the index range of a level's spans, from the last one that starts at or before the
+    /// section to the first one that starts after it.
     fn within(&self, start: usize, count: usize, stretch: AttemptStretch) -> (usize, usize) {
         let time = |i: usize| self.span(start, i).t_s;
         let from = stretch.from_s.map_or(0, |from_s| first(count, |i| time(i) > from_s).saturating_sub(1));
@@ -204,7 +207,8 @@ impl Pyramid {
     }
 }
 
-/// The first of `count` indices for which something holds that holds for all later ones too; `count` where it never does.
+/// Returns the first of `count` indices for which `holds` is true, or `count`. The condition must
+/// hold for all later indices, too.
 fn first(count: usize, holds: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (0, count);
     while low < high {
@@ -216,8 +220,8 @@ fn first(count: usize, holds: impl Fn(usize) -> bool) -> usize {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a peak falls between two spans or two levels, a broken number spoils its neighbours, or a file that
-    //! was cut is believed.
+    //! Checks that no peak is lost between spans or levels, that invalid values do not affect their
+    //! neighbours, and that truncated files are rejected.
     use super::*;
 
     const ALL: AttemptStretch = AttemptStretch { from_s: None, to_s: None };

@@ -1,7 +1,7 @@
-//! What a validation study finds: whether the simulator tells groups apart, how they learn, and how well attempts repeat.
+//! Statistics of a validation study: group differences, learning curves and repeatability.
 //!
-//! People are compared, not attempts: each takes part in a comparison with the mean of their attempts, for attempts of one person
-//! are no independent observations.
+//! Comparisons are between people, not attempts: each person contributes the mean of their
+//! attempts, because attempts of one person are not independent observations.
 
 use assessment::statistics::{
     self, Estimate, IntraclassCorrelation, NotComputable, RankSumTest, Summary, area_under_curve, hedges_g,
@@ -9,76 +9,79 @@ use assessment::statistics::{
 };
 use serde::Serialize;
 
-/// A figure of an attempt.
+/// Value of a metric in one attempt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StudyValue {
-    /// The place of whoever made it among the participants.
+    /// Index of the participant.
     pub participant: usize,
-    /// Their how-manieth attempt, from 1.
+    /// Number of the participant's attempt, from 1.
     pub number: usize,
-    /// The figure.
+    /// Value, in the metric's unit.
     pub value: f64,
 }
 
 /// A metric, or the score, over the attempts of a study at one exercise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyMetric {
-    /// Its id; `score` for the score.
+    /// Id; `score` for the score.
     pub id: String,
-    /// Its name.
+    /// Name.
     pub label: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
-    /// What it is in each attempt that has it.
+    /// Values of the attempts that have one.
     pub values: Vec<StudyValue>,
 }
 
-/// Whoever takes part, by the places of their groups.
+/// Assignment of the participants to groups.
 #[derive(Clone, Copy, Debug)]
 pub struct StudyGroups<'a> {
-    /// The place of each participant's group.
+    /// Index of each participant's group.
     pub of_participants: &'a [usize],
-    /// How many groups there are: the first is the least experienced, the last are the experts.
+    /// Number of groups: the first is the least experienced, the last are the experts.
     pub count: usize,
 }
 
-/// How the groups stand in a metric, and how far the experts are from the least experienced.
+/// Comparison of the groups in a metric, and of the experts with the least experienced.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StudyComparison {
-    /// The metric's id; `score` for the score.
+    /// Id of the metric; `score` for the score.
     pub id: String,
-    /// Its name.
+    /// Name of the metric.
     pub label: String,
-    /// Its unit.
+    /// Unit of the metric.
     pub unit: String,
-    /// Group by group, over the means of each participant's attempts.
+    /// Summary of each group, over the means of each participant's attempts.
     pub groups: Vec<Option<Summary>>,
-    /// The test of experts against the least experienced.
+    /// Test of the experts against the least experienced.
     pub test: RankSumTest,
-    /// Its probability after Holm's correction over all metrics of the exercise.
+    /// p value of the test after Holm's correction over all metrics of the exercise.
     pub p_holm: f64,
-    /// Experts less the least experienced, in standard deviations.
+    /// Hedges' g: difference between experts and the least experienced, in standard deviations.
     pub hedges_g: Option<Estimate>,
-    /// How often an expert's value is above that of somebody of the first group.
+    /// Probability that an expert's value is above that of a person of the first group.
     pub auc: Option<Estimate>,
 }
 
-/// What a study finds at one exercise.
+/// Results of a study for one exercise.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StudyFindings {
-    /// The score first, then the metrics by how surely they tell experts from the least experienced.
+    /// Comparisons: the score first, then the metrics by the p value of their test.
     pub comparisons: Vec<StudyComparison>,
-    /// Metrics that are not compared: with fewer than two people on a side, or the same for everybody to [`SAME`] of themselves, as the
-    /// force at a pop, which the tissue sets: a test would find the last digit of a simulation significant.
+    /// Number of metrics that are not compared: they have fewer than two people on one side, or the
+    /// values of all people are equal within [`SAME`]. An example is the force at a pop, which the
+    /// tissue determines: a test would find differences in the last digit of a simulation
+    /// significant.
     pub left_out: usize,
-    /// The mean score of each group at each attempt, from the first.
+    /// Mean score of each group at each attempt, from the first.
     pub learning: Vec<Vec<Option<Estimate>>>,
-    /// Agreement of the scores of each participant's attempts.
+    /// Agreement between the scores of each participant's attempts.
     pub repeated: Result<IntraclassCorrelation, NotComputable>,
 }
 
 impl StudyFindings {
-    /// From the score and the metrics of all attempts, each up to `attempts` for a participant.
+    /// Computes the results from the score and the metrics of all attempts, up to `attempts` per
+    /// participant.
     #[must_use]
     pub fn new(groups: StudyGroups<'_>, attempts: usize, score: &StudyMetric, metrics: &[StudyMetric]) -> Self {
         let differing = metrics.iter().filter(|metric| !is_same_for_everybody(&means_by_group(groups, metric)));
@@ -99,7 +102,7 @@ impl StudyFindings {
     }
 }
 
-/// Each participant's mean, group by group.
+/// Returns the means of the participants' attempts, by group.
 fn means_by_group(groups: StudyGroups<'_>, metric: &StudyMetric) -> Vec<Vec<f64>> {
     let mut sums = vec![(0.0, 0.0); groups.of_participants.len()];
     for value in &metric.values {
@@ -117,7 +120,7 @@ fn means_by_group(groups: StudyGroups<'_>, metric: &StudyMetric) -> Vec<Vec<f64>
     means
 }
 
-/// Values that differ by no more than this share of the largest are one value.
+/// Values that differ by at most this fraction of the largest are considered equal.
 const SAME: f64 = 0.02;
 
 fn is_same_for_everybody(means: &[Vec<f64>]) -> bool {
@@ -180,8 +183,8 @@ fn repeated_scores(
 
 #[cfg(test)]
 mod tests {
-    //! Fails when attempts are compared instead of people, a metric that is the same for everybody is tested, or the correction
-    //! leaves one out.
+    //! Checks that people are compared instead of attempts, that metrics that are equal for all are
+    //! not tested, and that the correction covers all tests.
 
     use super::*;
 

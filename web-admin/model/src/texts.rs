@@ -1,15 +1,15 @@
-//! Free texts that somebody wrote, or that others wrote about their attempts.
+//! Free texts by a person and about their attempts.
 
-/// How many texts there are, by who wrote them.
+/// Numbers of free texts, by author.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TextCounts {
-    /// Comments, reasons and answers of theirs.
+    /// Comments, reasons and answers by the person.
     pub written: i64,
-    /// What others wrote about their attempts, or about their consent.
+    /// Texts by others about the person's attempts or consent.
     pub about: i64,
-    /// Reasons about their attempts in the audit log, which never changes.
+    /// Reasons about the person's attempts in the audit log, which cannot be changed.
     pub sealed: i64,
 }
 
-/// Most mentions that are looked for.
+/// Maximum number of mentions in a search.
 pub const MOST_MENTIONS: usize = 50;

@@ -1,18 +1,20 @@
-//! Titles of exercises and courses, which are written in the languages of their documents: stored together, read in the reader's.
+//! Titles of exercises and courses in several languages: all are stored together, and the reader's
+//! language is chosen when they are read.
 //!
-//! This is the one place where a title's language is chosen. A title that is written in one language alone is stored as it is.
+//! Only this module chooses the language of a title. A title in one language is stored unchanged.
 
 use documents::Wording;
 
-/// What stands between the languages of a stored text: no title may have it.
+/// Separator between the languages of a stored text, which no title may contain.
 const BETWEEN: char = '\u{1f}';
 
-/// A text as its column holds it.
+/// A text in several languages, as stored in a column.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type), sqlx(transparent))]
 pub struct StoredTitle(String);
 
-/// A text in all its languages, for a column: its own language first, then each other with its code.
+/// Encodes a text in all its languages for a column: its own language first, then each other with
+/// its code.
 #[must_use]
 pub fn store_wording(wording: &Wording) -> String {
     let mut stored = wording.own().to_owned();
@@ -26,7 +28,7 @@ pub fn store_wording(wording: &Wording) -> String {
 }
 
 impl StoredTitle {
-    /// The text in a language; where it is not written in that, in its own.
+    /// Returns the text in a language, or else in its own language.
     fn in_language(self, language: &str) -> String {
         let mut parts = self.0.split(BETWEEN);
         let own = parts.next().unwrap_or_default();
@@ -43,7 +45,8 @@ impl From<StoredTitle> for String {
 
 #[cfg(test)]
 mod tests {
-    //! A title of before there were languages is itself, and no other language's text shows through.
+    //! Checks that titles from before there were languages are unchanged, and that no text of
+    //! another language is returned.
 
     use std::collections::BTreeMap;
 

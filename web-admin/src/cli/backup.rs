@@ -1,4 +1,4 @@
-//! `web-admin backup`: everything into one file, while the service runs.
+//! `web-admin backup`: writes everything to one file while the service runs.
 
 use std::path::{Path, PathBuf};
 
@@ -9,13 +9,14 @@ use clap::Args;
 
 use super::{CommandFailure, StorageArgs, say_line};
 
-/// What to back up where to.
+/// Options of `web-admin backup`.
 #[derive(Debug, Args)]
 pub struct BackupArgs {
-    /// File to make; one that exists is never overwritten
+    /// File to create; an existing file is never overwritten
     #[arg(long, value_name = "FILE")]
     to: PathBuf,
-    /// File with a passphrase, on one line of 12 characters and more: the keys of certificates and of second factors are in the backup, sealed with it
+    /// File with a passphrase on one line, at least 12 characters: the keys of certificates and
+    /// second factors are included in the backup, encrypted with it
     #[arg(long, value_name = "FILE")]
     passphrase_file: Option<PathBuf>,
     #[command(flatten)]
@@ -56,7 +57,7 @@ pub(super) async fn run_backup(args: &BackupArgs) -> Result<(), CommandFailure> 
     Ok(())
 }
 
-/// The passphrase in a file.
+/// Reads the passphrase from a file and checks it.
 pub(super) fn read_passphrase(file: &Path) -> Result<String, CommandFailure> {
     let refused =
         |why: &dyn std::fmt::Display| CommandFailure::Usage(format!("--passphrase-file: {}: {why}", file.display()));

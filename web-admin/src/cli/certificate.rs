@@ -1,4 +1,4 @@
-//! `web-admin certificate`: the public key, and checking a certificate without the service.
+//! `web-admin certificate`: prints the public key, and checks a certificate without the service.
 
 use std::path::PathBuf;
 
@@ -13,14 +13,14 @@ use super::{CommandFailure, StorageArgs, say_line};
 pub enum CertificateCommand {
     /// Prints the public key of this service, for the school to publish
     Key(StorageArgs),
-    /// Checks a certificate and prints all that is signed; needs neither the service nor its data
+    /// Checks a certificate and prints every signed field; needs neither the service nor its data
     Verify(CertificateArgs),
 }
 
-/// What to check against what.
+/// Options of `web-admin certificate verify`.
 #[derive(Debug, Args)]
 pub struct CertificateArgs {
-    /// The certificate: the page that was saved, or the JSON in it
+    /// The certificate: the saved page, or the JSON in it
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The public key that the school has published, 64 hexadecimal digits
@@ -52,9 +52,9 @@ fn verify_certificate(CertificateArgs { file, key }: &CertificateArgs) -> Result
     }
 }
 
-/// All that is signed, a line each.
+/// Formats every signed field, one per line.
 fn lines_of_certificate(statement: &Statement) -> Vec<String> {
-    // In full, so that what is added to the statement is added here.
+    // Destructured without `..`, so that a new field of the statement must be added here.
     let Statement {
         format: _,
         school,
@@ -79,14 +79,14 @@ fn lines_of_certificate(statement: &Statement) -> Vec<String> {
     lines.iter().map(|line| on_one_line(line)).collect()
 }
 
-/// A name may hold anything: what moves a terminal's cursor is shown as a mark.
+/// Replaces control characters: a name may contain anything, also escape sequences of a terminal.
 fn on_one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '�' } else { c }).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    //! Fails when something that is signed is not printed, or a name makes a line of its own.
+    //! Fails when a signed field is not printed, or a name starts a line of its own.
 
     use super::*;
 

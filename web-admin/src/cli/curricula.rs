@@ -1,4 +1,4 @@
-//! `web-admin curricula`: publishing documents.
+//! `web-admin curricula`: publishes documents.
 
 use std::path::PathBuf;
 
@@ -10,19 +10,20 @@ use super::{CommandFailure, StorageArgs, say_line};
 /// `web-admin curricula …`
 #[derive(Debug, Subcommand)]
 pub enum CurriculaCommand {
-    /// Publishes every course and instrument in a folder; what is known already stays as it is
+    /// Publishes every course and instrument in a folder; unchanged documents are skipped
     Import(ImportArgs),
 }
 
-/// What to publish where.
+/// Options of `web-admin curricula import`.
 #[derive(Debug, Args)]
 pub struct ImportArgs {
-    /// Folder of a course, of instruments, or of several courses with `instruments` beside them
+    /// Folder of a course, of instruments, or of several courses with a folder `instruments` next
+    /// to them
     #[arg(value_name = "DIR")]
     folder: PathBuf,
     #[command(flatten)]
     storage: StorageArgs,
-    /// School, made where it is missing [default: the only one there is]
+    /// School, created if it is missing [default: the only one there is]
     #[arg(long)]
     school: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! `web-admin demo`.
+//! `web-admin demo`: creates a demonstration school.
 
 use std::thread;
 
@@ -12,7 +12,7 @@ use super::{CommandFailure, StorageArgs, say_line};
 use crate::demo::{DemoAccount, Demonstration};
 use crate::{AppState, demo};
 
-/// What to make where.
+/// Options of `web-admin demo`.
 #[derive(Debug, Args)]
 pub struct DemoArgs {
     #[command(flatten)]
@@ -23,10 +23,11 @@ pub struct DemoArgs {
     /// Weeks of practice before today
     #[arg(long, default_value_t = 6, value_parser = value_parser!(u32).range(1..=26))]
     weeks: u32,
-    /// Adds so many generated trainees with a hundred attempts each, to measure pages on: figures without recordings
+    /// Adds this many generated trainees with a hundred attempts each, to measure pages on: figures
+    /// without recordings
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = value_parser!(u32).range(0..=100_000))]
     crowd: u32,
-    /// Draws every patient and every hand
+    /// Seed of every simulated patient and every simulated hand
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }

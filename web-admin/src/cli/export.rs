@@ -1,4 +1,4 @@
-//! `web-admin export`: a school's attempts for research.
+//! `web-admin export`: exports a school's attempts for research.
 
 use std::fs;
 use std::path::PathBuf;
@@ -12,8 +12,10 @@ use crate::research::{ResearchOrder, write_research_tables};
 
 /// Writes a school's attempts for research, as Parquet tables under pseudonyms with a codebook
 ///
-/// attempts.parquet, metrics.parquet and codebook.json; with --samples every sample of every recording, too. Attempts of trainees, and
-/// of staff who let theirs be used; a guest's are in their study's own data. Names, addresses and numbers stay in the school.
+/// attempts.parquet, metrics.parquet and codebook.json; with --samples also every sample of every
+/// recording. Includes attempts of trainees, and of staff who have agreed to the use of theirs;
+/// attempts of guests belong to the data of their study. Names, addresses and student numbers are
+/// not exported.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  web-admin export --data-dir school --out tables")]
 pub struct ExportArgs {
@@ -22,10 +24,10 @@ pub struct ExportArgs {
     /// School [default: the only one there is]
     #[arg(long)]
     school: Option<String>,
-    /// Folder for the tables; created if need be. Tables that are there already are not replaced
+    /// Folder for the tables; created if it is missing. Existing tables are not replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// With samples.parquet: every sample of every recording
+    /// Also write samples.parquet, with every sample of every recording
     #[arg(long)]
     samples: bool,
 }

@@ -1,5 +1,6 @@
-//! `web-admin judge`: what the service starts to have a recording judged or read, or a draft looked at. The question comes on standard
-//! input, the answer goes to standard output.
+//! `web-admin judge`: the helper process in which the service works on untrusted input: it scores,
+//! reads and annotates recordings, previews drafts, and reads workbooks and pictures. The request
+//! is read from standard input, the response is written to standard output.
 
 use std::io::{Read, Write};
 
@@ -10,36 +11,39 @@ use rustix::process::{Resource, Rlimit, nice, setrlimit};
 
 use routes_base::examine_draft;
 
-/// By how much it is nicer than the service that has started it.
+/// Niceness of the helper, relative to the service that started it.
 const BEHIND_PAGES: i32 = 10;
 
-/// What it may cost.
+/// Limits of the helper.
 #[derive(Debug, Args)]
 pub struct JudgeArgs {
-    /// Most memory, in MB
+    /// Maximum memory, in MB
     #[arg(long, value_name = "MB")]
     memory_mb: u64,
-    /// Longest time of the processor, in s
+    /// Maximum wall-clock time, in s, enforced by the service; processor time is limited to twice
+    /// this
     #[arg(long, value_name = "S")]
     seconds: u64,
 }
 
-/// Works without the runtime, whose threads would count against the limits.
+/// Runs without an async runtime, whose threads would count against the limits.
 pub(super) fn run_judge(args: &JudgeArgs) -> anyhow::Result<()> {
-    // Standard error is the service's log.
+    // Standard error is inherited from the service, as its log.
     tracing_subscriber::fmt().with_ansi(false).with_writer(std::io::stderr).init();
     let limit = |most: u64| Rlimit { current: Some(most), maximum: Some(most) };
     setrlimit(Resource::Data, limit(args.memory_mb.saturating_mul(1_000_000)))?;
-    // Whoever waits ends it by the clock; this ends it where nobody is left to.
+    // The service enforces the limit on wall-clock time; this one ends the helper if the service is
+    // gone.
     setrlimit(Resource::Cpu, limit(args.seconds.saturating_mul(2)))?;
-    // A file of the size of the memory would be as useless as it is large.
+    // A core dump as large as the memory limit would be useless.
     setrlimit(Resource::Core, limit(0))?;
     end_with_service();
     let mut question = Vec::new();
     std::io::stdin().read_to_end(&mut question)?;
     let question: JudgeQuestion = serde_json::from_slice(&question)?;
     if !matches!(question, JudgeQuestion::Arrival(_)) {
-        // Whoever asks for a page, or has just sent something, comes first. Refused, it is done all the same.
+        // Requests for pages and fresh uploads have priority. If `nice` fails, the work is done
+        // anyway.
         let _ = nice(BEHIND_PAGES);
     }
     let answer = judging::answer(question, examine_draft);
@@ -48,14 +52,14 @@ pub(super) fn run_judge(args: &JudgeArgs) -> anyhow::Result<()> {
     Ok(out.flush()?)
 }
 
-/// A service that is killed cannot end its helpers: the system does.
+/// Asks the system to kill the helper when the service dies, since a killed service cannot do so.
 #[cfg(target_os = "linux")]
 fn end_with_service() {
     use rustix::process::{Signal, set_parent_process_death_signal};
-    // Refused, the limits on its time end it.
+    // If this fails, the limit on processor time ends the helper.
     let _ = set_parent_process_death_signal(Some(Signal::KILL));
 }
 
-/// Elsewhere the limits on its time end it.
+/// Does nothing: on other systems the limit on processor time ends the helper.
 #[cfg(not(target_os = "linux"))]
 fn end_with_service() {}

@@ -1,4 +1,4 @@
-//! The commands of `web-admin`. Exit 0: done; 1: the work failed or a check found something; 2: the call was wrong.
+//! The commands of `web-admin`. Exit status: 0 success, 1 failure or findings, 2 usage error.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -39,11 +39,12 @@ struct WebAdminCli {
 
 #[derive(Debug, Subcommand)]
 enum WebAdminCommand {
-    /// Serves pages and the API; makes and migrates the database where needed
+    /// Serves pages and the API; creates and migrates the database as needed
     Serve(serve::ServeArgs),
-    /// Scores, sends letters and does whatever else a service does but pages, beside others on the same database
+    /// Scores recordings, sends mail and runs all other background work, without serving pages,
+    /// next to other services on the same database
     Work(work::WorkArgs),
-    /// Makes the database, or brings it up to date
+    /// Creates the database, or migrates it to the current schema
     Migrate(StorageArgs),
     /// Adds people and gives them access
     #[command(subcommand)]
@@ -51,61 +52,69 @@ enum WebAdminCommand {
     /// Publishes curricula
     #[command(subcommand)]
     Curricula(curricula::CurriculaCommand),
-    /// Makes a demonstration school with people, a course and simulated attempts; prints the accounts
+    /// Creates a demonstration school with people, a course and simulated attempts; prints the
+    /// accounts
     Demo(demo::DemoArgs),
-    /// Shows what attempts score by the rubric that their exercise has now; with --apply, adds those scores
+    /// Shows the scores of attempts under the current rubric of their exercise; with --apply, adds
+    /// those scores
     Rescore(rescore::RescoreArgs),
-    /// Makes the keys that are missing, for services that only read them; prints where they are
+    /// Creates missing keys, for services that only read them; prints where all keys are
     Keys(StorageArgs),
-    /// Tries again to score and to take in what was set aside, for it was fatal twice to the service or to whoever judged it
+    /// Retries quarantined recordings and uploads, which crashed the service or its scoring process
+    /// twice
     Retry(StorageArgs),
-    /// Checks the database, every recording and the audit log; names each finding and exits 1
+    /// Checks the database, every recording and the audit log; prints each finding and exits with
+    /// status 1 if there is any
     Verify(verify::VerifyArgs),
-    /// Puts the database and every recording into one file, while the service runs, and reads it back
+    /// Writes the database and every recording to one file, while the service runs, and verifies it
     Backup(backup::BackupArgs),
     /// Restores a backup into an empty place
     Restore(restore::RestoreArgs),
-    /// Moves a school from SQLite to PostgreSQL or back, and its recordings to another place: served until shortly before the end,
-    /// all of it or nothing, compared row by row and byte by byte. The old place stays as it is
+    /// Moves a school from SQLite to PostgreSQL or back, and its recordings to another place, all
+    /// or nothing, compared row by row and byte by byte; the service has to stop only for the last
+    /// part. The old place is left unchanged
     Move(moving::MoveArgs),
-    /// Warns and erases whoever a school's rule of retention keeps no longer, as the service does once a day; with --dry-run, says who
+    /// Warns and erases people past their school's retention period, as the service does once a
+    /// day; with --dry-run, only prints them
     Retain(retain::RetainArgs),
-    /// Checks certificates, and prints the key they are signed with
+    /// Checks certificates, and prints the key that signs them
     #[command(subcommand)]
     Certificate(certificate::CertificateCommand),
     Export(export::ExportArgs),
     Bench(bench::BenchArgs),
-    /// Judges a recording or a draft for the service
+    /// Runs one job on untrusted input for the service: scores or reads a recording, previews a
+    /// draft, reads a workbook or a picture
     #[command(hide = true)]
     Judge(judge::JudgeArgs),
     /// Prints the API's OpenAPI description
     Openapi,
 }
 
-/// Where everything is kept.
+/// Options for where the data are stored.
 #[derive(Clone, Debug, Args)]
 pub struct StorageArgs {
-    /// Folder for everything the service keeps
+    /// Folder for all data of the service
     #[arg(long, value_name = "DIR", default_value = "data", env = "STYLET_DATA_DIR")]
     data_dir: PathBuf,
-    /// Folder of the keys that sign certificates and seal second factors, the same for all services on a database [default: the data
-    /// folder]
+    /// Folder of the keys that sign certificates and encrypt second factors, shared by all services
+    /// on a database [default: the data folder]
     #[arg(long, value_name = "DIR", env = "STYLET_KEYS")]
     keys: Option<PathBuf>,
-    /// Database: a sqlite: URL or a path [default: stylet.db in the data folder], or a postgres:// URL where the program is built for
-    /// PostgreSQL
+    /// Database: a sqlite: URL or a path [default: stylet.db in the data folder], or a postgres://
+    /// URL if the program is built for PostgreSQL
     #[arg(long, value_name = "URL", env = "STYLET_DATABASE", hide_env_values = true)]
     database: Option<String>,
-    /// Recordings: a folder, a file:// URL, or s3://BUCKET/PREFIX with the usual AWS_ variables [default: recordings in the data folder]
+    /// Recordings: a folder, a file:// URL, or s3://BUCKET/PREFIX with the usual AWS_ variables
+    /// [default: recordings in the data folder]
     #[arg(long, value_name = "URL", env = "STYLET_RECORDINGS")]
     recordings: Option<String>,
 }
 
 impl StorageArgs {
-    /// The configuration they ask for.
+    /// Returns the configuration for these options.
     ///
     /// # Errors
-    /// When one of them is of a kind that is not supported.
+    /// When the database or the place of the recordings is not supported.
     pub fn config(&self) -> Result<Config, CommandFailure> {
         let mut config = Config::in_folder(&self.data_dir);
         if let Some(given) = &self.database {
@@ -120,7 +129,7 @@ impl StorageArgs {
         Ok(config)
     }
 
-    /// Opens what is kept there.
+    /// Opens the state of the service at this place.
     ///
     /// # Errors
     /// When it cannot be opened.
@@ -129,21 +138,21 @@ impl StorageArgs {
     }
 }
 
-/// Where recordings lie, as given, with what the environment says of buckets.
+/// Parses the place of recordings; settings of buckets are read from the environment.
 fn recordings_place(given: &str) -> Result<RecordingsPlace, ConfigError> {
     let environment =
         std::env::vars_os().filter_map(|(name, value)| Some((name.into_string().ok()?, value.into_string().ok()?)));
     config::recordings_place(given, environment)
 }
 
-/// Why a command did not do its work.
+/// Why a command failed.
 #[derive(Debug)]
 pub enum CommandFailure {
-    /// The call or its input was wrong.
+    /// The arguments or the input were wrong.
     Usage(String),
     /// The work failed.
     Work(anyhow::Error),
-    /// A check found something, and has said what.
+    /// A check has findings, which are printed already.
     Found,
 }
 
@@ -181,20 +190,20 @@ impl From<std::io::Error> for CommandFailure {
 }
 
 impl CommandFailure {
-    /// Says it in one line, and how the program ends.
+    /// Prints the failure in one line, and returns the exit status.
     fn report(self) -> ExitCode {
         let (words, code) = match self {
             Self::Usage(words) => (words, 2),
             Self::Work(error) => (format!("{error:#}"), 1),
             Self::Found => return ExitCode::from(1),
         };
-        // Where even standard error is gone there is nobody left to tell.
+        // If standard error is closed, there is no other place to report to.
         let _ = writeln!(std::io::stderr(), "web-admin: {words}");
         ExitCode::from(code)
     }
 }
 
-/// Prints a line of a command's result. A reader that has gone away is no failure of ours.
+/// Prints a line of a command's output. A closed pipe is not a failure of the command.
 fn say_line(line: impl std::fmt::Display) {
     let _ = writeln!(std::io::stdout(), "{line}");
 }

@@ -1,4 +1,5 @@
-//! `web-admin move`: a school from SQLite to PostgreSQL or back, served until shortly before the end.
+//! `web-admin move`: moves a school from SQLite to PostgreSQL or back; it is served until shortly
+//! before the end.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -12,28 +13,30 @@ use store::moving::{CarriedTable, DatabaseMove, MoveError};
 
 use super::{CommandFailure, recordings_place, say_line};
 
-/// How long between two looks whether the source is still served.
+/// Interval at which the lock on the source is retried while it is still served.
 const BETWEEN_LOOKS: Duration = Duration::from_secs(1);
 
-/// What to move where to.
+/// Options of `web-admin move`.
 #[derive(Debug, Args)]
 pub struct MoveArgs {
     /// The database to move: a sqlite: URL or a path, or a postgres:// URL
     #[arg(long, value_name = "URL")]
     from: String,
-    /// The database to move it into, of the other engine; nothing may be in it
+    /// The database to move to, of the other engine; it must be empty
     #[arg(long, value_name = "URL")]
     to: String,
-    /// Data folder of the service that has kept it
+    /// Data folder of the service that has served the school so far
     #[arg(long, value_name = "DIR", default_value = "data", env = "STYLET_DATA_DIR")]
     from_data_dir: PathBuf,
-    /// Data folder of the service that will keep it [default: the same]
+    /// Data folder of the service that will serve it [default: the same]
     #[arg(long, value_name = "DIR")]
     to_data_dir: Option<PathBuf>,
-    /// Its recordings: a folder, a file:// URL, or s3://BUCKET/PREFIX with the usual AWS_ variables [default: recordings in the data folder]
+    /// Its recordings: a folder, a file:// URL, or s3://BUCKET/PREFIX with the usual AWS_ variables
+    /// [default: recordings in the data folder]
     #[arg(long, value_name = "URL")]
     from_recordings: Option<String>,
-    /// Where to move them, an empty place or what an earlier move has copied [default: recordings in the data folder to move to]
+    /// Where to move them: an empty place, or one that an earlier move has copied to [default:
+    /// recordings in the data folder to move to]
     #[arg(long, value_name = "URL")]
     to_recordings: Option<String>,
 }
@@ -47,7 +50,8 @@ impl From<MoveError> for CommandFailure {
     }
 }
 
-/// Data folder and recordings of an end; `option` is what names its recordings.
+/// Returns data folder and recordings of one end of the move; `option` is named in errors about the
+/// recordings.
 fn config_of(data_dir: &Path, recordings: Option<&str>, option: &'static str) -> Result<Config, CommandFailure> {
     let mut config = Config::in_folder(data_dir);
     if let Some(given) = recordings {
@@ -56,7 +60,7 @@ fn config_of(data_dir: &Path, recordings: Option<&str>, option: &'static str) ->
     Ok(config)
 }
 
-/// A call that was wrong is one, wherever in the work it was found.
+/// Reports a refused move as a usage error, at whichever step it was found.
 fn sort_failure(error: anyhow::Error) -> CommandFailure {
     match error.downcast::<MoveError>() {
         Ok(error) => error.into(),
@@ -94,7 +98,8 @@ pub(super) async fn run_move(args: &MoveArgs) -> Result<(), CommandFailure> {
     Ok(())
 }
 
-/// Holds the source as soon as nobody serves it any more; recordings that come until then are copied meanwhile.
+/// Locks the source as soon as it is no longer served; recordings that arrive until then are copied
+/// meanwhile.
 async fn hold_source(moving: &mut SchoolMove, source: &str, clock: &Clock) -> Result<EndLock, CommandFailure> {
     let mut is_told = false;
     loop {
@@ -123,7 +128,7 @@ fn say_recordings(moving: &SchoolMove, CopiedRecordings { named, copied, .. }: &
     }
 }
 
-/// What was carried, and what it was compared by.
+/// Prints the rows that were moved, and the hashes by which they were compared.
 fn say_rows(report: &MoveReport) {
     let MoveReport { recordings, tables, audit_rows, audit_head, forgotten_uploads, .. } = report;
     let CopiedRecordings { named, copied, .. } = recordings;

@@ -1,4 +1,4 @@
-//! `web-admin rescore`: every attempt at an exercise by the rubric that it has now.
+//! `web-admin rescore`: grades every attempt at an exercise by its current rubric.
 
 use acts::regrading::{Regrader, Rubric};
 use acts::{registry, regrading};
@@ -12,10 +12,10 @@ use store::sessions::{self, Session};
 use super::{CommandFailure, StorageArgs, say_line};
 use crate::AppState;
 
-/// What to grade again.
+/// Options of `web-admin rescore`.
 #[derive(Debug, Args)]
 pub struct RescoreArgs {
-    /// Exercise whose attempts are graded by the rubric that it has now
+    /// Exercise whose attempts are graded by its current rubric
     #[arg(value_name = "EXERCISE")]
     exercise: String,
     #[command(flatten)]
@@ -23,10 +23,11 @@ pub struct RescoreArgs {
     /// School [default: the only one there is]
     #[arg(long)]
     school: Option<String>,
-    /// Adds the new scores; without it they are only shown. Earlier scores stay in any case, and overrides go on counting
+    /// Adds the new scores; without it they are only shown. Earlier scores are kept, and overrides
+    /// remain in force
     #[arg(long, requires = "reason")]
     apply: bool,
-    /// Why, with --apply; it stands in the history of every grade that changes
+    /// Reason, required with --apply; it is shown in the history of every changed grade
     #[arg(long, requires = "apply")]
     reason: Option<String>,
 }
@@ -61,7 +62,8 @@ fn grading_progress_bar(attempts: usize) -> ProgressBar {
     ProgressBar::new(attempts as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// Judges one attempt, tells what changes and, with a reason, grades it again. True where the rubric is another than the last one.
+/// Scores one attempt, prints the change and, with a reason, stores the new score. Returns whether
+/// the rubric differs from that of the newest score.
 async fn regrade_attempt(
     state: &AppState,
     attempt: &Session,

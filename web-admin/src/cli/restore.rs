@@ -1,4 +1,4 @@
-//! `web-admin restore`: a backup into an empty place, all of it or nothing.
+//! `web-admin restore`: restores a backup into an empty place, all or nothing.
 
 use std::path::{Path, PathBuf};
 
@@ -11,17 +11,19 @@ use clap::Args;
 
 use super::{CommandFailure, StorageArgs, say_line};
 
-/// What to restore where.
+/// Options of `web-admin restore`.
 #[derive(Debug, Args)]
 pub struct RestoreArgs {
-    /// A file that `web-admin backup` made
+    /// A file written by `web-admin backup`
     #[arg(value_name = "FILE")]
     from: PathBuf,
-    /// A list of erasures kept elsewhere, as erasures.jsonl of the old data folder: who was erased since the backup was made is
-    /// erased again. The backup's own list and one that is in the data folder count anyway
+    /// A list of erasures kept elsewhere, such as erasures.jsonl of the old data folder: people
+    /// erased since the backup was made are erased again. The list in the backup and the one in the
+    /// data folder are always applied
     #[arg(long, value_name = "FILE")]
     erasures: Option<PathBuf>,
-    /// File with the passphrase that `backup --passphrase-file` had: the keys that are in the backup are restored, too
+    /// File with the passphrase of `backup --passphrase-file`: the keys in the backup are restored,
+    /// too
     #[arg(long, value_name = "FILE")]
     passphrase_file: Option<PathBuf>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! `web-admin retain`: whom a school keeps no longer.
+//! `web-admin retain`: applies the retention rules of schools.
 
 use acts::retention;
 use acts::retention::RetentionStep;
@@ -9,12 +9,12 @@ use store::schools;
 
 use super::{CommandFailure, StorageArgs, say_line};
 
-/// Whom to look at, and whether to act.
+/// Options of `web-admin retain`.
 #[derive(Debug, Args)]
 pub struct RetainArgs {
     #[command(flatten)]
     storage: StorageArgs,
-    /// Only say who would be warned and erased, and why; nothing is changed
+    /// Only print the people who would be warned or erased, and why; nothing is changed
     #[arg(long)]
     dry_run: bool,
     /// School [default: all of them]
@@ -56,7 +56,7 @@ fn say_retention_rule(school: &str, settings: Settings) -> String {
     }
 }
 
-/// Who, what, and why.
+/// Formats a planned step: the action, the person and the reason.
 fn line_of_planned(planned: &RetentionStep) -> String {
     let RetentionStep { idle, step } = planned;
     let what = match step {

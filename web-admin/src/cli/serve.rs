@@ -1,4 +1,4 @@
-//! `web-admin serve`.
+//! `web-admin serve`: serves pages and the API, and runs the background work.
 
 use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
@@ -15,7 +15,7 @@ use super::{CommandFailure, say_line};
 use crate::serving::{self, ConnectionLimits};
 use crate::{AppState, routes};
 
-/// How to serve.
+/// Options of `web-admin serve`.
 #[derive(Debug, Args)]
 pub struct ServeArgs {
     /// Address and port to listen on
@@ -23,48 +23,48 @@ pub struct ServeArgs {
     listen: SocketAddr,
     #[command(flatten)]
     work: WorkArgs,
-    /// A proxy in front speaks TLS and sets X-Forwarded-For: cookies become Secure
+    /// Behind a proxy that terminates TLS and sets X-Forwarded-For: cookies become Secure
     #[arg(long, env = "STYLET_BEHIND_TLS")]
     behind_tls: bool,
-    /// Origin whose pages may upload with a token from a browser, as https://lab.example.org; may be given several times, or
-    /// several with commas [default: none]
+    /// Origin whose pages may upload with a token from a browser, such as https://lab.example.org;
+    /// may be repeated or separated by commas [default: none]
     #[arg(long, value_name = "ORIGIN", value_delimiter = ',', env = "STYLET_ALLOW_ORIGIN")]
     allow_origin: Vec<String>,
-    /// Bearer token that /metrics asks for; without one, /metrics is not there behind TLS
+    /// Bearer token that /metrics requires; without one, /metrics is not available behind TLS
     #[arg(long, value_name = "TOKEN", env = "STYLET_METRICS_TOKEN", hide_env_values = true)]
     metrics_token: Option<String>,
-    /// Largest upload, in MB
+    /// Maximum size of an upload, in MB
     #[arg(long, value_name = "MB", default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     max_upload_mb: u64,
-    /// Free room on the disk of the recordings, in MB, below which no upload is taken
+    /// Minimum free space on the disk of the recordings, in MB, below which uploads are refused
     #[arg(long, value_name = "MB", default_value_t = 1000)]
     reserve_mb: u64,
-    /// Free room on the disk of the data folder, in MB, that nothing but the database may take
+    /// Free space on the disk of the data folder, in MB, that is reserved for the database
     #[arg(long, value_name = "MB", default_value_t = 200)]
     database_reserve_mb: u64,
-    /// Uploads in pieces that a person or a station may have begun and not ended
+    /// Maximum number of unfinished uploads in pieces of a person or a station
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u64).range(1..))]
     owner_uploads: u64,
-    /// What those may come to when they are whole, in MB
+    /// Maximum total size of those uploads once complete, in MB
     #[arg(long, value_name = "MB", default_value_t = 4000, value_parser = clap::value_parser!(u64).range(1..))]
     owner_mb: u64,
-    /// As --owner-uploads, for all of a school together
+    /// As --owner-uploads, for a whole school
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..))]
     school_uploads: u64,
-    /// As --owner-mb, for all of a school together
+    /// As --owner-mb, for a whole school
     #[arg(long, value_name = "MB", default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
     school_mb: u64,
-    /// Attempts of a trainee that are taken within 24 hours
+    /// Maximum number of attempts of a trainee accepted within 24 hours
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..))]
     person_attempts: u64,
-    /// What all recordings of a trainee may come to, in MB
+    /// Maximum total size of a trainee's recordings, in MB
     #[arg(long, value_name = "MB", default_value_t = 20_000, value_parser = clap::value_parser!(u64).range(1..))]
     person_mb: u64,
-    /// Longest that looking what a draft of an exercise comes to may take, in s
+    /// Maximum time to preview a draft of an exercise, in s
     #[arg(long, value_name = "S", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=20))]
     preview_s: u64,
-    /// How long, in s, /readyz says that the service is about to stop, before it does: so that a proxy in front of several sends
-    /// nobody there any more
+    /// Time, in s, for which /readyz reports that the service is about to stop before it stops, so
+    /// that a load balancer sends no more requests to it
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=3600))]
     leave_s: u64,
 }
@@ -89,7 +89,7 @@ pub(super) async fn run_serve(args: &ServeArgs) -> Result<(), CommandFailure> {
     shift.end().await
 }
 
-/// An empty service tells how to get in.
+/// Explains how to add the first person while there are no accounts.
 async fn print_greeting(state: &AppState) -> Result<(), CommandFailure> {
     if people::count_people(state.db.reader()).await? == 0 {
         say_line(format_args!(
@@ -105,7 +105,8 @@ async fn serve_until_signal(shift: &Shift, leaving: Duration) -> anyhow::Result<
     let state = &shift.state;
     let listen = state.config.listen;
     let listener = TcpListener::bind(listen).await.with_context(|| format!("cannot listen on {listen}"))?;
-    // Before anybody is told that we are up: whoever then stops us must find the handler in place.
+    // Before the line that reports the service as up: a signal sent in reaction to it must find the
+    // handler installed.
     let signals = Signals::listen()?;
     say_line(format_args!("Listening on http://{}", listener.local_addr()?));
     let background = shift.work();
@@ -117,10 +118,11 @@ async fn serve_until_signal(shift: &Shift, leaving: Duration) -> anyhow::Result<
     Ok(())
 }
 
-/// Waits for a signal, says that this service is about to stop, and waits for a while or for another.
+/// Waits for a signal, reports the service as not ready, then waits for `leaving` or a second
+/// signal.
 async fn leave(state: &AppState, mut signals: Signals, leaving: Duration) {
     signals.wait().await;
     state.leaving.store(true, Ordering::Relaxed);
-    // Either is what was waited for.
+    // Both outcomes end the wait.
     let _second = tokio::time::timeout(leaving, signals.wait()).await;
 }

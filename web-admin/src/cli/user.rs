@@ -1,4 +1,4 @@
-//! `web-admin user`: adding people and giving them access.
+//! `web-admin user`: adds people and manages their access.
 
 use acts::registry::{AddedAccount, RegisteredPerson};
 use acts::tokens::{LONGEST_DAYS, TokenRequest};
@@ -18,86 +18,89 @@ use crate::AppState;
 /// `web-admin user …`
 #[derive(Debug, Subcommand)]
 pub enum UserCommand {
-    /// Adds a person with a password for their first sign-in, good for three days; prints it where none is given
+    /// Adds a person with a password for their first sign-in, valid for three days; generates and
+    /// prints a password unless one is given
     Add(AddArgs),
-    /// Sets a password for one sign-in, good for three days, which ends every earlier one; prints it where none is given
+    /// Sets a password for one sign-in, valid for three days, and ends all sessions; generates and
+    /// prints a password unless one is given
     ResetPassword(ResetArgs),
-    /// Keeps a person from signing in and revokes their tokens; their attempts stay
+    /// Disables a person's account and revokes their tokens; their attempts are kept
     Disable(WhoArgs),
-    /// Takes a person's second factor away who has lost it: their password alone signs them in, and a mail tells them
+    /// Removes the second factor of a person who has lost it: their password alone signs them in,
+    /// and a mail notifies them
     ResetSecondFactor(WhoArgs),
-    /// Makes a token for the API and prints it alone, this once
+    /// Creates a token for the API and prints only the token; it cannot be shown again
     Token(TokenArgs),
 }
 
-/// A new person.
+/// Options of `web-admin user add`.
 #[derive(Debug, Args)]
 pub struct AddArgs {
     #[command(flatten)]
     who: WhoArgs,
-    /// Name shown to people
+    /// Display name
     #[arg(long)]
     name: String,
-    /// What they may do
+    /// Role
     #[arg(long, value_enum, default_value = "trainee")]
     role: Role,
-    /// School, made where it is missing [default: the only one there is]
+    /// School, created if it is missing [default: the only one there is]
     #[arg(long)]
     school: Option<String>,
-    /// Cohort to teach or to learn in, made where it is missing
+    /// Cohort to teach or to learn in, created if it is missing
     #[arg(long)]
     cohort: Option<String>,
-    /// Password; `-` reads it from standard input, which keeps it out of the list of processes
+    /// Password; `-` reads it from standard input, which keeps it out of the process list
     #[arg(long)]
     password: Option<String>,
-    /// Make a token for the API too
+    /// Also create a token for the API
     #[arg(long)]
     token: bool,
 }
 
-/// A new password.
+/// Options of `web-admin user reset-password`.
 #[derive(Debug, Args)]
 pub struct ResetArgs {
     #[command(flatten)]
     who: WhoArgs,
-    /// Password; `-` reads it from standard input, which keeps it out of the list of processes
+    /// Password; `-` reads it from standard input, which keeps it out of the process list
     #[arg(long)]
     password: Option<String>,
 }
 
-/// Who is meant.
+/// The account to act on.
 #[derive(Debug, Args)]
 pub struct WhoArgs {
     #[command(flatten)]
     storage: StorageArgs,
-    /// Address they sign in with
+    /// Email address of the account
     #[arg(long)]
     email: String,
 }
 
-/// A new token.
+/// Options of `web-admin user token`.
 #[derive(Debug, Args)]
 pub struct TokenArgs {
     #[command(flatten)]
     storage: StorageArgs,
-    /// Whose, or
+    /// Email address of the token's owner; required unless --station is given
     #[arg(long, required_unless_present = "station")]
     email: Option<String>,
-    /// the name of a station, which uploads for whoever its recordings name by pseudonym
+    /// Name of a station, whose token uploads for the trainees named by pseudonym in its recordings
     #[arg(long, conflicts_with = "email")]
     station: Option<String>,
     /// The station's school [default: the only one there is]
     #[arg(long)]
     school: Option<String>,
-    /// What a person's token is called
+    /// Name of a person's token
     #[arg(long, default_value = COMMAND_LINE, conflicts_with = "station")]
     name: String,
-    /// Days that a person's token is good for; a station's is good until it is revoked
+    /// Days for which a person's token is valid; a station's token is valid until it is revoked
     #[arg(long, default_value_t = LONGEST_DAYS, value_parser = clap::value_parser!(i64).range(1..=LONGEST_DAYS), conflicts_with = "station")]
     days: i64,
 }
 
-/// What a token is called that nobody has named.
+/// Default name of a token.
 const COMMAND_LINE: &str = "command line";
 
 pub(super) async fn run_user(command: &UserCommand) -> Result<(), CommandFailure> {
@@ -149,7 +152,7 @@ async fn reset_person_password(args: &ResetArgs) -> Result<(), CommandFailure> {
     Ok(())
 }
 
-/// What whoever sets a password for somebody else is told of it.
+/// Explains to the administrator how long a first password is valid.
 fn good_until(until: Moment) -> String {
     format!("signing in with it once, until {until}, asks them to choose their own")
 }
@@ -187,7 +190,7 @@ async fn make_person_token(args: &TokenArgs) -> Result<(), CommandFailure> {
             registry::give_station_token(&state, args.school.as_deref(), station.as_deref()).await?
         }
     };
-    // Nothing else: `> token` makes a file that `stylet upload --token-file` reads.
+    // Nothing else is printed: `> token` creates a file for `stylet upload --token-file`.
     say_line(token);
     Ok(())
 }
@@ -197,7 +200,8 @@ async fn find_account(state: &AppState, email: &str) -> Result<Person, CommandFa
     found.ok_or_else(|| CommandFailure::Usage(format!("--email: \"{email}\"; nobody has this address")))
 }
 
-/// The password to set, and a line that tells it where it was made here. `own` is who it is for.
+/// Returns the password to set, and a line to print it if it was generated. `own` are details of
+/// the account, which must not serve as a password.
 fn read_password(given: Option<&str>, own: &[&str]) -> Result<(String, Option<String>), CommandFailure> {
     let password = match given {
         None => {

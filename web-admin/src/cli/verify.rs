@@ -1,4 +1,4 @@
-//! `web-admin verify`: is everything still what was written?
+//! `web-admin verify`: checks that all stored data are intact.
 
 use std::path::{Path, PathBuf};
 
@@ -14,23 +14,25 @@ use store::{Database, DumpRefused, DumpedDatabase};
 
 use super::{CommandFailure, StorageArgs, say_line};
 
-/// What to verify.
+/// Options of `web-admin verify`.
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
     #[command(flatten)]
     storage: StorageArgs,
-    /// A dump that pg_dump has made of the database: it is put into a database of its own on the same server, checked in place of the
-    /// one that is served, with the recordings that it names, and removed again
+    /// A dump of the database made by pg_dump: it is restored into a temporary database on the same
+    /// server and checked in place of the served one, with the recordings that it names
     #[arg(long, value_name = "FILE")]
     dump: Option<PathBuf>,
-    /// Hash by which the audit log once ended, as a backup or this command has told it: one that was cut since is found
+    /// Last hash of the audit log as printed by an earlier backup or verification; finds a log that
+    /// was truncated since
     #[arg(long, value_name = "HASH", value_parser = parse_audit_head)]
     expect_head: Option<String>,
-    /// A signed statement of how the audit log ended, from statements/ in the data folder or the bucket, or a letter of `serve --anchor-mail`; may be given
-    /// several times
+    /// A signed checkpoint of the audit log, from statements/ in the data folder or the bucket, or
+    /// from a mail of `serve --anchor-mail`; may be repeated
     #[arg(long, value_name = "FILE")]
     statement: Vec<PathBuf>,
-    /// The key that has signed it, as the school has published it [default: this service's own]
+    /// The public key of the checkpoint's signature, as published by the school [default: this
+    /// service's own]
     #[arg(long, value_name = "HEX", requires = "statement", value_parser = parse_audit_head)]
     statement_key: Option<String>,
 }
@@ -68,7 +70,8 @@ async fn verify_database(args: &VerifyArgs, config: &Config) -> Result<Verificat
     Ok(report)
 }
 
-/// Verifies what a dump holds. Whoever was erased since is in it, and is erased again by whoever serves it.
+/// Verifies a dump. People erased since it was made are still in it, which is no finding: the
+/// service erases them again when it serves the dump.
 async fn verify_dump(args: &VerifyArgs, config: &Config, file: &Path) -> Result<VerificationReport, CommandFailure> {
     let refused = |error: DumpRefused| CommandFailure::Usage(format!("--dump: {error}"));
     let dumped = DumpedDatabase::restore(file, &config.database).await.map_err(refused)?;
@@ -87,7 +90,7 @@ async fn look_at_dump(args: &VerifyArgs, config: &Config, db: &Database) -> Resu
     Ok(report)
 }
 
-/// What is wrong with the log by what was told of its end before.
+/// Compares the audit log with hashes and checkpoints recorded earlier, and returns the findings.
 async fn compare_with_told(args: &VerifyArgs, config: &Config, db: &Database) -> Result<Vec<String>, CommandFailure> {
     let mut findings = Vec::new();
     if let Some(head) = &args.expect_head {
@@ -99,7 +102,7 @@ async fn compare_with_told(args: &VerifyArgs, config: &Config, db: &Database) ->
     Ok(findings)
 }
 
-/// What is wrong with the log by a statement, or with the statement.
+/// Compares the audit log with a checkpoint; a checkpoint that is not genuine is a finding, too.
 async fn compare_with_statement(
     db: &Database,
     config: &Config,

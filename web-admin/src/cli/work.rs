@@ -1,4 +1,5 @@
-//! `web-admin work`: everything that a service does but pages and the API; and what both have in common.
+//! `web-admin work`: runs the background work of a service, without pages and the API; also the
+//! startup code shared with `web-admin serve`.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -37,63 +38,67 @@ use super::{CommandFailure, StorageArgs, say_line};
 use crate::telemetry::Telemetry;
 use crate::{AppState, outbox, worker};
 
-/// How often what has expired is thrown away.
+/// Interval at which expired data are deleted.
 const TIDY_EVERY: Duration = Duration::from_secs(600);
-/// How often it is looked whether the database still knows that this service is at work on it.
+/// Interval at which the lock on the database is checked, and taken again if the server has lost
+/// it.
 const HOLD_EVERY: Duration = Duration::from_secs(5);
 
-/// How long the end waits for a letter that is on its way.
+/// Time for which a shutdown waits for a mail that is being sent.
 const LONGEST_LETTER: Duration = Duration::from_secs(5);
 
-/// How to work.
+/// Options shared by `web-admin work` and `web-admin serve`.
 #[derive(Debug, Args)]
 pub struct WorkArgs {
     #[command(flatten)]
     storage: StorageArgs,
-    /// Where people find this service: links in mails and to viewers begin with it [default: http:// and the address listened
-    /// on; to viewers, the address that the visitor came by]
+    /// Public URL of this service, the base of links in mails and to viewers [default: http:// and
+    /// the listen address; for viewers, the address in the visitor's request]
     #[arg(long, value_name = "URL", env = "STYLET_PUBLIC_URL")]
     public_url: Option<String>,
-    /// Mail: a smtp: or smtps: URL with user and password, or a folder for .eml files [default: mail in the data folder]
+    /// Mail: a smtp: or smtps: URL with user and password, or a folder for .eml files [default:
+    /// mail in the data folder]
     #[arg(long, value_name = "URL", env = "STYLET_MAIL", hide_env_values = true)]
     mail: Option<String>,
-    /// Whom mail is from
+    /// Sender address of mails
     #[arg(long, value_name = "ADDRESS", default_value = "Stylet <stylet@localhost>", env = "STYLET_MAIL_FROM")]
     mail_from: String,
-    /// Who is mailed once a day by which hash the audit log ends, to keep it elsewhere [default: nobody; it is in statements/
-    /// of the data folder or the bucket anyway]
+    /// Recipient of a daily mail with the last hash of the audit log, to be kept elsewhere
+    /// [default: none; the hash is also stored in statements/ of the data folder or the bucket]
     #[arg(long, value_name = "ADDRESS", env = "STYLET_ANCHOR_MAIL")]
     anchor_mail: Option<String>,
-    /// How an entry of the log on standard error is written
+    /// Format of the log on standard error
     #[arg(long, value_enum, default_value = "text", env = "STYLET_LOG_FORMAT")]
     log_format: LogFormat,
-    /// Socket of ClamAV's clamd, as /run/clamav/clamd.ctl: it scans recordings before anything else reads them, and what it finds
-    /// something in is refused and kept nowhere [default: nothing is scanned]
+    /// Socket of ClamAV's clamd, such as /run/clamav/clamd.ctl: it scans recordings before they are
+    /// read; infected recordings are refused and not stored [default: no scan]
     #[arg(long, value_name = "PATH", env = "STYLET_CLAMD")]
     clamd: Option<PathBuf>,
-    /// Longest that scanning a recording may take, in s
+    /// Maximum time to scan a recording, in s
     #[arg(long, value_name = "S", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=3000))]
     scan_s: u64,
-    /// Recordings that are judged at once, 0 to leave that to other services; of several, one is kept free for a second school
-    /// [default: one less than there are cores, 2 to 4]
+    /// Recordings that are scored in parallel, 0 to leave scoring to other services; if there are
+    /// several, one slot is reserved for a second school [default: one less than there are cores, 2
+    /// to 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(0..=64))]
     judges: Option<u16>,
-    /// Most memory, in MB, of each process that judges a recording
+    /// Maximum memory of each scoring process, in MB
     #[arg(long, value_name = "MB", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     judge_mb: u64,
-    /// Longest that judging a recording may take, in s
+    /// Maximum time to score a recording, in s
     #[arg(long, value_name = "S", default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=86_400))]
     judge_s: u64,
-    /// Longest that the start waits until the database is looked through, in s; what takes longer goes on while the service serves
+    /// Maximum time that the start waits for the check of the database, in s; a longer check
+    /// continues while the service runs
     #[arg(long, value_name = "S", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=86_400))]
     check_s: u64,
 }
 
 impl WorkArgs {
-    /// The configuration they ask for.
+    /// Returns the configuration for these options.
     ///
     /// # Errors
-    /// When one of them is of a kind that is not supported.
+    /// When the value of an option is not supported.
     pub(super) fn config(&self) -> Result<Config, CommandFailure> {
         let mut config = self.storage.config()?;
         let time = Duration::from_secs(self.scan_s);
@@ -111,7 +116,7 @@ impl WorkArgs {
     }
 }
 
-/// Works until a signal.
+/// Runs the background work until a signal.
 pub(super) async fn run_work(args: &WorkArgs) -> Result<(), CommandFailure> {
     let shift = Shift::begin(args, args.config()?, "web-admin work").await?;
     let mut signals = Signals::listen()?;
@@ -123,7 +128,8 @@ pub(super) async fn run_work(args: &WorkArgs) -> Result<(), CommandFailure> {
     shift.end().await
 }
 
-/// A core stays for pages, and one judge for whoever comes behind a costly recording.
+/// Leaves one core for pages, and at least one scoring slot for recordings that wait behind an
+/// expensive one.
 fn default_judges() -> usize {
     let cores = thread::available_parallelism().map_or(1, Into::into);
     cores.saturating_sub(1).clamp(2, 4)
@@ -131,14 +137,15 @@ fn default_judges() -> usize {
 
 /// A service from its start to its end.
 pub(super) struct Shift {
-    /// What it works with.
+    /// State shared by all tasks.
     pub(super) state: AppState,
     telemetry: Option<Telemetry>,
     lock: Arc<Mutex<DataLock>>,
 }
 
 impl Shift {
-    /// Takes the data, and does what comes before anything else; `purpose` tells others what for.
+    /// Takes the lock on the data and runs the startup steps; `purpose` is shown to other processes
+    /// that find the data locked.
     pub(super) async fn begin(args: &WorkArgs, config: Config, purpose: &str) -> Result<Self, CommandFailure> {
         let telemetry = Telemetry::of_environment()?;
         start_log(args.log_format, telemetry.as_ref());
@@ -163,7 +170,7 @@ impl Shift {
         Ok(Self { state, telemetry, lock: Arc::new(Mutex::new(lock)) })
     }
 
-    /// Does what is done beside requests.
+    /// Starts the background tasks.
     pub(super) fn work(&self) -> BackgroundTasks {
         let state = &self.state;
         let mut tasks = vec![
@@ -183,7 +190,7 @@ impl Shift {
         BackgroundTasks(tasks)
     }
 
-    /// Lets go of everything in hand.
+    /// Releases all leases, closes the database, and sends the remaining telemetry.
     pub(super) async fn end(self) -> Result<(), CommandFailure> {
         replicas::leave(&self.state).await.map_err(anyhow::Error::from)?;
         self.state.db.close().await;
@@ -194,34 +201,36 @@ impl Shift {
     }
 }
 
-/// Has a bucket hold what the data folder still has of the time before it.
+/// Copies erasures and checkpoints from the data folder to the bucket, if they were written before
+/// the bucket was configured.
 async fn carry_over(state: &AppState) -> anyhow::Result<()> {
     let (config, recordings) = (&state.config, &state.recordings);
     ErasureStore::of(config, recordings).carry_over(config).await?;
     StatementStore::of(config, recordings).carry_over(config).await
 }
 
-/// What is done beside requests.
+/// The running background tasks.
 pub(super) struct BackgroundTasks(Vec<JoinHandle<()>>);
 
 impl BackgroundTasks {
-    /// Cuts them off: what is not stored yet is done again. A letter on its way is given the time to go.
+    /// Aborts the tasks: work that is not stored yet is repeated later. A mail that is being sent
+    /// is given time to finish.
     pub(super) async fn stop(self, state: &AppState) {
         let _none_in_hand = tokio::time::timeout(LONGEST_LETTER, state.letter_in_hand.lock()).await;
         self.0.iter().for_each(JoinHandle::abort);
     }
 }
 
-/// How an entry of the log is written.
+/// Format of a log entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum LogFormat {
-    /// A line for people.
+    /// A line of text.
     Text,
-    /// A JSON object on a line, its fields by name, for whatever collects logs.
+    /// A JSON object per line with named fields, for log collectors.
     Json,
 }
 
-/// Logs go to standard error; `RUST_LOG` says how much. Spans go where they are collected, if they are.
+/// Logs to standard error, filtered by `RUST_LOG`, and exports spans if a collector is configured.
 fn start_log(format: LogFormat, telemetry: Option<&Telemetry>) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
     let filter = filter.and(filter_fn(|metadata| metadata.target() != SPANS));
@@ -233,7 +242,7 @@ fn start_log(format: LogFormat, telemetry: Option<&Telemetry>) {
     tracing_subscriber::registry().with(log.with_filter(filter)).with(telemetry.map(Telemetry::layer)).init();
 }
 
-/// What asks the service to stop.
+/// The signals that stop the service.
 pub(super) struct Signals {
     interrupt: Signal,
     terminate: Signal,
@@ -253,8 +262,8 @@ impl Signals {
     }
 }
 
-/// Joins those that serve the database once more whenever it has forgotten them. Where a process has taken it for itself meanwhile, this one
-/// leaves it as on SIGTERM.
+/// Takes the shared lock on the database again whenever the server has lost it. If another process
+/// holds the database exclusively by then, this service stops as on SIGTERM.
 async fn hold_on(lock: Arc<Mutex<DataLock>>) {
     loop {
         tokio::time::sleep(HOLD_EVERY).await;
@@ -272,7 +281,7 @@ async fn hold_on(lock: Arc<Mutex<DataLock>>) {
     }
 }
 
-/// Throws away what has expired, now and then.
+/// Deletes expired data periodically.
 async fn tidy_up(state: AppState) {
     let sessions = WebSessions::new(state.db.clone(), state.clock.clone());
     loop {

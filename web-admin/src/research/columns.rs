@@ -1,9 +1,10 @@
-//! The tables of a research export: every column once, for the file and for the codebook.
+//! The tables of a research export. Each column is declared once, for the file and for the
+//! codebook.
 
 use recording::tables::{Column, ColumnKind};
 use serde_json::{Value, json};
 
-/// A column, and what it tells.
+/// A column and its description.
 pub struct ResearchColumn {
     name: &'static str,
     kind: ColumnKind,
@@ -56,11 +57,11 @@ pub const METRICS: [ResearchColumn; 6] = [
     optional("absent", ColumnKind::Text, "why there is no value"),
 ];
 
-/// What stands before the columns of a recording's samples.
+/// The column that precedes the columns of a recording's samples.
 pub const SESSION: ResearchColumn = column("session", ColumnKind::Text, "id of the attempt");
 
 impl ResearchColumn {
-    /// The column of the file.
+    /// Returns the column as declared in the file.
     #[must_use]
     pub fn of_file(&self) -> Column {
         Column { name: self.name.to_owned(), kind: self.kind, optional: self.optional }
@@ -76,13 +77,13 @@ impl ResearchColumn {
     }
 }
 
-/// Columns of a file, in order.
+/// Returns the columns of a file, in order.
 #[must_use]
 pub fn columns_of_file(columns: &[ResearchColumn]) -> Vec<Column> {
     columns.iter().map(ResearchColumn::of_file).collect()
 }
 
-/// The codebook's part on a table.
+/// Returns the codebook's section on a table.
 #[must_use]
 pub fn describe_columns(columns: &[ResearchColumn]) -> Value {
     columns.iter().map(ResearchColumn::describe).collect()

@@ -1,4 +1,5 @@
-//! A school's attempts as Parquet tables for research: under pseudonyms, in bounded memory, with a codebook beside them.
+//! Exports a school's attempts as Parquet tables for research: under pseudonyms, in bounded memory,
+//! with a codebook.
 
 mod columns;
 
@@ -20,27 +21,27 @@ use store::scores;
 
 use crate::AppState;
 
-/// Attempts that are read at once.
+/// Attempts read per query.
 const AT_ONCE: u32 = 200;
 
-/// What is asked for.
+/// The request for an export.
 #[derive(Clone, Debug)]
 pub struct ResearchOrder {
-    /// Where the tables go: a folder that is there and has none of them.
+    /// Folder for the tables; it exists and contains none of them.
     pub folder: PathBuf,
-    /// With every sample of every recording.
+    /// Whether to write every sample of every recording.
     pub samples: bool,
 }
 
 impl ResearchOrder {
-    /// The files that are written.
+    /// Returns the files that the export writes.
     #[must_use]
     pub fn files(&self) -> Vec<PathBuf> {
         let tables = ["attempts", "metrics"].into_iter().chain(self.samples.then_some("samples"));
         tables.map(|table| self.file(table)).chain([self.folder.join("codebook.json")]).collect()
     }
 
-    /// The file of a table.
+    /// Returns the file of a table.
     fn file(&self, table: &str) -> PathBuf {
         self.folder.join(table).with_extension("parquet")
     }
@@ -109,7 +110,7 @@ fn cells_of_attempt(attempt: &ResearchAttempt) -> Vec<Cell> {
     ]
 }
 
-/// Writes the metrics of some attempts, metric by metric, and gives their number.
+/// Writes the metrics of some attempts, metric by metric, and returns the number of rows.
 async fn write_metrics(
     state: &AppState,
     school: SchoolId,
@@ -135,7 +136,8 @@ async fn write_metrics(
     Ok(written)
 }
 
-/// Writes the samples of some attempts, one recording after the other. One that is gone or damaged is counted.
+/// Writes the samples of some attempts, one recording after the other. A missing or damaged
+/// recording is counted as unread.
 async fn write_samples(
     state: &AppState,
     attempts: &[ResearchAttempt],
@@ -160,7 +162,7 @@ async fn write_samples(
     Ok(())
 }
 
-/// Opens a recording, which is read on where its file goes meanwhile.
+/// Opens a recording; it stays readable even if its file is deleted meanwhile.
 fn open_recording(recording: &LocalRecording) -> anyhow::Result<BufReader<File>> {
     Ok(BufReader::new(File::open(recording.path())?))
 }
@@ -168,11 +170,11 @@ fn open_recording(recording: &LocalRecording) -> anyhow::Result<BufReader<File>>
 /// The samples of every recording in one table, each with its attempt.
 struct SamplesTable {
     path: PathBuf,
-    /// From the first recording on, which says what columns there are.
+    /// Created at the first recording, which determines the columns.
     open: Option<ParquetTable>,
     session: String,
     rows: u64,
-    /// What the disk has said, apart from what is wrong with a recording.
+    /// An error in writing the table, kept apart from errors in reading a recording.
     refused: Option<io::Error>,
 }
 
@@ -185,7 +187,7 @@ impl SamplesTable {
         let path = self.path.display().to_string();
         match self.open {
             Some(table) => table.finish().context(path),
-            // A school without attempts has a table without samples.
+            // A school without recordings gets a table without samples.
             None => create_table(&self.path, &[SESSION.of_file()])?.finish().context(path),
         }
     }

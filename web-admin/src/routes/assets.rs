@@ -1,4 +1,4 @@
-//! The style sheet and pictures.
+//! The style sheets, scripts and pictures.
 
 use acts::error::Error;
 use axum::extract::{Path, RawQuery};
@@ -8,11 +8,12 @@ use axum::response::{IntoResponse, Response};
 use pages::assets;
 use routes_base::error::PageError;
 
-/// Under the address that holds its hash an asset never changes; under any other it is asked for again.
+/// An asset whose address contains its hash never changes; under any other address it is
+/// revalidated.
 const FOREVER: &str = "public, max-age=31536000, immutable";
 const ASK_AGAIN: &str = "public, no-cache";
 
-/// An asset, or 304 where the browser has it.
+/// Returns an asset, or 304 if the browser has the current one.
 pub(super) async fn serve_asset(
     Path(name): Path<String>,
     RawQuery(query): RawQuery,

@@ -1,5 +1,5 @@
-//! A form that was taken leads to a page, and that page says that it was. A cookie carries which form it was, from the answer to the next
-//! page and no further; it holds a number and nothing that anybody typed.
+//! Flash messages: the page after a submitted form confirms it. A cookie carries the form's number
+//! from the redirect to the next page and no further; it contains no user input.
 
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::header::{CONTENT_TYPE, COOKIE, SET_COOKIE};
@@ -12,10 +12,10 @@ use tower_sessions::cookie::{Cookie, SameSite};
 
 const NAME: &str = "stylet_done";
 
-/// How long the next page may take to be asked for, in s.
+/// Lifetime of the cookie, in s.
 const KEPT_S: i64 = 60;
 
-/// Remembers a form that was taken, and says so on the next page.
+/// Sets the flash cookie when a form was accepted, and shows the message on the next page.
 pub async fn say_deeds(State(state): State<AppState>, request: Request, next: Next) -> Response {
     let asked = request.extensions().get::<MatchedPath>().filter(|_| request.method() == Method::POST);
     let asked = asked.and_then(|path| Deed::of_route(path.as_str()));

@@ -1,4 +1,4 @@
-//! For whoever keeps the service running: is it up, is it ready, how much is there to do.
+//! Endpoints for operators: liveness, readiness and metrics.
 
 use std::sync::atomic::Ordering;
 
@@ -19,7 +19,7 @@ use store::service::{self, Totals};
 use tracing::field::Empty;
 use tracing::{Instrument, Span};
 
-/// `/healthz`, `/readyz` and `/metrics`.
+/// Returns the routes `/healthz`, `/readyz` and `/metrics`.
 #[must_use]
 pub fn health_routes() -> Routes {
     Routes::new()
@@ -28,7 +28,7 @@ pub fn health_routes() -> Routes {
         .route("/metrics", get(show_metrics))
 }
 
-/// Counts an answer by its status and its time, under a span of its own.
+/// Counts a response by its status and duration, within a span of its own.
 pub async fn count_requests(State(state): State<AppState>, request: Request, next: Next) -> Response {
     let begun = state.clock.now();
     let span = begin_span(&request);
@@ -42,7 +42,7 @@ pub async fn count_requests(State(state): State<AppState>, request: Request, nex
     response
 }
 
-/// Names the route's pattern, so that nothing tells whom or what the request is about.
+/// Starts a span named after the route's pattern, so that it contains no identifiers.
 fn begin_span(request: &Request) -> Span {
     let route = request.extensions().get::<MatchedPath>().map_or("", MatchedPath::as_str);
     let method = request.method().as_str();
@@ -81,7 +81,8 @@ fn say_progress(inspection: &InspectionState) -> String {
     )
 }
 
-/// Figures for whoever keeps the service running: by the token that was set for them; where none was, not to the world.
+/// Returns the metrics for operators, if the configured token matches. Without a configured token,
+/// they are public unless the service runs behind TLS.
 async fn show_metrics(State(state): State<AppState>, headers: HeaderMap) -> Result<Response, ApiError> {
     match &state.config.metrics_token {
         Some(token) if !bearer_token(&headers).is_some_and(|given| secret::same(given, token)) => {
@@ -94,7 +95,7 @@ async fn show_metrics(State(state): State<AppState>, headers: HeaderMap) -> Resu
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4")], text).into_response())
 }
 
-/// Every figure of the service.
+/// Returns every metric of the service.
 pub(crate) async fn list_families(state: &AppState) -> Result<Vec<MetricFamily>, Error> {
     let totals = service::count_totals(state.db.reader()).await?;
     let waited_us = totals.due_at.map_or(0, |due| state.clock.now().micros().saturating_sub(due.micros()).max(0));

@@ -1,4 +1,4 @@
-//! Every address the service answers, and the layers around them.
+//! Every route of the service, and the layers around them.
 
 use std::time::Duration;
 
@@ -27,36 +27,37 @@ mod deeds;
 pub mod health;
 mod well_known;
 
-/// Nothing from elsewhere runs or is shown, nobody frames us, forms only come back here.
+/// Blocks content of other origins, framing, and forms that submit elsewhere.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self' data:; \
      connect-src 'self'; font-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'";
 
-/// What no page of ours asks a browser for.
+/// Browser features that no page uses.
 const PERMISSIONS_POLICY: &str = "accelerometer=(), camera=(), display-capture=(), geolocation=(), gyroscope=(), magnetometer=(), \
      microphone=(), midi=(), payment=(), serial=(), usb=()";
 
-/// Longest that a page or a form may take, a form that trickles in among them.
+/// Maximum duration of a request for a page, including a slow form submission.
 const PAGE_TIMEOUT: Duration = Duration::from_secs(30);
-/// Longest that a call of the API may take, and one that brings a recording over a slow line.
+/// Maximum duration of an API call, and of one that uploads a recording over a slow connection.
 const CALL_TIMEOUT: Duration = Duration::from_secs(60);
 const UPLOAD_TIMEOUT: Duration = Duration::from_secs(3600);
 
-/// The whole service.
+/// Returns the router of the whole service.
 pub fn router(state: AppState) -> Router {
     with_headers(all_routes(&state).into_router(), &state).with_state(state)
 }
 
-/// Every address the service answers.
+/// Returns every route of the service.
 #[must_use]
 pub fn all_routes(state: &AppState) -> Routes {
-    // Layers also wrap the fallback: a stranger is asked to sign in at every address, whether it exists or not.
+    // Layers also wrap the fallback: an anonymous visitor is asked to sign in at every address,
+    // whether it exists or not.
     let signed_in = page_routes().around(|pages| {
         pages
             .fallback(nothing_here)
             .layer(from_fn_with_state(state.clone(), deeds::say_deeds))
             .layer(from_fn_with_state(state.clone(), require_person))
     });
-    // A recording is compressed already, and a range of it must stay a range of its bytes.
+    // A recording is compressed already, and a range of it must remain a range of its bytes.
     let packable = DefaultPredicate::new().and(NotForContentType::new("application/octet-stream"));
     signed_in
         .merge(routes_people::sign_in_routes())
@@ -73,15 +74,15 @@ pub fn all_routes(state: &AppState) -> Routes {
         .merge(well_known::well_known_routes())
         .around(|all| {
             all.layer(from_fn_with_state(state.clone(), health::count_requests))
-                // The last tenth of size would cost several times the time.
+                // Higher levels would save a tenth of the size for several times the time.
                 .layer(CompressionLayer::new().quality(CompressionLevel::Fastest).compress_when(packable))
-                // Who has words of their own for a silence says them first.
+                // Twice the limit of the upload handlers, so that their own error comes first.
                 .layer(RequestBodyTimeoutLayer::new(2 * state.config.upload_silence))
                 .layer(CatchPanicLayer::new())
         })
 }
 
-/// Pages for a person who is signed in.
+/// Returns the pages for signed-in people.
 fn page_routes() -> Routes {
     routes_training::training_routes()
         .merge(routes_people::people_routes())
@@ -89,7 +90,8 @@ fn page_routes() -> Routes {
         .merge(routes_surveys::survey_routes())
 }
 
-/// Refuses an address with U+0000 in it, which no text holds and no server of databases takes: as a form that holds one.
+/// Refuses an address that contains U+0000, as in forms: no text may contain it, and PostgreSQL
+/// rejects it.
 async fn refuse_nul_in_address(request: Request, next: Next) -> Result<Response, PageError> {
     const NUL: &str = "%00";
     match request.uri() {
@@ -99,7 +101,7 @@ async fn refuse_nul_in_address(request: Request, next: Next) -> Result<Response,
     }
 }
 
-/// Ends a call that takes too long: a body that trickles in, or work that does not end.
+/// Ends a call that takes too long, be it a slow body or slow work.
 async fn limit_call(request: Request, next: Next) -> Result<Response, ApiError> {
     let brings = matches!(*request.method(), Method::POST | Method::PATCH)
         && (request.uri().path() == "/sessions" || request.uri().path().starts_with("/uploads"));
@@ -113,12 +115,12 @@ async fn nothing_here(_: Request) -> PageError {
 
 fn with_cookies(state: &AppState) -> SessionManagerLayer<WebSessions> {
     SessionManagerLayer::new(WebSessions::new(state.db.clone(), state.clock.clone()))
-        // Of this very host, behind TLS: no neighbouring name can plant it.
+        // Behind TLS bound to this exact host, so that no neighbouring subdomain can set it.
         .with_name(if state.config.behind_tls { "__Host-stylet_session" } else { "stylet_session" })
         .with_http_only(true)
         .with_same_site(SameSite::Lax)
         .with_secure(state.config.behind_tls)
-        // When it ends is the service's to say: [`routes_base::auth::start_session`].
+        // The service decides when the session expires: [`routes_base::auth::start_session`].
         .with_expiry(Expiry::OnSessionEnd)
 }
 
@@ -133,7 +135,7 @@ fn with_headers(app: Router<AppState>, state: &AppState) -> Router<AppState> {
         .layer(always(HeaderName::from_static("permissions-policy"), PERMISSIONS_POLICY))
         .layer(always(HeaderName::from_static("cross-origin-opener-policy"), "same-origin"))
         .layer(always(HeaderName::from_static("cross-origin-resource-policy"), "same-origin"))
-        // A page tells of a person: neither a proxy nor a shared computer's cache may keep it.
+        // A page contains personal data: neither a proxy nor a shared computer may cache it.
         .layer(always(header::CACHE_CONTROL, "no-store"));
     if state.config.behind_tls {
         return app.layer(always(header::STRICT_TRANSPORT_SECURITY, "max-age=31536000"));

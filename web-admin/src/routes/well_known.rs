@@ -1,4 +1,5 @@
-//! What anybody may ask of a service whose address they know (RFC 8615).
+//! Public endpoints: the certificate key at a well-known URI (RFC 8615), and the check of a
+//! certificate.
 
 use acts::certificates;
 use axum::extract::{Query, State};
@@ -13,7 +14,7 @@ use routes_base::language::settle_language;
 use routes_base::{AppState, Routes};
 use serde::Deserialize;
 
-/// Their addresses.
+/// Returns the routes `/.well-known/stylet-certificate-key` and `/certificate`.
 #[must_use]
 pub fn well_known_routes() -> Routes {
     Routes::new().route("/.well-known/stylet-certificate-key", get(serve_certificate_key)).merge(
@@ -21,7 +22,7 @@ pub fn well_known_routes() -> Routes {
     )
 }
 
-/// What the code on a certificate holds.
+/// Parameters of the code printed on a certificate.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct NoteQuery {
@@ -29,7 +30,7 @@ struct NoteQuery {
     by: String,
 }
 
-/// Whether this service has signed what the code on a print says.
+/// Shows whether this service signed the code printed on a certificate.
 async fn check_certificate(
     State(state): State<AppState>,
     Query(query): Query<NoteQuery>,
@@ -42,7 +43,7 @@ async fn check_certificate(
     Ok(CertificateCheckPage { outcome, address: state.config.address() })
 }
 
-/// The public key that certificates are signed with, in hexadecimal: `docs/certificates.md`.
+/// Returns the public key that signs certificates, in hexadecimal: `docs/certificates.md`.
 async fn serve_certificate_key(State(state): State<AppState>) -> Result<impl IntoResponse, ApiError> {
     let key = certificates::public_key(&state.config.keys_dir)?;
     Ok(([(CONTENT_TYPE, "text/plain; charset=utf-8")], format!("{key}\n")))

@@ -1,4 +1,4 @@
-//! Spans and figures, sent to a collector that the environment names.
+//! Exports spans and metrics to a collector named in the environment.
 
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
@@ -23,22 +23,24 @@ use super::name_collectors;
 use crate::AppState;
 use crate::routes::health::list_families;
 
-/// What the program is called where `OTEL_SERVICE_NAME` does not say.
+/// Service name if `OTEL_SERVICE_NAME` is not set.
 const NAME: &str = "web-admin";
-/// How often the figures are taken; they are sent every minute, unless `OTEL_METRIC_EXPORT_INTERVAL` says otherwise.
+/// Interval at which metrics are collected; they are sent every minute, unless
+/// `OTEL_METRIC_EXPORT_INTERVAL` sets another interval.
 const FIGURES_EVERY: Duration = Duration::from_secs(10);
 
-/// What sends spans and figures.
+/// The exporters of spans and metrics.
 pub(crate) struct Telemetry {
     spans: SdkTracerProvider,
     figures: SdkMeterProvider,
 }
 
 impl Telemetry {
-    /// To the collector that the environment names; none where it names none.
+    /// Returns the exporters to the collector named in the environment; `None` if no collector is
+    /// named.
     ///
     /// # Errors
-    /// When a variable makes no sense.
+    /// When a variable is invalid.
     pub(crate) fn of_environment() -> anyhow::Result<Option<Self>> {
         let named = name_collectors();
         if named.is_empty() {
@@ -61,13 +63,13 @@ impl Telemetry {
         }))
     }
 
-    /// What hands the program's spans on.
+    /// Returns the layer that exports the program's spans.
     pub(crate) fn layer<S: Subscriber + for<'span> LookupSpan<'span>>(&self) -> impl Layer<S> + use<S> {
         let spans = filter_fn(|metadata| metadata.is_span() && metadata.target() == SPANS);
         tracing_opentelemetry::layer().with_tracer(self.spans.tracer(NAME)).with_filter(spans)
     }
 
-    /// Takes the figures of `/metrics` again and again, for as long as this is awaited.
+    /// Collects the metrics of `/metrics` periodically, for as long as the future is polled.
     pub(crate) fn send_figures(&self, state: AppState) -> impl Future<Output = ()> + Send + use<> {
         let meter = self.figures.meter(NAME);
         async move {
@@ -87,7 +89,7 @@ impl Telemetry {
         }
     }
 
-    /// Sends what is still to be sent. Blocks.
+    /// Sends the remaining spans and metrics. Blocks.
     pub(crate) fn end(self) {
         for (what, ended) in [("spans", self.spans.shutdown()), ("figures", self.figures.shutdown())] {
             if let Err(error) = ended {
@@ -97,7 +99,7 @@ impl Telemetry {
     }
 }
 
-/// Who sends.
+/// Returns the resource attributes: service name and version.
 fn resource() -> Resource {
     let builder = match std::env::var("OTEL_SERVICE_NAME") {
         Ok(name) if !name.is_empty() => Resource::builder(),
@@ -106,7 +108,7 @@ fn resource() -> Resource {
     builder.with_attribute(KeyValue::new("service.version", env!("CARGO_PKG_VERSION"))).build()
 }
 
-/// Makes an instrument of each kind of figure that there is; whether there are any.
+/// Creates an observable instrument for each metric; returns whether there are any metrics.
 fn register_families(meter: &Meter, latest: &Arc<RwLock<Vec<MetricFamily>>>) -> bool {
     let families = latest.read().unwrap_or_else(PoisonError::into_inner);
     for family in families.iter() {

@@ -1,4 +1,5 @@
-//! A program that is built without the feature `replicas` sends nothing to a collector, and refuses to start where one is named.
+//! A program built without the feature `replicas` exports no telemetry, and refuses to start if a
+//! collector is named.
 
 use std::convert::Infallible;
 
@@ -8,11 +9,11 @@ use tracing_subscriber::layer::Identity;
 use super::name_collectors;
 use crate::AppState;
 
-/// What sends spans and figures: nothing.
+/// The exporters of spans and metrics, which do not exist in this build.
 pub(crate) struct Telemetry(Infallible);
 
 impl Telemetry {
-    /// None.
+    /// Returns `None`.
     ///
     /// # Errors
     /// When the environment names a collector.

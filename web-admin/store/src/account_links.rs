@@ -1,4 +1,4 @@
-//! Links by which somebody sets their password, once: only their hashes are here.
+//! Single-use links for setting a password. Only the hash of each token is stored.
 
 use model::Moment;
 use model::email::normalize_email;
@@ -7,47 +7,47 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
-/// What a link is for.
+/// Purpose of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
 #[sqlx(type_name = "text", rename_all = "lowercase")]
 pub enum Purpose {
-    /// A first password.
+    /// Setting the first password.
     Invitation,
-    /// Another one.
+    /// Replacing a password.
     Reset,
 }
 
-/// A link that is good.
+/// A valid link.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct AccountLink {
-    /// School.
+    /// School of the person.
     pub school_id: SchoolId,
-    /// Whose password it sets.
+    /// Person whose password the link sets.
     pub person_id: PersonId,
-    /// What it is for.
+    /// Purpose of the link.
     pub purpose: Purpose,
-    /// Their name.
+    /// The person's name.
     pub name: String,
-    /// Their address.
+    /// The person's email address.
     pub email: String,
-    /// Their school's name.
+    /// Name of the school.
     pub school: String,
 }
 
-/// Whose link, for what, and how long.
+/// A link to be stored.
 #[derive(Clone, Copy, Debug)]
 pub struct NewLink {
-    /// School.
+    /// School of the person.
     pub school_id: SchoolId,
-    /// Whose password it sets.
+    /// Person whose password the link sets.
     pub person_id: PersonId,
-    /// What it is for.
+    /// Purpose of the link.
     pub purpose: Purpose,
-    /// Until when.
+    /// Expiry time.
     pub expires_at: Moment,
 }
 
-/// Ends every link of a person for a purpose.
+/// Deletes all links of a person for one purpose.
 pub async fn end_links_for(writer: &mut Connection, person: PersonId, purpose: Purpose) -> Result<()> {
     sqlx::query("DELETE FROM account_links WHERE person_id = $1 AND purpose = $2")
         .bind(person)
@@ -57,7 +57,7 @@ pub async fn end_links_for(writer: &mut Connection, person: PersonId, purpose: P
         .map(drop)
 }
 
-/// Keeps the hash of a new link, beside those that there are.
+/// Stores the hash of a new link. Existing links stay valid.
 pub async fn add_account_link(writer: &mut Connection, link: NewLink, token_sha256: &[u8; 32]) -> Result<()> {
     sqlx::query(
         "INSERT INTO account_links (token_sha256, school_id, person_id, purpose, expires_at) VALUES ($1, $2, $3, $4, $5)",
@@ -72,7 +72,7 @@ pub async fn add_account_link(writer: &mut Connection, link: NewLink, token_sha2
     .map(drop)
 }
 
-/// Whether somebody has a link for this that is good for longer than until then.
+/// Returns whether a person has a link for this purpose that expires after `until`.
 pub async fn count_lasting_links(
     executor: impl Executor<'_>,
     person: PersonId,
@@ -89,7 +89,7 @@ pub async fn count_lasting_links(
     .await
 }
 
-/// The link with this hash, if it is good now and its person may sign in.
+/// Returns the link with this hash, if it has not expired and the person's account is not disabled.
 pub async fn find_valid_link(
     executor: impl Executor<'_>,
     token_sha256: &[u8; 32],
@@ -106,8 +106,9 @@ pub async fn find_valid_link(
     .await
 }
 
-/// Ends every link of a person, to a password or to a recording, and their code at stations. Whatever changes the address or
-/// the password calls it: who had the old one has nothing any more.
+/// Deletes all password and recording links of a person, and their sign-in code for stations. It is
+/// called on every change of the email address or the password, so that a holder of the old one
+/// loses access.
 pub(super) async fn end_account_links(writer: &mut Connection, person: PersonId) -> Result<()> {
     for statement in [
         "DELETE FROM account_links WHERE person_id = $1",
@@ -119,10 +120,11 @@ pub(super) async fn end_account_links(writer: &mut Connection, person: PersonId)
     Ok(())
 }
 
-/// Longest address that a link is asked for by, in bytes, as mail has it.
+/// Longest email address for which a link can be requested, in bytes: the limit for mail.
 const LONGEST_ADDRESS: usize = 254;
 
-/// Notes an address that a link is asked for by. What can be nobody's is not kept.
+/// Queues a request for a password link. An address longer than 254 bytes is stored as an empty
+/// string, which matches no account.
 pub async fn ask_for_link(writer: &mut Connection, email: &str, now: Moment) -> Result<()> {
     let kept = if email.len() > LONGEST_ADDRESS { "" } else { email };
     sqlx::query("INSERT INTO asked_links (email, asked_at) VALUES ($1, $2) ON CONFLICT (email) DO NOTHING")
@@ -133,17 +135,17 @@ pub async fn ask_for_link(writer: &mut Connection, email: &str, now: Moment) -> 
         .map(drop)
 }
 
-/// An address that a link is asked for by, the oldest first.
+/// Returns the email address of the oldest request for a link.
 pub async fn find_next_asked_link(executor: impl Executor<'_>) -> Result<Option<String>> {
     sqlx::query_scalar("SELECT email FROM asked_links ORDER BY asked_at, email LIMIT 1").fetch_optional(executor).await
 }
 
-/// Forgets that a link was asked for.
+/// Deletes the request for a link.
 pub async fn forget_asked(writer: &mut Connection, email: &str) -> Result<()> {
     sqlx::query("DELETE FROM asked_links WHERE email = $1").bind(email).execute(writer).await.map(drop)
 }
 
-/// Throws away what has expired.
+/// Deletes expired links.
 pub async fn forget_expired(writer: &mut Connection, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM account_links WHERE expires_at <= $1").bind(now).execute(writer).await.map(drop)
 }

@@ -1,4 +1,4 @@
-//! What was assigned, to whom, until when.
+//! Assignments: the task, the cohort or trainee, and the due date.
 
 use model::assignment::{Assigned, AssignmentTask};
 use model::count::StoredCount;
@@ -9,31 +9,31 @@ use sqlx::FromRow;
 use super::{Connection, Executor, Result};
 use model::titles::StoredTitle;
 
-/// An assignment to be made.
+/// An assignment to be stored.
 #[derive(Clone, Debug)]
 pub struct NewAssignment {
-    /// What is to be trained.
+    /// Exercise or course to train.
     pub task: AssignmentTask,
     /// The cohort, or
     pub cohort_id: Option<CohortId>,
     /// the trainee.
     pub person_id: Option<PersonId>,
-    /// Under an instructor's eyes.
+    /// Attempts must be supervised by an instructor.
     pub supervised: bool,
-    /// Only attempts from now on count.
+    /// Only attempts made after the assignment count.
     pub since_only: bool,
-    /// Attempts that count.
+    /// Maximum number of attempts that count.
     pub attempt_limit: Option<u32>,
-    /// When it is due, as it was said and as it is meant.
+    /// Due date: the local time as entered, and the moment it denotes.
     pub due: Option<(String, Moment)>,
     /// The school's time zone.
     pub time_zone: String,
 }
 
-/// Makes an assignment.
+/// Stores an assignment.
 ///
 /// # Errors
-/// When exercise, course, cohort or person are not of the school, or the database fails.
+/// If the exercise, course, cohort or person does not belong to the school, or the database fails.
 pub async fn add_assignment(
     writer: &mut Connection,
     by: &CurrentPerson,
@@ -107,7 +107,7 @@ impl From<AssignedRow> for Assigned {
     }
 }
 
-/// Assignments of a school, $1, as they concern the trainee $2.
+/// Selects assignments of school `$1`, with the extensions of trainee `$2`.
 macro_rules! assigned {
     ($which:literal) => {
         concat!(
@@ -126,7 +126,7 @@ macro_rules! assigned {
     };
 }
 
-/// An assignment as it concerns whoever has no longer than everybody.
+/// Returns an assignment with its regular due date, without extensions.
 pub async fn find_assignment(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -141,7 +141,8 @@ pub async fn find_assignment(
     Ok(row.map(Assigned::from))
 }
 
-/// What is assigned to a cohort, and to single trainees of it, each as it concerns whoever has no longer than everybody.
+/// Returns the assignments of a cohort and of its individual trainees, with their regular due
+/// dates, without extensions.
 pub async fn list_cohort_assignments(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -161,7 +162,8 @@ pub async fn list_cohort_assignments(
     Ok(rows.into_iter().map(Assigned::from).collect())
 }
 
-/// The same task for the same cohort or trainee, where it was not taken back and is not over.
+/// Returns the latest assignment of the same task to the same cohort or trainee that is neither
+/// withdrawn nor past its due date.
 pub async fn find_same_assignment(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -189,7 +191,8 @@ pub async fn find_same_assignment(
     .await
 }
 
-/// What is assigned to a trainee, by themselves or in their cohorts, with their extensions.
+/// Returns the assignments of a trainee, made to them directly or to one of their cohorts, with
+/// their extensions.
 pub async fn list_trainee_assignments(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -208,10 +211,10 @@ pub async fn list_trainee_assignments(
     Ok(rows.into_iter().map(Assigned::from).collect())
 }
 
-/// An assignment as those who made it see it.
+/// An assignment as shown to the staff who manage it.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct ManagedAssignment {
-    /// Its id.
+    /// Id.
     pub id: AssignmentId,
     /// Title of the exercise or course.
     #[sqlx(try_from = "StoredTitle")]
@@ -222,23 +225,23 @@ pub struct ManagedAssignment {
     pub person_id: Option<PersonId>,
     /// Name of the cohort or trainee.
     pub to: String,
-    /// As it was said.
+    /// Due date in local time, as entered.
     pub due_local: Option<String>,
-    /// When it is due.
+    /// Moment at which it is due.
     pub due_at: Option<Moment>,
-    /// The time zone in which it was said.
+    /// Time zone of `due_local`.
     pub time_zone: String,
-    /// Attempts that count.
+    /// Maximum number of attempts that count.
     #[sqlx(try_from = "StoredCount")]
     pub attempt_limit: Option<u32>,
-    /// Under an instructor's eyes.
+    /// Attempts must be supervised by an instructor.
     pub supervised: bool,
-    /// Only attempts since it was made count.
+    /// Only attempts made after the assignment count.
     pub since_only: bool,
 }
 
-/// Assignments of the cohorts that somebody teaches and of those cohorts' trainees; all of the school's for an
-/// administrator. The latest come first.
+/// Returns the assignments that a person manages, latest first: for an instructor those of their
+/// cohorts and of the trainees in them, for an administrator all of the school.
 pub async fn list_managed_assignments(
     executor: impl Executor<'_>,
     by: &CurrentPerson,
@@ -270,7 +273,7 @@ pub async fn list_managed_assignments(
     .await
 }
 
-/// Takes an assignment back.
+/// Withdraws an assignment.
 pub async fn withdraw_assignment(
     writer: &mut Connection,
     school: SchoolId,

@@ -1,4 +1,4 @@
-//! Who did what, when: a log that only grows, each row sealed with the hash of the one before.
+//! Audit log: an append-only hash chain in which each row contains the hash of the previous row.
 
 use std::collections::BTreeMap;
 
@@ -12,35 +12,35 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result, engine};
 
-/// Something that was done.
+/// An entry to be appended to the audit log.
 #[derive(Clone, Debug)]
 pub struct AuditEntry<'a> {
-    /// In which school, where there is one.
+    /// School, if the action belongs to one.
     school_id: Option<SchoolId>,
-    /// By whom.
+    /// Person or system component that acted.
     actor: Actor,
-    /// What, for example `session.uploaded`.
+    /// Action, for example `session.uploaded`.
     action: &'a str,
-    /// To what: an id, never a name.
+    /// Object of the action: an id, never a name.
     object: String,
-    /// What else is worth knowing.
+    /// Additional details, as JSON.
     details: Value,
 }
 
-/// Who did it.
+/// Person or system component that acted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Actor {
     /// A person, in the browser or through the API.
     Person(PersonId),
     /// A training station.
     Station(String),
-    /// Whoever may run this program on the server.
+    /// An administrator who runs the command line on the server.
     CommandLine,
     /// The scoring worker.
     Worker,
-    /// Whoever answers a survey: the log must not tell who.
+    /// A survey respondent. The entry does not identify the person, so that answers stay anonymous.
     Respondent,
-    /// Whoever did not get in.
+    /// A visitor who failed to sign in.
     Stranger,
 }
 
@@ -71,7 +71,8 @@ struct AuditRow {
 }
 
 impl AuditRow {
-    /// sha256(prev ‖ the row as a JSON array): JSON keeps the fields apart whatever they hold.
+    /// Returns `sha256(prev_hash ‖ row)` with the row as a JSON array. JSON escaping makes the
+    /// encoding unambiguous for any field contents.
     fn seal(&self) -> Vec<u8> {
         let canonical = serde_json::json!([
             self.seq,
@@ -87,7 +88,7 @@ impl AuditRow {
 }
 
 impl<'a> AuditEntry<'a> {
-    /// What `actor` did in a school to `object`, without details.
+    /// Makes an entry without details.
     pub fn new(
         school_id: impl Into<Option<SchoolId>>,
         actor: Actor,
@@ -98,19 +99,21 @@ impl<'a> AuditEntry<'a> {
         Self { school_id, actor, action, object, details }
     }
 
-    /// What somebody who is signed in did in their school.
+    /// Makes an entry for an action of a signed-in person in their school.
     pub fn by(person: &CurrentPerson, action: &'a str, object: impl Into<String>) -> Self {
         Self::new(person.school_id, Actor::Person(person.id), action, object)
     }
 
-    /// The same, with what else is worth knowing.
+    /// Adds details.
     #[must_use]
     pub fn with(self, details: Value) -> Self {
         Self { details, ..self }
     }
 
-    /// Adds it to the log, in the transaction of what it tells of: neither happens without the other.
+    /// Appends the entry. Call it in the transaction of the recorded change, so that both are
+    /// committed or neither.
     pub async fn append(self, writer: &mut Connection, now: Moment) -> Result<()> {
+        // Reading the last row first is safe: only one transaction writes at a time.
         let last: Option<(i64, Vec<u8>)> = sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1")
             .fetch_optional(&mut *writer)
             .await?;
@@ -150,7 +153,8 @@ async fn insert_audit_entry(writer: &mut Connection, row: &AuditRow) -> Result<(
     .map(drop)
 }
 
-/// The scores of every attempt that the log tells of, in order, 0–100; none yet where it was only uploaded.
+/// Returns the scores (0–100) of each attempt in the audit log, in order. An attempt that was
+/// uploaded but not yet scored has an empty list.
 pub async fn list_told_scores(executor: impl Executor<'_>) -> Result<BTreeMap<SessionId, Vec<f64>>> {
     let rows: Vec<(String, Option<String>)> = sqlx::query_as(
         "SELECT object, CASE action WHEN 'session.scored' THEN details ->> '$.score'
@@ -168,23 +172,24 @@ pub async fn list_told_scores(executor: impl Executor<'_>) -> Result<BTreeMap<Se
     Ok(told)
 }
 
-/// What a walk along the chain found.
+/// Result of a verification of the hash chain.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AuditChain {
-    /// Rows walked.
+    /// Number of rows verified.
     pub rows: usize,
-    /// Hash of the last row, in hexadecimal: written down elsewhere, it also shows a log that was cut short.
+    /// Hash of the last row, in hexadecimal. A copy kept elsewhere reveals a log that was
+    /// truncated.
     pub head: String,
-    /// Rows that are not what was written, each in words.
+    /// Descriptions of missing or modified rows.
     pub findings: Vec<String>,
 }
 
-/// True where the database has an audit log: one that was never migrated has none.
+/// Returns whether the audit log table exists. A database that was never migrated has none.
 pub async fn is_entry_kept(executor: impl Executor<'_>) -> Result<bool> {
     engine::is_table_there(executor, "audit_log").await
 }
 
-/// Whether a row of the log has this hash, in hexadecimal.
+/// Returns whether a row of the log has this hash, in hexadecimal.
 pub async fn holds_hash(executor: impl Executor<'_>, hash: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE hash = $1")
         .bind(HEXLOWER_PERMISSIVE.decode(hash.as_bytes()).unwrap_or_default())
@@ -192,14 +197,15 @@ pub async fn holds_hash(executor: impl Executor<'_>, hash: &str) -> Result<bool>
         .await
 }
 
-/// How many rows the log has, and the hash of the last, in hexadecimal; zeros where there is none.
+/// Returns the number of rows in the log and the hash of the last row, in hexadecimal; 64 zeros if
+/// the log is empty.
 pub async fn find_audit_head(executor: impl Executor<'_>) -> Result<(i64, String)> {
     let last: Option<(i64, Vec<u8>)> =
         sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1").fetch_optional(executor).await?;
     Ok(last.map_or_else(|| (0, "0".repeat(64)), |(rows, hash)| (rows, HEXLOWER.encode(&hash))))
 }
 
-/// Whether a row of the log has this number and hash, in hexadecimal.
+/// Returns whether the row with this number has this hash, in hexadecimal.
 pub async fn holds_hash_at(executor: impl Executor<'_>, row: i64, hash: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE seq = $1 AND hash = $2")
         .bind(row)
@@ -208,12 +214,12 @@ pub async fn holds_hash_at(executor: impl Executor<'_>, row: i64, hash: &str) ->
         .await
 }
 
-/// Walks the chain from the first row.
+/// Verifies the hash chain from the first row.
 pub async fn check_audit_chain(executor: impl Executor<'_>) -> Result<AuditChain> {
     walk_audit_chain(executor, |_| {}).await
 }
 
-/// As [`check_audit_chain`], telling after each row how many were walked.
+/// Same as [`check_audit_chain`], and reports the number of verified rows after each row.
 pub async fn walk_audit_chain(executor: impl Executor<'_>, mut walked: impl FnMut(usize)) -> Result<AuditChain> {
     let mut rows = sqlx::query_as::<_, AuditRow>(
         "SELECT seq, at, school_id, actor, action, object, details, prev_hash, hash FROM audit_log ORDER BY seq",

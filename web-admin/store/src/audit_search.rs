@@ -1,5 +1,5 @@
-//! Acts of a school, looked for in the audit log from its end. A search reads so many rows at most and says how far it has come: the
-//! log of a large school has millions.
+//! Search in a school's audit log, from its end. Each search reads a limited number of rows and
+//! returns where to continue: the log of a large school has millions of rows.
 
 use std::collections::BTreeMap;
 
@@ -10,48 +10,50 @@ use sqlx::FromRow;
 
 use super::{Executor, Result};
 
-/// Something that was done in a school.
+/// An entry of a school's audit log.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct SchoolAct {
-    /// Its place in the audit log.
+    /// Sequence number in the audit log.
     pub seq: i64,
-    /// When.
+    /// When the entry was written.
     pub at: Moment,
-    /// By whom, as the log writes it.
+    /// Actor, as stored in the log.
     pub actor: String,
-    /// Their name, where it was a person.
+    /// Name of the actor, if the actor is a person.
     pub actor_name: Option<String>,
-    /// What.
+    /// Action, for example `session.scored`.
     pub action: String,
-    /// To what.
+    /// Id of the object.
     pub object: String,
-    /// What else is known, JSON.
+    /// Additional details, as JSON.
     pub details: String,
 }
 
-/// Which acts are looked for.
+/// Search criteria.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AuditSearch {
-    /// In which school.
+    /// School to search.
     pub school: SchoolId,
-    /// Beginnings of actions, as `session` of `session.scored`, in JSON; `[]`: any.
+    /// Prefixes of actions as a JSON array, for example `session` for `session.scored`; `[]`
+    /// matches all.
     pub themes: String,
-    /// In the name of whoever did it or to whom it was done, or the whole id of what it was done to; empty: any.
+    /// Part of the name of the actor or of the person acted on, or the complete id of the object;
+    /// empty matches all.
     pub words: String,
-    /// Not before; none: from the first.
+    /// Earliest time; `None` means no limit.
     pub since: Option<Moment>,
-    /// Rows that are read at most.
+    /// Maximum number of rows to read.
     pub window: u32,
-    /// Acts that are given at most.
+    /// Maximum number of entries to return.
     pub limit: u32,
 }
 
-/// What a search has found, the latest first.
+/// A page of search results, latest first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoundActs {
-    /// The acts.
+    /// The entries.
     pub acts: Vec<SchoolAct>,
-    /// Where to go on from: rows before this place have not been read; none where there are none.
+    /// Cursor of the next page: rows before it have not been read. `None` after the last page.
     pub before: Option<i64>,
 }
 
@@ -62,7 +64,7 @@ struct ReadWindow {
     first: Option<i64>,
 }
 
-/// The latest acts before a place in the log.
+/// Returns the latest matching entries before a position in the log.
 pub async fn search_audit_log<'e>(
     executor: impl Executor<'e> + Copy,
     search: &AuditSearch,
@@ -102,7 +104,7 @@ pub async fn search_audit_log<'e>(
     .fetch_all(executor)
     .await?;
     let full = acts.last().filter(|_| acts.len() >= search.limit as usize).map(|last| last.seq);
-    // What is older than the first day is not looked for any further back.
+    // If the oldest row read is earlier than `since`, all older rows are, too.
     let ended = match search.since {
         Some(since) => find_row_time(executor, first).await?.is_some_and(|read| read < since),
         None => false,
@@ -111,8 +113,9 @@ pub async fn search_audit_log<'e>(
     Ok(FoundActs { before: full.or(unread), acts })
 }
 
-/// The first place in the log whose row was not written before a moment; the place after the last where there is none. The log is in
-/// the order of its times, but for a clock that was set.
+/// Returns the position of the first row that was not written before `at`, or the position after
+/// the last row. It uses a binary search: rows are in the order of their times, unless the clock
+/// was set back.
 pub async fn find_audit_place<'e>(executor: impl Executor<'e> + Copy, at: Moment) -> Result<i64> {
     let (mut low, mut high) = (1, audit_end(executor).await? + 1);
     while low < high {
@@ -123,7 +126,7 @@ pub async fn find_audit_place<'e>(executor: impl Executor<'e> + Copy, at: Moment
     Ok(low)
 }
 
-/// When a row of the log was written; none where there is no such row.
+/// Returns the time at which a row was written, or `None` if there is no such row.
 pub async fn find_row_time(executor: impl Executor<'_>, seq: i64) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT at FROM audit_log WHERE seq = $1").bind(seq).fetch_optional(executor).await
 }
@@ -132,34 +135,34 @@ async fn audit_end(executor: impl Executor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT coalesce(max(seq), 0) FROM audit_log").fetch_one(executor).await
 }
 
-/// What an act was done to.
+/// Kind of object that an action was applied to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
 #[sqlx(type_name = "text", rename_all = "lowercase")]
 pub enum AuditObjectKind {
-    /// Somebody; named by their name.
+    /// A person, shown by their name.
     Person,
-    /// A cohort; by its name.
+    /// A cohort, shown by its name.
     Cohort,
-    /// An attempt; by who made it.
+    /// An attempt, shown by the name of its trainee.
     Session,
-    /// The school; by its name.
+    /// The school, shown by its name.
     School,
-    /// An assignment; by the id of its exercise or course.
+    /// An assignment, shown by the title of its exercise or course, or else by the id.
     Assignment,
-    /// A survey; by its title.
+    /// A survey, shown by its title.
     Survey,
-    /// A study; by its title.
+    /// A study, shown by its title.
     Study,
-    /// A round of ratings; by its title.
+    /// A round of ratings, shown by its title.
     Round,
-    /// A task to mark pops; by its title.
+    /// A task to mark pops, shown by its title.
     Segments,
-    /// A training station; by its name.
+    /// A training station, shown by its name.
     Station,
 }
 
 impl AuditObjectKind {
-    /// Its word in files.
+    /// Returns the word used in exported files.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -177,20 +180,20 @@ impl AuditObjectKind {
     }
 }
 
-/// What an act was done to, by its name.
+/// The named object of an action.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AuditObject {
-    /// What it is.
+    /// Kind of object.
     pub kind: AuditObjectKind,
     /// Its name.
     pub name: String,
 }
 
-/// Names of what acts were done to, by their ids; what is no id, or nobody's any more, has none. `CROSS JOIN` keeps SQLite to looking
-/// each id up.
+/// Returns the names of objects by id. The result leaves out strings that are not ids and objects
+/// that no longer exist. `CROSS JOIN` makes SQLite look each id up in the index.
 ///
 /// # Errors
-/// When the database fails.
+/// If the database fails.
 pub async fn name_audit_objects(
     executor: impl Executor<'_>,
     school: SchoolId,

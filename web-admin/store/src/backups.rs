@@ -1,4 +1,4 @@
-//! What the command that makes backups has come to.
+//! History of backup runs.
 
 use model::Moment;
 use model::ids::BackupId;
@@ -6,27 +6,27 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
-/// So many are remembered: a year of one each night.
+/// Number of runs to keep: one per night for more than a year.
 const REMEMBERED: i64 = 400;
 
-/// A backup that was made and read back, or why it was not.
+/// A backup run: the verified file, or the error.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct NotedBackup {
-    /// When it was begun.
+    /// Start time.
     pub made_at: Moment,
-    /// The file's name, without its folder.
+    /// Name of the file, without its folder.
     pub file_name: String,
-    /// How large it is; absent where none was made.
+    /// Size of the file; `None` if the backup failed.
     pub bytes: Option<i64>,
-    /// Recordings in it; absent where none was made.
+    /// Number of recordings in the backup; `None` if it failed.
     pub recordings: Option<i64>,
-    /// The keys of certificates and of second factors are in it, sealed.
+    /// The backup contains the keys of certificates and second factors, encrypted.
     pub keys_sealed: bool,
-    /// Why none was made.
+    /// Reason for the failure.
     pub error: Option<String>,
 }
 
-/// Notes a backup, and forgets the oldest beyond those that are remembered.
+/// Records a backup run and deletes the oldest runs beyond the number to keep.
 pub async fn note_backup(writer: &mut Connection, backup: &NotedBackup) -> Result<()> {
     sqlx::query(
         "INSERT INTO backups (id, made_at, file_name, bytes, recordings, keys_sealed, error)
@@ -51,7 +51,7 @@ pub async fn note_backup(writer: &mut Connection, backup: &NotedBackup) -> Resul
     .map(drop)
 }
 
-/// The latest backups, the latest first.
+/// Returns the latest backup runs, latest first.
 pub async fn list_latest_backups(executor: impl Executor<'_>, limit: u32) -> Result<Vec<NotedBackup>> {
     sqlx::query_as(
         "SELECT made_at, file_name, bytes, recordings, keys_sealed, error FROM backups
@@ -62,7 +62,7 @@ pub async fn list_latest_backups(executor: impl Executor<'_>, limit: u32) -> Res
     .await
 }
 
-/// The latest backup that was made, where one was.
+/// Returns the latest successful backup.
 pub async fn find_last_backup(executor: impl Executor<'_>) -> Result<Option<NotedBackup>> {
     sqlx::query_as(
         "SELECT made_at, file_name, bytes, recordings, keys_sealed, error FROM backups WHERE error IS NULL

@@ -1,11 +1,12 @@
-//! Tries to guess something, and until when they count.
+//! State of the rate limits on sign-in, codes and pairing, and of the addresses known from earlier
+//! sign-ins; counts of sign-ins with unknown email addresses.
 
 use model::Moment;
 use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
-/// Until when the tries by a hash count, where any still may.
+/// Returns the time until which the attempts recorded for a key use up its rate limit.
 pub async fn find_brake(executor: impl Executor<'_>, key_sha256: &[u8; 32]) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT until FROM brakes WHERE key_sha256 = $1")
         .bind(key_sha256.as_slice())
@@ -13,7 +14,7 @@ pub async fn find_brake(executor: impl Executor<'_>, key_sha256: &[u8; 32]) -> R
         .await
 }
 
-/// Lets the tries by a hash count until a moment.
+/// Records the time until which the attempts for a key use up its rate limit.
 pub async fn put_brake(writer: &mut Connection, key_sha256: &[u8; 32], until: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO brakes (key_sha256, until) VALUES ($1, $2) ON CONFLICT (key_sha256) DO UPDATE SET until = $2",
@@ -25,20 +26,20 @@ pub async fn put_brake(writer: &mut Connection, key_sha256: &[u8; 32], until: Mo
     .map(drop)
 }
 
-/// Forgets tries that count no more.
+/// Deletes rate-limit entries that have expired.
 pub async fn forget_brakes(writer: &mut Connection, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM brakes WHERE until < $1").bind(now).execute(writer).await.map(drop)
 }
 
-/// An hour, in µs.
+/// One hour, in µs.
 const HOUR_US: i64 = 3600 * 1_000_000;
 
 /// Number of sign-in attempts with unknown email addresses in one hour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct UnknownSignIns {
-    /// When the hour began.
+    /// Start of the hour.
     pub begins_at: Moment,
-    /// How many.
+    /// Number of attempts.
     pub tries: i64,
 }
 
@@ -58,7 +59,7 @@ pub async fn count_unknown_sign_in(writer: &mut Connection, now: Moment) -> Resu
     .map(drop)
 }
 
-/// Takes the counts of the hours that are over, the first first.
+/// Removes and returns the counts of completed hours, earliest first.
 pub async fn take_unknown_sign_ins(writer: &mut Connection, now: Moment) -> Result<Vec<UnknownSignIns>> {
     let over = sqlx::query_as("DELETE FROM unknown_sign_ins WHERE begins_at < $1 RETURNING begins_at, tries");
     let mut over: Vec<UnknownSignIns> = over.bind(hour_of(now)).fetch_all(writer).await?;

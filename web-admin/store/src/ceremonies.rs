@@ -1,4 +1,4 @@
-//! What passkeys were asked and have not answered yet.
+//! Pending WebAuthn challenges.
 
 use model::Moment;
 use model::ids::{CeremonyId, PersonId};
@@ -8,18 +8,19 @@ use sqlx::FromRow;
 
 use super::{Connection, Json, Result};
 
-/// A question to somebody's passkeys: `T` is what the answer is held to.
+/// A pending WebAuthn challenge. `T` is the state needed to verify the response.
 #[derive(Clone, Debug, FromRow)]
 pub struct PendingCeremony<T> {
-    /// Who was asked.
+    /// Person who was challenged.
     pub person_id: PersonId,
-    /// How long an answer is waited for.
+    /// Expiry time.
     pub until: Moment,
-    /// What the answer is held to.
+    /// State needed to verify the response.
     pub asked: Json<T>,
 }
 
-/// Waits for an answer, in place of the person's oldest question where there are `most`.
+/// Stores a challenge. A person has at most `most` pending challenges; the one that expires first
+/// is replaced.
 pub async fn add_ceremony<T: Serialize + Send + Sync>(
     writer: &mut Connection,
     id: CeremonyId,
@@ -44,7 +45,7 @@ pub async fn add_ceremony<T: Serialize + Send + Sync>(
         .map(drop)
 }
 
-/// What was asked by an id, this once.
+/// Removes and returns a challenge, so that it can be answered only once.
 pub async fn take_ceremony<T: DeserializeOwned + Send + Unpin>(
     writer: &mut Connection,
     id: CeremonyId,
@@ -55,7 +56,7 @@ pub async fn take_ceremony<T: DeserializeOwned + Send + Unpin>(
         .await
 }
 
-/// Forgets questions that are answered too late by now.
+/// Deletes expired challenges.
 pub async fn forget_ceremonies(writer: &mut Connection, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM ceremonies WHERE until < $1").bind(now).execute(writer).await.map(drop)
 }

@@ -1,4 +1,4 @@
-//! Cohorts, who is in them, and who is asked for.
+//! Cohorts, their members, and membership requests.
 
 use std::collections::BTreeSet;
 
@@ -18,7 +18,7 @@ pub struct Cohort {
     pub name: String,
 }
 
-/// The cohort of a name in a school, made where it is missing.
+/// Returns the cohort with this name in a school, and creates it if it is missing.
 pub async fn find_or_create(writer: &mut Connection, school: SchoolId, name: &str, now: Moment) -> Result<Cohort> {
     sqlx::query_as(
         "INSERT INTO cohorts (id, school_id, name, created_at) VALUES ($1, $2, $3, $4)
@@ -32,7 +32,7 @@ pub async fn find_or_create(writer: &mut Connection, school: SchoolId, name: &st
     .await
 }
 
-/// A cohort of a school.
+/// Returns a cohort of a school.
 pub async fn find_cohort(executor: impl Executor<'_>, school: SchoolId, id: CohortId) -> Result<Option<Cohort>> {
     sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -41,7 +41,7 @@ pub async fn find_cohort(executor: impl Executor<'_>, school: SchoolId, id: Coho
         .await
 }
 
-/// The cohorts of a school, by name.
+/// Returns the cohorts of a school, sorted by name.
 pub async fn list_cohorts(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Cohort>> {
     sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 ORDER BY name")
         .bind(school)
@@ -49,7 +49,7 @@ pub async fn list_cohorts(executor: impl Executor<'_>, school: SchoolId) -> Resu
         .await
 }
 
-/// A person and a cohort that they are in, or are asked for.
+/// A person and a cohort that they belong to or are requested for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MembershipKey {
     /// School.
@@ -60,32 +60,33 @@ pub struct MembershipKey {
     pub person_id: PersonId,
 }
 
-/// Who joins which cohort.
+/// A person's membership of a cohort.
 #[derive(Clone, Copy, Debug)]
 pub struct Membership {
-    /// The school of both.
+    /// School of both.
     pub school_id: SchoolId,
     /// The cohort.
     pub cohort_id: CohortId,
     /// The person.
     pub person_id: PersonId,
-    /// As trainee or instructor.
+    /// Role in the cohort: trainee or instructor.
     pub role: Role,
 }
 
-/// Who does something about somebody's place in a cohort, and when.
+/// Author and time of a change to a membership.
 #[derive(Clone, Copy, Debug)]
 pub struct Deed {
-    /// Who; absent on the command line.
+    /// Person who makes the change; `None` on the command line.
     pub by: Option<PersonId>,
-    /// When.
+    /// Time of the change.
     pub at: Moment,
 }
 
-/// Puts a person into a cohort, or changes what they are in it. Nobody waits for a yes any longer.
+/// Adds a person to a cohort, or changes their role in it. A pending membership request is deleted.
 ///
 /// # Errors
-/// When either is of another school, the role is neither trainee nor instructor, or the database fails.
+/// If either belongs to another school, the role is neither trainee nor instructor, or the database
+/// fails.
 pub async fn join_cohort(writer: &mut Connection, membership: Membership, deed: Deed) -> Result<()> {
     let Membership { school_id, cohort_id, person_id, role } = membership;
     sqlx::query(
@@ -102,7 +103,7 @@ pub async fn join_cohort(writer: &mut Connection, membership: Membership, deed: 
     note_membership_act(writer, MembershipKey { school_id, cohort_id, person_id }, MembershipAct::Joined, deed).await
 }
 
-/// Who of some people is in a cohort.
+/// Returns those of the given people who are members of a cohort.
 pub async fn list_members_among(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -122,7 +123,7 @@ pub async fn list_members_among(
     Ok(found.into_iter().collect())
 }
 
-/// Takes a person out of a cohort. False when they were not in it.
+/// Removes a person from a cohort. Returns false if they were not a member.
 pub async fn leave_cohort(writer: &mut Connection, key: MembershipKey, deed: Deed) -> Result<bool> {
     let left = sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
         .bind(key.school_id)
@@ -137,10 +138,10 @@ pub async fn leave_cohort(writer: &mut Connection, key: MembershipKey, deed: Dee
     Ok(true)
 }
 
-/// Asks for somebody. False where they are in the cohort, or were asked for already.
+/// Requests a person's membership. Returns false if they are already a member or already requested.
 ///
 /// # Errors
-/// When somebody is of another school, or the database fails.
+/// If one of them belongs to another school, or the database fails.
 pub async fn ask_for_member(writer: &mut Connection, key: MembershipKey, by: PersonId, at: Moment) -> Result<bool> {
     let asked = sqlx::query(
         "INSERT INTO cohort_requests (school_id, cohort_id, person_id, asked_by, asked_at)
@@ -162,7 +163,7 @@ pub async fn ask_for_member(writer: &mut Connection, key: MembershipKey, by: Per
     Ok(true)
 }
 
-/// Answers no, or takes back that somebody was asked for. False where nobody asked.
+/// Declines or withdraws a membership request. Returns false if it does not exist.
 pub async fn decline_request(writer: &mut Connection, key: MembershipKey, deed: Deed) -> Result<bool> {
     if !forget_request(writer, key).await? {
         return Ok(false);
@@ -203,7 +204,8 @@ async fn note_membership_act(
     .map(drop)
 }
 
-/// Who is asked for in a school, the longest waiting first: everybody, those for one cohort, or one person.
+/// Returns the pending membership requests of a school, optionally only those for one cohort or one
+/// person, oldest first; at most 200.
 pub async fn list_membership_requests(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -227,7 +229,7 @@ pub async fn list_membership_requests(
     .await
 }
 
-/// What was done about a person's places in cohorts, the latest first; at most 50 acts.
+/// Returns the latest changes to a person's cohort memberships, latest first; at most 50.
 pub async fn list_membership_acts(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -245,7 +247,7 @@ pub async fn list_membership_acts(
     .await
 }
 
-/// Cohorts in which a person is, in a role, by name.
+/// Returns the cohorts in which a person has a role, sorted by name.
 pub async fn list_cohorts_of_person(
     executor: impl Executor<'_>,
     school: SchoolId,

@@ -1,4 +1,4 @@
-//! Comments on attempts, and their answers.
+//! Comments on attempts, and replies to them.
 
 use model::comment::{Comment, CommentKind};
 use model::ids::{CommentId, PersonId};
@@ -9,40 +9,41 @@ use utoipa::ToSchema;
 
 use super::{Connection, Executor, Result};
 
-/// A comment or an answer as it is kept.
+/// A stored comment or reply.
 #[derive(Clone, Debug, PartialEq, FromRow, Serialize, ToSchema)]
 #[schema(as = Kept)]
 pub struct CommentRecord {
     /// Id.
     #[schema(value_type = Uuid)]
     pub id: CommentId,
-    /// The comment that it answers.
+    /// Id of the comment that this is a reply to; absent for a comment.
     #[schema(value_type = Option<Uuid>)]
     pub answers: Option<CommentId>,
-    /// Who said it.
+    /// Id of the author.
     #[schema(value_type = Uuid)]
     pub author_id: PersonId,
-    /// Their name.
+    /// Name of the author.
     pub author: String,
-    /// Their role.
+    /// Role of the author.
     pub author_role: Role,
-    /// What it is meant as; absent for an answer.
+    /// Kind of comment; absent for a reply.
     pub kind: Option<CommentKind>,
-    /// The moment, or the beginning of the interval, in s; absent for an answer.
+    /// Time of the comment, or start of its interval, in s from the start of the recording; absent
+    /// for a reply.
     pub from_s: Option<f64>,
-    /// The end of the interval, in s.
+    /// End of the interval, in s from the start of the recording; absent for a single moment.
     pub to_s: Option<f64>,
-    /// What is said.
+    /// Text.
     pub body: String,
-    /// When it was said.
+    /// When it was written.
     #[schema(value_type = String, format = DateTime)]
     pub made_at: Moment,
 }
 
-/// Adds a comment.
+/// Stores a comment.
 ///
 /// # Errors
-/// When attempt or author are of another school, or the database fails.
+/// If the attempt or the author belongs to another school, or the database fails.
 pub async fn add_comment(
     writer: &mut Connection,
     session: SessionKey,
@@ -69,19 +70,20 @@ pub async fn add_comment(
     Ok(id)
 }
 
-/// What somebody answers to a comment.
+/// A reply to a comment.
 #[derive(Clone, Copy, Debug)]
 pub struct CommentAnswer<'a> {
-    /// The comment.
+    /// Comment to reply to.
     pub comment_id: CommentId,
-    /// What is said to it.
+    /// Text of the reply.
     pub body: &'a str,
 }
 
-/// Answers a comment of the same attempt that is neither an answer nor taken back. None where there is no such one.
+/// Stores a reply to a comment of the same attempt. Returns `None` if there is no such comment, if
+/// it was withdrawn, or if it is itself a reply.
 ///
 /// # Errors
-/// When the author is of another school, or the database fails.
+/// If the author belongs to another school, or the database fails.
 pub async fn answer_comment(
     writer: &mut Connection,
     session: SessionKey,
@@ -107,7 +109,7 @@ pub async fn answer_comment(
     Ok((done.rows_affected() == 1).then_some(id))
 }
 
-/// Takes back what somebody said themselves. False where there is no such thing.
+/// Withdraws a comment or reply of its author. Returns false if it does not exist.
 pub async fn withdraw_comment(
     writer: &mut Connection,
     session: SessionKey,
@@ -129,8 +131,8 @@ pub async fn withdraw_comment(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// What was said about an attempt: comments by their moment, then answers by the time they were given. Answers to a
-/// comment that was taken back are gone with it.
+/// Returns the comments on an attempt, sorted by their time in the recording, followed by the
+/// replies, sorted by the time of writing. Replies to a withdrawn comment are left out.
 pub async fn list_session_comments(executor: impl Executor<'_>, session: SessionKey) -> Result<Vec<CommentRecord>> {
     sqlx::query_as(
         "SELECT c.id, c.answers, c.author_id, p.display_name AS author, p.role AS author_role, c.kind, c.from_s,

@@ -1,4 +1,4 @@
-//! Curricula as they were published, and how far a trainee has come in them.
+//! Published curricula and their exercises.
 
 use std::collections::BTreeMap;
 
@@ -11,14 +11,14 @@ use super::{Connection, Executor, Json, Result};
 use documents::Wording;
 use model::titles::{StoredTitle, store_wording};
 
-/// A curriculum to be published.
+/// A curriculum revision to be published.
 #[derive(Clone, Debug)]
 pub struct NewCurriculum<'a> {
     /// Curriculum id.
     pub curriculum_id: &'a str,
     /// Title shown to people.
     pub title: &'a Wording,
-    /// What it teaches.
+    /// Description.
     pub description: &'a Wording,
     /// Mastery rule.
     pub mastery: Mastery,
@@ -26,7 +26,7 @@ pub struct NewCurriculum<'a> {
     pub sha256: &'a str,
     /// The document, byte for byte.
     pub bytes: &'a [u8],
-    /// Its exercises in order.
+    /// Exercises, in order.
     pub entries: &'a [NewEntry],
 }
 
@@ -35,44 +35,44 @@ pub struct NewCurriculum<'a> {
 pub struct NewEntry {
     /// Exercise id.
     pub exercise_id: String,
-    /// Ids of the exercises to master first.
+    /// Ids of the exercises that must be mastered first.
     pub prerequisites: Vec<String>,
-    /// Instrument shown after each attempt.
+    /// Id of the questionnaire shown after each attempt.
     pub survey: Option<String>,
 }
 
-/// A curriculum that is taught.
+/// The current revision of a curriculum.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct TaughtCurriculum {
-    /// Id of its current revision.
+    /// Id of the current revision.
     pub revision_id: RevisionId,
     /// Curriculum id.
     pub curriculum_id: String,
     /// Title shown to people.
     #[sqlx(try_from = "StoredTitle")]
     pub title: String,
-    /// What it teaches.
+    /// Description.
     #[sqlx(try_from = "StoredTitle")]
     pub description: String,
     /// SHA-256 of the document.
     pub sha256: String,
-    /// Passes needed …
+    /// Number of passes required …
     #[sqlx(try_from = "i64")]
     mastery_passes: u32,
-    /// … of how many of the last attempts, where there is no curve.
+    /// … out of this many latest attempts, unless mastery is judged by a learning curve.
     #[sqlx(try_from = "i64")]
     mastery_of: u32,
     mastery_curve: Option<Json<CurveRule>>,
 }
 
 impl TaughtCurriculum {
-    /// Its course, taken from among the exercises of several.
+    /// Takes the course out of a map of the steps of several curricula.
     #[must_use]
     pub fn take_course(&self, steps: &mut CourseSteps) -> Course {
         Course { steps: steps.remove(&self.revision_id).unwrap_or_default(), rule: self.mastery() }
     }
 
-    /// Its mastery rule.
+    /// Returns the mastery rule.
     #[must_use]
     pub fn mastery(&self) -> Mastery {
         match &self.mastery_curve {
@@ -97,10 +97,10 @@ impl From<CurriculumStepRow> for CourseStep {
     }
 }
 
-/// The exercises of curricula, in order, by the curriculum's revision.
+/// Steps of curricula, in order, by the revision of the curriculum.
 pub type CourseSteps = BTreeMap<RevisionId, Vec<CourseStep>>;
 
-/// The curriculum revision with these bytes, if it was ever published.
+/// Returns the curriculum revision with this hash, if it was ever published.
 pub async fn find_curriculum_by_hash(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -116,7 +116,7 @@ pub async fn find_curriculum_by_hash(
 /// Stores a revision and its entries.
 ///
 /// # Errors
-/// When it was published before, or the database fails.
+/// If this document was published before, or the database fails.
 pub async fn publish_curriculum(
     writer: &mut Connection,
     school: SchoolId,
@@ -167,7 +167,7 @@ async fn insert_entry(writer: &mut Connection, revision: RevisionId, position: i
     .map(drop)
 }
 
-/// Makes a revision the one that is taught.
+/// Makes a revision the current one.
 pub async fn make_current(writer: &mut Connection, school: SchoolId, id: &str, revision: RevisionId) -> Result<()> {
     sqlx::query(
         "INSERT INTO curricula (school_id, curriculum_id, revision_id) VALUES ($1, $2, $3)
@@ -181,7 +181,7 @@ pub async fn make_current(writer: &mut Connection, school: SchoolId, id: &str, r
     .map(drop)
 }
 
-/// The curricula a school teaches, by id.
+/// Returns the curricula that a school teaches, sorted by id.
 pub async fn list_taught_curricula(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<TaughtCurriculum>> {
     sqlx::query_as(
         "SELECT r.id AS revision_id, r.curriculum_id, r.title, r.description, r.sha256, r.mastery_passes, r.mastery_of, r.mastery_curve
@@ -193,7 +193,7 @@ pub async fn list_taught_curricula(executor: impl Executor<'_>, school: SchoolId
     .await
 }
 
-/// A revision of a curriculum as a list shows it.
+/// A revision of a curriculum, as listed.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct CurriculumRevision {
     /// Id of the revision.
@@ -203,16 +203,17 @@ pub struct CurriculumRevision {
     pub title: String,
     /// SHA-256 of the document.
     pub sha256: String,
-    /// When it was published.
+    /// Time of publication.
     pub published_at: Moment,
 }
 
-/// Every revision of a curriculum, newest first.
+/// Returns all revisions of a curriculum, newest first.
 pub async fn list_curriculum_revisions(
     executor: impl Executor<'_>,
     school: SchoolId,
     id: &str,
 ) -> Result<Vec<CurriculumRevision>> {
+    // `rowid` is the order of insertion, which does not depend on the clock.
     sqlx::query_as(
         "SELECT id, title, sha256, published_at FROM curriculum_revisions
          WHERE school_id = $1 AND curriculum_id = $2 ORDER BY rowid DESC",
@@ -223,7 +224,7 @@ pub async fn list_curriculum_revisions(
     .await
 }
 
-/// The document of a revision, byte for byte.
+/// Returns the document of a revision, byte for byte.
 pub async fn read_curriculum_bytes(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -236,7 +237,7 @@ pub async fn read_curriculum_bytes(
         .await
 }
 
-/// The ids of a revision's exercises, in order.
+/// Returns the ids of a revision's exercises, in order.
 pub async fn exercise_ids(executor: impl Executor<'_>, revision: RevisionId) -> Result<Vec<String>> {
     sqlx::query_scalar("SELECT exercise_id FROM curriculum_entries WHERE revision_id = $1 ORDER BY position")
         .bind(revision)
@@ -244,7 +245,8 @@ pub async fn exercise_ids(executor: impl Executor<'_>, revision: RevisionId) -> 
         .await
 }
 
-/// The exercises of a taught curriculum, in order, each under its title in the revision that trainees are given.
+/// Returns the course of a curriculum: its exercises in order, with the titles of their current
+/// revisions.
 pub async fn find_course(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -264,7 +266,7 @@ pub async fn find_course(
     Ok(Course { steps: rows.into_iter().map(Into::into).collect(), rule: curriculum.mastery() })
 }
 
-/// The exercises of every curriculum that a school teaches, as [`find_course`] finds those of one.
+/// Returns the steps of all curricula that a school teaches; see [`find_course`].
 pub async fn list_course_steps(executor: impl Executor<'_>, school: SchoolId) -> Result<CourseSteps> {
     let rows: Vec<CurriculumStepRow> = sqlx::query_as(
         "SELECT e.revision_id, e.exercise_id, r.title, e.prerequisites

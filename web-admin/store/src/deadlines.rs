@@ -1,4 +1,5 @@
-//! What has a due date: who has longer, and who is to be reminded. An assignment and a task to mark pops are put off alike.
+//! Deadlines: extensions and reminders for assignments and for tasks to mark pops. Both kinds use
+//! the same statements.
 
 use model::Moment;
 use model::ids::{AssignmentId, CohortId, DatedId, PersonId, SchoolId};
@@ -6,7 +7,7 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
-/// What has a due date.
+/// Kind of object with a due date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeadlineKind {
     /// An assignment.
@@ -15,25 +16,25 @@ pub enum DeadlineKind {
     Segments,
 }
 
-/// Somebody who has longer.
+/// An extension of a deadline for one person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct Extension {
-    /// Who.
+    /// The person.
     pub person_id: PersonId,
-    /// Calendar days.
+    /// Length of the extension, in calendar days.
     pub days: i64,
-    /// Until when.
+    /// Extended due date.
     pub due_at: Moment,
 }
 
-/// Somebody who is to be reminded of something.
+/// A reminder to be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct DueReminder {
     /// School.
     pub school_id: SchoolId,
-    /// Who.
+    /// Recipient.
     pub person_id: PersonId,
-    /// Of what: an assignment or a task.
+    /// Id of the assignment or task.
     pub id: DatedId,
 }
 
@@ -55,7 +56,8 @@ macro_rules! lengthen {
     };
 }
 
-// CROSS: what is due soon is little, and read before the members of its cohorts.
+// The CROSS JOIN makes SQLite read the few items that are due soon before the members of their
+// cohorts.
 macro_rules! to_remind {
     ($dated:literal, $extensions:literal, $of:literal, $and:literal) => {
         concat!(
@@ -83,18 +85,18 @@ macro_rules! to_remind {
     };
 }
 
-/// What has a due date: an assignment or a task.
+/// Key of an assignment or task with a due date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DeadlineKey {
     /// School.
     pub school_id: SchoolId,
-    /// What it is.
+    /// Kind of object.
     pub kind: DeadlineKind,
-    /// Assignment or task.
+    /// Id of the assignment or task.
     pub id: DatedId,
 }
 
-/// Lets one trainee have longer, or, with `None`, as long as everybody.
+/// Sets one trainee's extension, or removes it with `None`.
 pub async fn extend_deadline(
     writer: &mut Connection,
     deadline: DeadlineKey,
@@ -115,7 +117,7 @@ pub async fn extend_deadline(
     sqlx::query(lengthen).bind(school_id).bind(id).bind(person).bind(days).bind(due_at).execute(writer).await.map(drop)
 }
 
-/// Whoever has something of a kind due between two moments and was not reminded of it.
+/// Returns people with an item of one kind due between two moments who were not yet reminded of it.
 pub async fn list_due_reminders(
     executor: impl Executor<'_>,
     kind: DeadlineKind,
@@ -138,17 +140,17 @@ pub async fn list_due_reminders(
     sqlx::query_as(due).bind(from).bind(to).fetch_all(executor).await
 }
 
-/// An extension of one assignment among those of a cohort.
+/// An extension of one of the assignments of a cohort's trainees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct CohortExtension {
-    /// Of what.
+    /// The assignment.
     pub assignment_id: AssignmentId,
-    /// Who, how long, until when.
+    /// The extension.
     #[sqlx(flatten)]
     pub extension: Extension,
 }
 
-/// Everybody in a cohort who has longer for anything assigned.
+/// Returns the extensions of assignments for all trainees of a cohort.
 pub async fn list_cohort_extensions(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -166,7 +168,7 @@ pub async fn list_cohort_extensions(
     .await
 }
 
-/// Everybody who has longer for an assignment or a task.
+/// Returns all extensions of an assignment or task.
 pub async fn list_extensions(executor: impl Executor<'_>, deadline: DeadlineKey) -> Result<Vec<Extension>> {
     let DeadlineKey { school_id, kind, id } = deadline;
     let longer = match kind {

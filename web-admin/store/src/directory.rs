@@ -1,4 +1,4 @@
-//! The people of a school as its administrator looks them up and changes them.
+//! Directory of a school's people, for its administrators: search, changes and erasure.
 
 use model::directory::{AccountState, DirectoryEntry, PeopleKey, PeopleOrder};
 use model::email::normalize_email;
@@ -9,26 +9,28 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Json, Pool, Result, account_links};
 
-/// Which people are looked for.
+/// Search criteria.
 #[derive(Clone, Debug, Default)]
 pub struct Filter {
-    /// What must be found of them, folded; empty for all.
+    /// Case-folded words that must all occur in the person's search text; empty matches all.
     pub words: Vec<String>,
     /// Role.
     pub role: Option<Role>,
     /// State of the account.
     pub state: Option<AccountState>,
-    /// Cohort they are in.
+    /// Cohort of the person.
     pub cohort: Option<CohortId>,
-    /// How they are sorted.
+    /// Sort order.
     pub order: PeopleOrder,
-    /// What the last one seen was sorted by, and their id.
+    /// Cursor: the sort key and id of the last person on the previous page.
     pub after: Option<(String, PersonId)>,
 }
 
-/// People of the school $1 in whom the words $4 are found, by a key, on one side of ($2, $3). Where the key is a column, everybody is looked
-/// at in the order of its index, which is quick where all are wanted; where it is none, those who are found are put in order afterwards.
-/// $9 and $10 are the first of the words and the last: most have neither, which is seen sooner than that they lack one of a list.
+/// Selects people of school `$1` whose search text contains all words in `$4`, sorted by a key, on
+/// one side of the cursor (`$2`, `$3`). If the key is a plain column, SQLite scans its index in
+/// order, which is fast if most rows match; if it is an expression, SQLite sorts the matches
+/// afterwards. `$9` and `$10` are the first and the last word: testing them first rejects most rows
+/// before the more expensive test of the whole list.
 macro_rules! people_by {
     ($listed:literal, $key:literal, $side:literal, $order:literal) => {
         concat!(
@@ -59,10 +61,10 @@ macro_rules! people_by {
     };
 }
 
-/// What no key is beyond.
+/// A string that sorts after every key.
 const LAST_KEY: &str = "\u{10FFFF}";
 
-/// People in the order asked for.
+/// Returns people in the requested order.
 pub async fn list_people(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -108,7 +110,8 @@ pub async fn list_people(
         .await
 }
 
-/// People of a school by their ids, by name; who is not of the school is left out, and so are guests.
+/// Returns the people of a school with these ids, sorted by name. Guests and people of other
+/// schools are left out.
 pub async fn list_people_by_id(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -129,7 +132,7 @@ pub async fn list_people_by_id(
     .await
 }
 
-/// Gives everybody of before what they are found and sorted by.
+/// Fills the search and sort columns for accounts created before these columns existed.
 pub(super) async fn fill_search_texts(writer: &Pool) -> Result<()> {
     #[derive(FromRow)]
     struct Unsorted {
@@ -156,7 +159,7 @@ pub(super) async fn fill_search_texts(writer: &Pool) -> Result<()> {
     tx.commit().await
 }
 
-/// A person of a school who has an account: no guest.
+/// Returns a person of a school, unless they are a guest.
 pub async fn find_directory_entry(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -165,7 +168,7 @@ pub async fn find_directory_entry(
     Ok(find_anybody(executor, school, id).await?.filter(|person| person.role != Role::Guest))
 }
 
-/// A person of a school, guests of studies included.
+/// Returns a person of a school, including guests of studies.
 pub async fn find_anybody(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -185,21 +188,21 @@ pub async fn find_anybody(
     .await
 }
 
-/// Who somebody is said to be.
+/// Personal details to be changed.
 #[derive(Clone, Copy, Debug)]
 pub struct Details<'a> {
     /// Name.
     pub name: &'a str,
-    /// Address.
+    /// Email address.
     pub email: &'a str,
-    /// What the registrar knows them by; `None` leaves it as it is.
+    /// Registration number; `None` leaves the stored number unchanged.
     pub registrar_id: Option<&'a str>,
 }
 
-/// Changes who somebody is said to be. Another address ends every link and code.
+/// Changes a person's details. A change of the email address deletes all links and sign-in codes.
 ///
 /// # Errors
-/// When the address or the number is taken, or the database fails.
+/// If the email address or the registration number is already in use, or the database fails.
 pub async fn change_details(
     writer: &mut Connection,
     school: SchoolId,
@@ -234,7 +237,8 @@ pub async fn change_details(
     .map(drop)
 }
 
-/// Changes a person's role and removes the person from all cohorts: a promoted trainee must not teach their former cohort.
+/// Changes a person's role and removes the person from all cohorts: a promoted trainee must not
+/// teach their former cohort.
 pub async fn change_role(writer: &mut Connection, school: SchoolId, id: PersonId, role: Role) -> Result<()> {
     sqlx::query("UPDATE people SET role = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -254,7 +258,7 @@ async fn leave_all_cohorts(writer: &mut Connection, school: SchoolId, id: Person
         .map(drop)
 }
 
-/// Lets somebody sign in again.
+/// Enables a disabled account. Returns false if it was not disabled, or is erased.
 pub async fn enable_account(writer: &mut Connection, school: SchoolId, id: PersonId) -> Result<bool> {
     sqlx::query(
         "UPDATE people SET disabled_at = NULL
@@ -267,7 +271,7 @@ pub async fn enable_account(writer: &mut Connection, school: SchoolId, id: Perso
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Every letter to somebody, sent or not, by its id.
+/// Returns the ids of all letters to a person, sent or not.
 pub async fn list_letters_to(
     executor: impl Executor<'_>,
     person: &DirectoryEntry,
@@ -285,7 +289,7 @@ pub async fn list_letters_to(
     .await
 }
 
-/// Takes away everything that tells who somebody is. The attempts and scores stay, under the pseudonym.
+/// Erases a person's identity. Attempts and scores stay under the pseudonym.
 pub async fn erase_person(
     writer: &mut Connection,
     person: &DirectoryEntry,
@@ -305,13 +309,13 @@ pub async fn erase_person(
         .bind(person.id)
         .execute(&mut *writer)
         .await?;
-    // A letter to an address of theirs, with a survey's link, names them too.
+    // Letters with a survey link carry no person id, but their address identifies the person.
     sqlx::query("DELETE FROM survey_letters WHERE school_id = $1 AND email = $2")
         .bind(school)
         .bind(&person.email)
         .execute(&mut *writer)
         .await?;
-    // An uploaded list that waits to be confirmed may name anybody.
+    // An uploaded roster that waits for confirmation may contain any person's data.
     sqlx::query("DELETE FROM rosters WHERE school_id = $1").bind(school).execute(&mut *writer).await?;
     sqlx::query(
         "UPDATE people SET display_name = pseudonym, sort_name = pseudonym, email = $3, search = $4, registrar_id = NULL, password_hash = '',
@@ -328,7 +332,7 @@ pub async fn erase_person(
     .map(drop)
 }
 
-/// When somebody came into being here.
+/// Returns the time at which the account was created.
 pub async fn find_creation_time(executor: impl Executor<'_>, school: SchoolId, id: PersonId) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT created_at FROM people WHERE school_id = $1 AND id = $2")
         .bind(school)

@@ -1,4 +1,4 @@
-//! Documents being written.
+//! Drafts of documents: exercises, courses and instruments.
 
 use model::Moment;
 use model::ids::{DraftId, PersonId, RevisionId, SchoolId};
@@ -7,7 +7,7 @@ use sqlx::FromRow;
 use super::pictures::copy_revision_pictures;
 use super::{Connection, Executor, Result};
 
-/// What a draft will be a revision of.
+/// Kind of document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
 #[sqlx(type_name = "text", rename_all = "lowercase")]
 pub enum DraftKind {
@@ -22,59 +22,59 @@ pub enum DraftKind {
 /// The texts of a draft.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Texts {
-    /// The exercise, the course or the instrument, TOML.
+    /// Document of the exercise, course or instrument, as TOML.
     pub document: String,
-    /// The exercise's scene, TOML; empty for any other.
+    /// Scene of the exercise, as TOML; empty for other kinds.
     pub scene: String,
 }
 
 /// A draft.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct DocumentDraft {
-    /// Its id.
+    /// Id.
     pub id: DraftId,
-    /// What it will be a revision of …
+    /// Kind of document.
     pub kind: DraftKind,
-    /// … by the document's id.
+    /// Id of the document.
     pub document_id: String,
-    /// The revision of an exercise that its meshes come from.
+    /// Exercise revision that provides the meshes.
     pub based_on: Option<RevisionId>,
-    /// What is written.
+    /// Text of the draft.
     #[sqlx(flatten)]
     pub texts: Texts,
-    /// Grows with each save.
+    /// Version, incremented on each save.
     pub version: i64,
-    /// Name of who saved it last.
+    /// Name of the person who saved it last.
     pub saved_by: String,
-    /// When.
+    /// Time of the last save.
     pub saved_at: Moment,
 }
 
-/// A draft to be begun.
+/// A draft to be created.
 #[derive(Clone, Debug)]
 pub struct NewDocumentDraft<'a> {
-    /// What it will be a revision of …
+    /// Kind of document.
     pub kind: DraftKind,
-    /// … by the document's id.
+    /// Id of the document.
     pub document_id: &'a str,
-    /// The revision of an exercise that its meshes come from.
+    /// Exercise revision that provides the meshes.
     pub based_on: Option<RevisionId>,
-    /// What is written.
+    /// Initial text.
     pub texts: &'a Texts,
 }
 
-/// Somebody of a school, at a moment.
+/// Author and time of a change.
 #[derive(Clone, Copy, Debug)]
 pub struct DraftEditor {
     /// School.
     pub school: SchoolId,
     /// Person.
     pub person: PersonId,
-    /// When.
+    /// Time of the change.
     pub now: Moment,
 }
 
-/// The draft of a document, if somebody has begun one.
+/// Returns the id of the draft of a document, if there is one.
 pub async fn find_draft_of(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -89,10 +89,10 @@ pub async fn find_draft_of(
         .await
 }
 
-/// Begins a draft, with the pictures of the revision that it is based on.
+/// Creates a draft, with the pictures of the revision that it is based on.
 ///
 /// # Errors
-/// When the document has one already, or the database fails.
+/// If the document already has a draft, or the database fails.
 pub async fn begin_draft(writer: &mut Connection, by: DraftEditor, draft: &NewDocumentDraft<'_>) -> Result<DraftId> {
     let id = DraftId::made_at(by.now);
     sqlx::query(
@@ -116,7 +116,7 @@ pub async fn begin_draft(writer: &mut Connection, by: DraftEditor, draft: &NewDo
     Ok(id)
 }
 
-/// A draft.
+/// Returns a draft.
 pub async fn find_draft(executor: impl Executor<'_>, school: SchoolId, id: DraftId) -> Result<Option<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
@@ -129,7 +129,7 @@ pub async fn find_draft(executor: impl Executor<'_>, school: SchoolId, id: Draft
     .await
 }
 
-/// Every draft of a school, courses first, by the document's id.
+/// Returns all drafts of a school, sorted by kind (courses first), then by document id.
 pub async fn list_drafts(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
@@ -141,7 +141,8 @@ pub async fn list_drafts(executor: impl Executor<'_>, school: SchoolId) -> Resul
     .await
 }
 
-/// Saves a draft over the version that was seen; false when it is another by now.
+/// Saves a draft, provided that it still has the version `seen`. Returns false if it was changed in
+/// the meantime.
 pub async fn save_draft(
     writer: &mut Connection,
     by: DraftEditor,
@@ -165,7 +166,7 @@ pub async fn save_draft(
     Ok(saved.rows_affected() == 1)
 }
 
-/// Says that a draft's meshes come from another revision: its scene does.
+/// Sets the revision that provides a draft's meshes, when its scene is taken from that revision.
 pub async fn rebase_draft(writer: &mut Connection, school: SchoolId, id: DraftId, revision: RevisionId) -> Result<()> {
     sqlx::query("UPDATE drafts SET based_on = $1 WHERE school_id = $2 AND id = $3")
         .bind(revision)
@@ -176,8 +177,8 @@ pub async fn rebase_draft(writer: &mut Connection, school: SchoolId, id: DraftId
     Ok(())
 }
 
-/// Removes a draft in the version that was seen: it has been published, or is not wanted any more. False when it is another
-/// by now, or none.
+/// Deletes a draft that was published or discarded, provided that it still has the version `seen`.
+/// Returns false if it was changed or deleted in the meantime.
 pub async fn remove_draft(writer: &mut Connection, school: SchoolId, id: DraftId, seen: i64) -> Result<bool> {
     let removed = sqlx::query("DELETE FROM drafts WHERE school_id = $1 AND id = $2 AND version = $3")
         .bind(school)

@@ -1,4 +1,4 @@
-//! Exercises as they were published: revisions that never change.
+//! Published exercises. Revisions are immutable.
 
 use std::collections::BTreeMap;
 
@@ -28,19 +28,19 @@ pub struct NewRevision<'a> {
     pub exercise_sha256: &'a str,
     /// SHA-256 of the scene document.
     pub scene_sha256: &'a str,
-    /// SHA-256 over the exercise, the scene, every mesh and every picture.
+    /// SHA-256 over the exercise, the scene, all meshes and all pictures.
     pub bundle_sha256: &'a str,
     /// The exercise document, byte for byte.
     pub exercise_bytes: &'a [u8],
     /// The scene document, byte for byte.
     pub scene_bytes: &'a [u8],
-    /// Each mesh: its name in the scene, and its bytes.
+    /// Meshes: name in the scene, and content.
     pub meshes: &'a [(String, Vec<u8>)],
-    /// Each picture of its briefing, in order.
+    /// Pictures of the briefing, in order.
     pub pictures: &'a [PictureFile],
 }
 
-/// A published revision, without its bytes.
+/// A published revision, without its documents.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Revision {
     /// Id of the revision.
@@ -59,22 +59,22 @@ pub struct Revision {
     pub exercise_sha256: String,
     /// SHA-256 of the scene document.
     pub scene_sha256: String,
-    /// When it was published.
+    /// Time of publication.
     pub published_at: Moment,
 }
 
-/// The bytes of a revision.
+/// Documents and meshes of a revision, byte for byte.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RevisionBytes {
     /// The exercise document.
     pub exercise: Vec<u8>,
     /// The scene document.
     pub scene: Vec<u8>,
-    /// Each mesh: its name in the scene, and its bytes.
+    /// Meshes: name in the scene, and content.
     pub meshes: Vec<(String, Vec<u8>)>,
 }
 
-/// The revision with these bytes, if it was ever published.
+/// Returns the revision with this bundle hash, if it was ever published.
 pub async fn find_revision_by_bundle(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -87,12 +87,14 @@ pub async fn find_revision_by_bundle(
         .await
 }
 
-/// The newest revision that a recording's metadata names: of this exercise, made of these two documents.
+/// Returns the newest revision with the exercise id and the two document hashes of a recording's
+/// metadata.
 pub async fn by_documents(
     executor: impl Executor<'_>,
     school: SchoolId,
     session: &recording::Session,
 ) -> Result<Option<RevisionId>> {
+    // `rowid` is the order of insertion, which does not depend on the clock.
     sqlx::query_scalar(
         "SELECT id FROM exercise_revisions
          WHERE school_id = $1 AND exercise_sha256 = $2 AND scene_sha256 = $3 AND exercise_id = $4
@@ -109,7 +111,7 @@ pub async fn by_documents(
 /// Stores a revision with its meshes and pictures.
 ///
 /// # Errors
-/// When it was published before, or the database fails.
+/// If this revision was published before, or the database fails.
 pub async fn publish_exercise(
     writer: &mut Connection,
     school: SchoolId,
@@ -160,7 +162,8 @@ async fn insert_mesh(
         .map(drop)
 }
 
-/// Makes a revision the one that trainees are given from a moment on, in place of the one before.
+/// Makes a revision the current one, which trainees are given from `now` on. Records when the
+/// previous revision was replaced.
 pub async fn make_current(
     writer: &mut Connection,
     school: SchoolId,
@@ -190,7 +193,7 @@ pub async fn make_current(
     .map(drop)
 }
 
-/// When another revision took the place of this one, if it did.
+/// Returns the time at which a revision was replaced by another, if it was.
 pub async fn find_replacement_time(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -206,7 +209,7 @@ pub async fn find_replacement_time(
     .await
 }
 
-/// The revision of an exercise that trainees are given.
+/// Returns the current revision of an exercise, which trainees are given.
 pub async fn find_current_revision(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -224,12 +227,13 @@ pub async fn find_current_revision(
     .await
 }
 
-/// Every revision of an exercise, newest first.
+/// Returns all revisions of an exercise, newest first.
 pub async fn list_exercise_revisions(
     executor: impl Executor<'_>,
     school: SchoolId,
     exercise_id: &str,
 ) -> Result<Vec<Revision>> {
+    // `rowid` is the order of insertion, which does not depend on the clock.
     sqlx::query_as(
         "SELECT id, exercise_id, title, difficulty, pass_mark, exercise_sha256, scene_sha256, published_at
          FROM exercise_revisions WHERE school_id = $1 AND exercise_id = $2 ORDER BY rowid DESC",
@@ -240,7 +244,7 @@ pub async fn list_exercise_revisions(
     .await
 }
 
-/// The revisions that trainees of a school are given, by difficulty and title.
+/// Returns the current revisions of a school, sorted by difficulty, then by title.
 pub async fn list_current_exercises(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Revision>> {
     sqlx::query_as(
         "SELECT r.id, r.exercise_id, r.title, r.difficulty, r.pass_mark, r.exercise_sha256, r.scene_sha256,
@@ -253,7 +257,7 @@ pub async fn list_current_exercises(executor: impl Executor<'_>, school: SchoolI
     .await
 }
 
-/// The bytes of a revision.
+/// Returns the documents and meshes of a revision.
 pub async fn read_exercise_bytes(
     reader: &Pool,
     school: SchoolId,
@@ -273,7 +277,8 @@ pub async fn read_exercise_bytes(
     Ok(Some(RevisionBytes { exercise, scene, meshes }))
 }
 
-/// The bytes of every revision that trainees of a school are given, by exercise: two queries, however many there are.
+/// Returns the documents and meshes of all current revisions of a school, by exercise. It takes two
+/// queries, independently of the number of exercises.
 pub async fn all_documents(reader: &Pool, school: SchoolId) -> Result<BTreeMap<String, RevisionBytes>> {
     let documents: Vec<(String, Vec<u8>, Vec<u8>)> = sqlx::query_as(
         "SELECT e.exercise_id, r.exercise_bytes, r.scene_bytes

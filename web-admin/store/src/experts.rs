@@ -1,4 +1,5 @@
-//! Experts who let their attempts be shown to others, as one curve among at least five.
+//! Experts who consent to their attempts being shown to others, as part of a curve over at least
+//! five experts.
 
 use attempt::AttemptCurve;
 use model::ids::{PersonId, SchoolId, SessionId};
@@ -7,43 +8,43 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Json, Result};
 
-/// Most experts whose attempts are taken together.
+/// Maximum number of experts whose attempts are combined.
 const MOST: u32 = 50;
 
 /// A consent to be recorded.
 #[derive(Clone, Copy, Debug)]
 pub struct NewDeclaration<'a> {
-    /// What was agreed to.
+    /// Text that the expert agreed to.
     pub wording: &'a str,
-    /// How it was given.
+    /// How the consent was given.
     pub how: &'a str,
-    /// When.
+    /// Time of the consent.
     pub given_at: Moment,
-    /// Themselves, or the administrator to whom they gave it.
+    /// The expert, or the administrator who recorded the consent.
     pub recorded_by: PersonId,
 }
 
-/// A consent as it was recorded, and perhaps taken back.
+/// A recorded consent, which may have been withdrawn.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Declaration {
-    /// What was agreed to.
+    /// Text that the expert agreed to.
     pub wording: String,
-    /// How it was given.
+    /// How the consent was given.
     pub how: String,
-    /// When.
+    /// Time of the consent.
     pub given_at: Moment,
-    /// Name of whoever recorded it.
+    /// Name of the person who recorded it.
     pub recorded_by: String,
-    /// When it was taken back.
+    /// Time of the withdrawal.
     pub withdrawn_at: Option<Moment>,
-    /// Name of whoever recorded that.
+    /// Name of the person who recorded the withdrawal.
     pub withdrawn_by: Option<String>,
 }
 
-/// Records that somebody consents. False where they already do.
+/// Records a person's consent. Returns false if they already have one that is not withdrawn.
 ///
 /// # Errors
-/// When somebody is of another school, or the database fails.
+/// If one of the people belongs to another school, or the database fails.
 pub async fn record_consent(
     writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -66,7 +67,7 @@ pub async fn record_consent(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Takes a consent back; what was recorded stays. False where there is none.
+/// Withdraws a person's consent and keeps its record. Returns false if they have given no consent.
 pub async fn withdraw_consent(
     writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -86,7 +87,7 @@ pub async fn withdraw_consent(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// When somebody consented, if they do.
+/// Returns the time of a person's current consent, if there is one.
 pub async fn list_consents(executor: impl Executor<'_>, school: SchoolId, person: PersonId) -> Result<Option<Moment>> {
     sqlx::query_scalar(
         "SELECT given_at FROM expert_declarations WHERE school_id = $1 AND person_id = $2 AND withdrawn_at IS NULL",
@@ -97,7 +98,7 @@ pub async fn list_consents(executor: impl Executor<'_>, school: SchoolId, person
     .await
 }
 
-/// Everything that was recorded about somebody's consent, the latest first.
+/// Returns all recorded consents of a person, latest first.
 pub async fn declarations(executor: impl Executor<'_>, school: SchoolId, person: PersonId) -> Result<Vec<Declaration>> {
     sqlx::query_as(
         "SELECT d.wording, d.how, d.given_at, r.display_name AS recorded_by, d.withdrawn_at,
@@ -113,7 +114,7 @@ pub async fn declarations(executor: impl Executor<'_>, school: SchoolId, person:
     .await
 }
 
-/// The newest passed attempt of each consenting expert at an exercise.
+/// Returns the curve of each consenting expert's latest passed attempt at an exercise.
 pub async fn list_expert_curves(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -136,7 +137,8 @@ pub async fn list_expert_curves(
     Ok(curves.into_iter().map(|json| json.0).collect())
 }
 
-/// The newest passed attempt of each consenting expert at an exercise, but for one's own.
+/// Returns the latest passed attempt of each consenting expert at an exercise, except those of the
+/// given person.
 pub async fn list_expert_attempts(
     executor: impl Executor<'_>,
     PersonKey { school_id: school, person_id: person }: PersonKey,

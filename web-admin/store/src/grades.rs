@@ -1,4 +1,5 @@
-//! The grade that counts: the newest computed score, or what somebody has put in its place. Every grading stays.
+//! The effective grade of an attempt: the newest computed score, or an override. All scores and
+//! overrides are kept.
 
 use model::ids::{OverrideId, PersonId, SessionId};
 use model::{Moment, SessionKey};
@@ -6,44 +7,44 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result, practice};
 
-/// The grade that counts.
+/// The effective grade of an attempt.
 #[derive(Clone, Copy, Debug, PartialEq, FromRow)]
 pub struct Grade {
-    /// 0–100.
+    /// Score, 0–100.
     pub score: f64,
-    /// It counts as a pass.
+    /// The attempt is passed.
     pub passed: bool,
-    /// Somebody has put it in place of the computed score.
+    /// The grade is an override.
     pub overridden: bool,
 }
 
-/// What somebody puts in place of a computed score, or that the computed score counts again.
+/// An override of the computed score, or its removal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NewOverride<'a> {
-    /// 0–100, and whether it counts as a pass; absent where the computed score is to count again.
+    /// Score (0–100) and pass; `None` restores the computed score.
     pub grade: Option<(f64, bool)>,
-    /// Why.
+    /// Reason.
     pub reason: &'a str,
-    /// Who.
+    /// Person who makes the override.
     pub made_by: PersonId,
 }
 
-/// An override as it was made.
+/// A recorded override.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct OverrideRecord {
-    /// 0–100; absent where it says that the computed score counts again.
+    /// Score, 0–100; `None` if the entry restores the computed score.
     pub score: Option<f64>,
-    /// It counts as a pass.
+    /// The attempt is passed; `None` if the entry restores the computed score.
     pub passed: Option<bool>,
-    /// Why.
+    /// Reason.
     pub reason: String,
-    /// The name of whoever made it.
+    /// Name of the person who made it.
     pub by: String,
-    /// When.
+    /// Time of the override.
     pub made_at: Moment,
 }
 
-/// The grade of an attempt that counts; none before it is scored.
+/// Returns the effective grade of an attempt; `None` before it is scored.
 pub async fn find_grade(executor: impl Executor<'_>, session: SessionKey) -> Result<Option<Grade>> {
     sqlx::query_as(
         "SELECT score, passed, override_id IS NOT NULL AS overridden FROM grades
@@ -55,10 +56,11 @@ pub async fn find_grade(executor: impl Executor<'_>, session: SessionKey) -> Res
     .await
 }
 
-/// Adds an override; earlier ones and every computed score stay.
+/// Adds an override. Earlier overrides and all computed scores are kept.
 ///
 /// # Errors
-/// When the attempt or the person is of another school, the reason is empty, or the database fails.
+/// If the attempt or the person belongs to another school, the reason is empty, or the database
+/// fails.
 pub async fn put_override(
     writer: &mut Connection,
     session: SessionKey,
@@ -82,7 +84,7 @@ pub async fn put_override(
     practice::refresh_practice(writer, session).await
 }
 
-/// Attempts whose grade nobody has overridden and that is not that of the score it names.
+/// Returns attempts without an override whose grade differs from the score it refers to.
 pub async fn list_strayed_grades(executor: impl Executor<'_>) -> Result<Vec<SessionId>> {
     sqlx::query_scalar(
         "SELECT g.session_id FROM grades g JOIN scores c ON c.id = g.score_id
@@ -92,7 +94,7 @@ pub async fn list_strayed_grades(executor: impl Executor<'_>) -> Result<Vec<Sess
     .await
 }
 
-/// Every override of an attempt, in the order in which they were made.
+/// Returns all overrides of an attempt, oldest first.
 pub async fn list_overrides(executor: impl Executor<'_>, session: SessionKey) -> Result<Vec<OverrideRecord>> {
     sqlx::query_as(
         "SELECT o.score, o.passed, o.reason, p.display_name AS by, o.made_at FROM score_overrides o

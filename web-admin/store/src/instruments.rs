@@ -1,4 +1,4 @@
-//! Instruments in their published revisions.
+//! Published revisions of instruments.
 
 use documents::Wording;
 use model::Moment;
@@ -11,37 +11,37 @@ use super::{Connection, Executor, Result};
 /// A revision of an instrument.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct InstrumentRevision {
-    /// The revision.
+    /// Id of the revision.
     pub id: RevisionId,
-    /// The instrument's id.
+    /// Id of the instrument.
     pub instrument_id: String,
-    /// Its title, in the reader's language.
+    /// Title, in the reader's language.
     #[sqlx(try_from = "StoredTitle")]
     pub title: String,
-    /// Hash of the document.
+    /// SHA-256 of the document.
     pub sha256: String,
-    /// The document.
+    /// The document, byte for byte.
     pub bytes: Vec<u8>,
-    /// Since when.
+    /// Time of publication.
     pub published_at: Moment,
 }
 
-/// A revision to be added.
+/// A revision to be published.
 #[derive(Clone, Copy, Debug)]
 pub struct NewInstrument<'a> {
-    /// Its school.
+    /// School.
     pub school_id: SchoolId,
-    /// The instrument's id.
+    /// Id of the instrument.
     pub instrument_id: &'a str,
-    /// Its title, its first language's first.
+    /// Title, with the instrument's first language first.
     pub title: &'a Wording,
-    /// Hash of the document.
+    /// SHA-256 of the document.
     pub sha256: &'a str,
-    /// The document.
+    /// The document, byte for byte.
     pub bytes: &'a [u8],
 }
 
-/// The revision with these very bytes, if there is one.
+/// Returns the revision with this hash, if there is one.
 pub async fn find_instrument_by_hash(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -54,10 +54,10 @@ pub async fn find_instrument_by_hash(
         .await
 }
 
-/// Adds a revision.
+/// Stores a revision.
 ///
 /// # Errors
-/// When the bytes are known already, or the database fails.
+/// If this document was published before, or the database fails.
 pub async fn publish_instrument(writer: &mut Connection, new: &NewInstrument<'_>, now: Moment) -> Result<RevisionId> {
     sqlx::query_scalar(
         "INSERT INTO instrument_revisions (id, school_id, instrument_id, title, sha256, bytes, published_at)
@@ -74,10 +74,10 @@ pub async fn publish_instrument(writer: &mut Connection, new: &NewInstrument<'_>
     .await
 }
 
-/// Makes a revision the one that new surveys ask.
+/// Makes a revision the current one, which new surveys use.
 ///
 /// # Errors
-/// When there is no such revision, or the database fails.
+/// If there is no such revision, or the database fails.
 pub async fn make_current(
     writer: &mut Connection,
     school: SchoolId,
@@ -96,7 +96,7 @@ pub async fn make_current(
     .map(drop)
 }
 
-/// An instrument in the revision that new surveys ask.
+/// Returns the current revision of an instrument, which new surveys use.
 pub async fn find_current_instrument(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -113,7 +113,7 @@ pub async fn find_current_instrument(
     .await
 }
 
-/// Every instrument in the revision that new surveys ask, by title.
+/// Returns the current revisions of all instruments, sorted by title.
 pub async fn list_current_instruments(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -128,7 +128,7 @@ pub async fn list_current_instruments(
     .await
 }
 
-/// A revision, whether it is current or not.
+/// Returns a revision, current or not.
 pub async fn find_instrument_revision(
     executor: impl Executor<'_>,
     school: SchoolId,

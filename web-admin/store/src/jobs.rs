@@ -1,4 +1,5 @@
-//! The durable queue. A job lives until the transaction that stores its outcome deletes it: a crash repeats it.
+//! The durable queue of scoring jobs. The transaction that stores a job's result also deletes the
+//! job, so that a job is repeated after a crash.
 
 use model::ids::{ReplicaId, SchoolId, SessionId};
 use model::{Moment, SessionKey};
@@ -7,35 +8,35 @@ use sqlx::FromRow;
 use super::tries::MOST_DEATHS;
 use super::{Connection, Executor, Result, replicas};
 
-/// A recording that waits to be scored.
+/// A recording to be scored.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Job {
     /// School.
     pub school_id: SchoolId,
-    /// Session.
+    /// Attempt to be scored.
     pub session_id: SessionId,
-    /// How often it was tried.
+    /// Number of failures, crashes included.
     #[sqlx(try_from = "i64")]
     pub attempts: u32,
-    /// How many of those tries ended in a death.
+    /// Number of crashes while the job was processed.
     pub deaths: i64,
 }
 
 impl Job {
-    /// The attempt to score.
+    /// Returns the key of the attempt to be scored.
     #[must_use]
     pub const fn session(&self) -> SessionKey {
         SessionKey { school_id: self.school_id, id: self.session_id }
     }
 
-    /// This job in a replica's hands.
+    /// Returns the lease of this job by a replica.
     #[must_use]
     pub const fn held_by(&self, replica: ReplicaId) -> JobHold {
         JobHold { session: self.session(), replica }
     }
 }
 
-/// Puts an attempt into the queue; once is enough.
+/// Adds an attempt to the queue, unless it is already there.
 pub async fn enqueue_job(writer: &mut Connection, session: SessionKey, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO jobs (school_id, session_id, kind, next_run_at) VALUES ($1, $2, 'score', $3)
@@ -49,19 +50,20 @@ pub async fn enqueue_job(writer: &mut Connection, session: SessionKey, now: Mome
     .map(drop)
 }
 
-/// Longest that a job is put off, in s. What is due later was queued by a clock that has been set back since, and is due now.
+/// Longest delay of a retry, in s. A job that is due later than this was queued before the clock
+/// was set back, and is treated as due now.
 pub const LONGEST_WAIT_S: i64 = 320;
 
-/// What of the queue is asked for: what is due at a moment, and has had so many deaths.
+/// Selects jobs due at `now` with exactly `deaths` crashes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JobQuery {
-    /// The moment.
+    /// Current time.
     pub now: Moment,
-    /// Deaths of whoever worked on it.
+    /// Number of crashes while the job was processed.
     pub deaths: i64,
 }
 
-/// The schools for which something is due that nobody holds.
+/// Returns the schools that have due jobs without a lease.
 pub async fn list_waiting_schools(executor: impl Executor<'_>, due: JobQuery) -> Result<Vec<SchoolId>> {
     sqlx::query_scalar(
         "SELECT s.id FROM schools s WHERE EXISTS (SELECT 1 FROM jobs j
@@ -74,7 +76,7 @@ pub async fn list_waiting_schools(executor: impl Executor<'_>, due: JobQuery) ->
     .await
 }
 
-/// Takes the job of a school that has been due for longest, of those that nobody holds; none that was set aside.
+/// Leases the job of a school that has been due for longest. Quarantined jobs are left out.
 pub async fn claim_due_job(
     writer: &mut Connection,
     school: SchoolId,
@@ -82,6 +84,8 @@ pub async fn claim_due_job(
     replica: ReplicaId,
 ) -> Result<Option<Job>> {
     replicas::enrol_replica(&mut *writer, replica).await?;
+    // `deaths < $4` leaves out quarantined jobs; `next_run_at > $6` selects jobs queued before the
+    // clock was set back.
     sqlx::query_as(
         "UPDATE jobs SET held_by = $1 WHERE (school_id, session_id) IN (
              SELECT school_id, session_id FROM jobs
@@ -99,7 +103,7 @@ pub async fn claim_due_job(
     .await
 }
 
-/// When the next job will be due that is not yet, if any waits.
+/// Returns the time at which the next job becomes due, not counting jobs that are already due.
 pub async fn find_next_job_time(executor: impl Executor<'_>, now: Moment) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT min(next_run_at) FROM jobs WHERE next_run_at > $1 AND deaths < $2")
         .bind(now)
@@ -108,16 +112,17 @@ pub async fn find_next_job_time(executor: impl Executor<'_>, now: Moment) -> Res
         .await
 }
 
-/// A job that a replica has taken. Whoever was taken for dead holds it no more, and what they come to counts for nothing.
+/// A replica's lease of a job. A replica that was declared dead has lost its leases and cannot
+/// store a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JobHold {
-    /// The attempt to score.
+    /// Attempt to be scored.
     pub session: SessionKey,
-    /// Who scores it.
+    /// Replica that holds the lease.
     pub replica: ReplicaId,
 }
 
-/// Notes that a job is begun. False where it is held no more.
+/// Marks a job as started. Returns false if the lease was lost.
 pub async fn begin_job_try(writer: &mut Connection, hold: JobHold) -> Result<bool> {
     let begun = sqlx::query("UPDATE jobs SET begun = TRUE WHERE school_id = $1 AND session_id = $2 AND held_by = $3")
         .bind(hold.session.school_id)
@@ -128,30 +133,30 @@ pub async fn begin_job_try(writer: &mut Connection, hold: JobHold) -> Result<boo
     Ok(begun.rows_affected() > 0)
 }
 
-/// Why a job goes back into the queue.
+/// Reason for releasing a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JobReturn<'a> {
-    /// It was not tried.
+    /// The job was not started.
     Untried,
-    /// It could not be tried, which is no failure of the job.
+    /// The job could not be started, for a reason that does not count as its failure.
     Postponed {
-        /// When it is due again.
+        /// Time of the next attempt.
         until: Moment,
-        /// Why, in words.
+        /// Reason, as text.
         why: &'a str,
     },
-    /// It failed, which may pass.
+    /// The job failed and is to be retried.
     Failed {
-        /// As of `Postponed`.
+        /// Time of the retry.
         until: Moment,
-        /// As of `Postponed`.
+        /// Reason, as text.
         why: &'a str,
     },
-    /// Whoever worked on it has died of it; how.
+    /// The job crashed its worker, with a description of the crash.
     Died(&'a str),
 }
 
-/// Puts a job back. False where it is held no more, and nothing is done.
+/// Releases a job. Returns false without any change if the lease was lost.
 pub async fn return_job(writer: &mut Connection, hold: JobHold, how: JobReturn<'_>) -> Result<bool> {
     let (until, why) = match how {
         JobReturn::Untried => (None, None),
@@ -177,7 +182,8 @@ pub async fn return_job(writer: &mut Connection, hold: JobHold, how: JobReturn<'
     Ok(returned.rows_affected() > 0)
 }
 
-/// Takes a job out of the queue, with what has come of it. False where it is held no more: then nothing may come of it.
+/// Deletes a job, in the transaction that stores its result. Returns false if the lease was lost:
+/// the result must then be discarded.
 pub async fn finish_job(writer: &mut Connection, hold: JobHold) -> Result<bool> {
     let finished = sqlx::query("DELETE FROM jobs WHERE school_id = $1 AND session_id = $2 AND held_by = $3")
         .bind(hold.session.school_id)
@@ -188,7 +194,7 @@ pub async fn finish_job(writer: &mut Connection, hold: JobHold) -> Result<bool> 
     Ok(finished.rows_affected() > 0)
 }
 
-/// How many jobs wait.
+/// Returns the number of jobs in the queue.
 pub async fn count_jobs(executor: impl Executor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM jobs").fetch_one(executor).await
 }

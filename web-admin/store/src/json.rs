@@ -1,4 +1,5 @@
-//! JSON in a column of text: byte for byte what was written, which the audit log hashes, whatever the engine has for JSON.
+//! JSON in a text column. It is stored byte for byte, independently of the engine's JSON types,
+//! because the audit log hashes it.
 
 use serde::de::Deserialize;
 use serde::ser::Serialize;
@@ -7,7 +8,7 @@ use sqlx::encode::IsNull;
 use sqlx::error::BoxDynError;
 use sqlx::{Decode, Encode, Type};
 
-/// What a column holds as JSON.
+/// A value stored as JSON.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Json<T>(pub T);
 

@@ -1,12 +1,12 @@
-//! Everything that is SQL. Functions that read take any executor; functions that write take a connection, which only
-//! [`Database::write`] hands out, so that there is one writer at a time.
+//! All SQL of the service. Functions that read accept any executor; functions that write need a
+//! connection from [`Database::write`], so that there is one writer at a time.
 //!
-//! What a viewer may see of trainees is in one place, the view `taught_trainees`.
+//! The view `taught_trainees` alone decides which trainees a person may see.
 //!
-//! A limit that is bound is written `LIMIT $1 + 0`: SQLite looks at the value of a bare parameter when it plans a statement, and therefore
-//! plans it anew at each execution.
+//! A bound limit is written `LIMIT $1 + 0`: SQLite plans a statement with a bare parameter by its
+//! value, and therefore plans it anew at each execution.
 //!
-//! Whatever asks the database fails when the database does; a function says only what else it refuses.
+//! Every function fails if the database fails; its documentation only names other causes of errors.
 
 use model::Moment;
 use serde::{Deserialize, Deserializer};
@@ -80,14 +80,14 @@ pub mod tries;
 pub mod uploads;
 pub mod web_sessions;
 
-/// What a query may come to.
+/// Result of a query.
 pub type Result<T> = std::result::Result<T, sqlx::Error>;
 
-/// Why a query came to nothing.
+/// Error of a query.
 pub type Error = sqlx::Error;
 
-/// A number within JSON that SQLite has written, or none. As a text of 17 digits it is the very number that was stored: as a
-/// number of JSON it would have 15.
+/// A number in JSON written by SQLite, or null. It is written as text with 17 digits, which
+/// preserves the stored value; SQLite writes JSON numbers with only 15 digits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExactNumber(pub Option<f64>);
 
@@ -98,10 +98,10 @@ impl<'de> Deserialize<'de> for ExactNumber {
     }
 }
 
-/// A transaction that holds the write lock from its first moment.
+/// A transaction that holds the write lock from its start.
 pub type Write = Transaction<'static, Engine>;
 
-/// The database: one connection that writes, several that read.
+/// The database: one connection for writing, several for reading.
 #[derive(Clone, Debug)]
 pub struct Database {
     writer: Pool,
@@ -110,47 +110,47 @@ pub struct Database {
 }
 
 impl Database {
-    /// Opens a database where there is one.
+    /// Opens a database if it exists.
     ///
     /// # Errors
-    /// When what is there cannot be opened.
+    /// If it exists but cannot be opened.
     pub async fn open_if_there(address: &DatabaseAddress) -> Result<Option<Self>> {
         if Self::is_there(address).await? { Self::open_existing(address).await.map(Some) } else { Ok(None) }
     }
 
-    /// Brings the schema up to date.
+    /// Applies the missing migrations and fills the search columns of older accounts.
     ///
     /// # Errors
-    /// When a migration fails, or the database is newer than this program.
+    /// If a migration fails, or the database is newer than this program.
     pub async fn migrate(&self) -> std::result::Result<(), MigrateError> {
         engine::migrations(self.kind).run(&self.writer).await?;
         Ok(directory::fill_search_texts(&self.writer).await?)
     }
 
-    /// The newest migration that the database has had; 0 where it had none.
+    /// Returns the version of the newest applied migration; 0 without migrations.
     async fn newest_migration(&self) -> Result<i64> {
         sqlx::query_scalar("SELECT coalesce(max(version), 0) FROM _sqlx_migrations").fetch_one(&self.reader).await
     }
 
-    /// How many migrations this program knows and the database has not had: 0 when it is up to date.
+    /// Returns the number of migrations that have not been applied; 0 if the schema is current.
     ///
     /// # Errors
-    /// When the file cannot be read, or was never migrated.
+    /// If the database cannot be read, or was never migrated.
     pub async fn count_missing_migrations(&self) -> Result<usize> {
         let newest = self.newest_migration().await?;
         Ok(engine::migrations(self.kind).iter().filter(|migration| migration.version > newest).count())
     }
 
-    /// Connections that read, and refuse to write: that goes through [`Database::write`].
+    /// Returns the read-only connections. Writes use [`Database::write`].
     #[must_use]
     pub fn reader(&self) -> &Pool {
         &self.reader
     }
 
-    /// Reads and writes a row, as everything that is acknowledged must.
+    /// Checks that the database can be read and written.
     ///
     /// # Errors
-    /// When the database does not answer, or takes nothing.
+    /// If the database does not respond or cannot be written.
     pub async fn beat(&self, now: Moment) -> Result<()> {
         sqlx::query("SELECT 1").execute(&self.reader).await?;
         let mut tx = self.write().await?;
@@ -158,7 +158,7 @@ impl Database {
         tx.commit().await
     }
 
-    /// Closes every connection, so that a write-ahead log is folded into its file.
+    /// Closes all connections; SQLite then checkpoints its write-ahead log into the file.
     pub async fn close(&self) {
         self.reader.close().await;
         self.writer.close().await;

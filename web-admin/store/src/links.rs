@@ -1,4 +1,4 @@
-//! Addresses under which a viewer elsewhere may read one recording for a short while.
+//! Short-lived links that let an external viewer read one recording.
 
 use model::ids::PersonId;
 use model::{Moment, SessionKey};
@@ -6,23 +6,23 @@ use model::{Moment, SessionKey};
 use super::sessions::Session;
 use super::{Connection, Executor, Result};
 
-/// A link to a recording, about to be kept.
+/// A link to be stored.
 #[derive(Clone, Copy, Debug)]
 pub struct NewRecordingLink<'a> {
     /// The attempt.
     pub session: SessionKey,
-    /// Whoever made the link.
+    /// Person who made the link.
     pub made_by: PersonId,
-    /// The hash of the secret in it.
+    /// SHA-256 of the secret in the link.
     pub token_sha256: &'a [u8; 32],
-    /// When it ends.
+    /// Expiry time.
     pub expires_at: Moment,
 }
 
-/// Keeps a link by its hash, and throws away those that have expired.
+/// Stores a link and deletes expired ones.
 ///
 /// # Errors
-/// When attempt or person are of another school, or the database fails.
+/// If the attempt or the person belongs to another school, or the database fails.
 pub async fn add_recording_link(writer: &mut Connection, link: NewRecordingLink<'_>, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM recording_links WHERE expires_at <= $1").bind(now).execute(&mut *writer).await?;
     sqlx::query(
@@ -39,7 +39,8 @@ pub async fn add_recording_link(writer: &mut Connection, link: NewRecordingLink<
     .map(drop)
 }
 
-/// The attempt that a link opens, while it lasts and whoever made it may sign in.
+/// Returns the attempt that a link refers to, provided that it has not expired and the account of
+/// the person who made it is not disabled.
 pub async fn find_linked_session(
     executor: impl Executor<'_>,
     token_sha256: &[u8; 32],

@@ -1,49 +1,51 @@
-//! A file that one process holds locked for as long as it needs everything to itself.
+//! Lock files, each held by one process for exclusive access.
 //!
-//! The system lets go of the lock when the process ends, however it ends, so nothing is left to clean up.
+//! The operating system releases the lock when the process ends, even after a crash, so that
+//! nothing has to be cleaned up.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, Write};
 use std::path::Path;
 use std::time::Duration;
 
-/// How often a lock that somebody holds is tried, ...
+/// Number of attempts to take a lock.
 pub(crate) const TRIES: u32 = 40;
-/// ... and how long between two tries: 2 s in all.
+/// Pause between two attempts: 2 s in total.
 pub(crate) const BETWEEN_TRIES: Duration = Duration::from_millis(50);
 
-/// Why the data are not to be had.
+/// The data cannot be locked.
 #[derive(Debug, thiserror::Error)]
 pub enum LockError {
-    /// Somebody else has them.
+    /// Another process holds the lock.
     #[error("{place}: {holder} has these data; stop it first, or name another folder")]
     Held {
-        /// The file that is locked, or the database.
+        /// The lock file or the database.
         place: String,
-        /// Who holds it, in words.
+        /// Name of the process that holds it.
         holder: String,
     },
-    /// Nothing can be locked there.
+    /// The lock cannot be created.
     #[error("{place}: cannot be locked: {why}")]
     Unusable {
-        /// The file, or the database.
+        /// The lock file or the database.
         place: String,
-        /// Why.
+        /// Cause.
         why: Box<dyn std::error::Error + Send + Sync>,
     },
 }
 
-/// A file that this process holds locked until it is dropped.
+/// A locked file, held until dropped.
 #[derive(Debug)]
 pub struct FileLock {
     _file: File,
 }
 
 impl FileLock {
-    /// Locks a file, making it where it is missing, and writes into it who holds it. Waits 2 s for somebody else.
+    /// Locks a file, which is created if it is missing, and writes the name of the holder into it.
+    /// Waits up to 2 s for another holder.
     ///
     /// # Errors
-    /// When another process has it, or the file cannot be made.
+    /// If another process holds the lock, or the file cannot be created.
     pub fn take(path: &Path, holder: &str) -> Result<Self, LockError> {
         let place = || path.display().to_string();
         let unusable = |why: std::io::Error| LockError::Unusable { place: place(), why: why.into() };
@@ -56,7 +58,7 @@ impl FileLock {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
                 let mut holder = String::new();
-                // Whoever holds it may be writing its name just now.
+                // The holder may not have written its name yet.
                 let _ = file.read_to_string(&mut holder);
                 let holder = if holder.is_empty() { "another process".to_owned() } else { holder };
                 return Err(LockError::Held { place: place(), holder });
@@ -72,7 +74,7 @@ impl FileLock {
         Ok(Self { _file: file })
     }
 
-    /// Locks the file that stands for a database's file: beside it, with `.lock` behind its name.
+    /// Locks the file next to a database file that has the same name with `.lock` appended.
     pub(crate) fn take_beside(database: &Path, holder: &str) -> Result<Self, LockError> {
         let mut name = database.as_os_str().to_owned();
         name.push(".lock");
@@ -80,8 +82,8 @@ impl FileLock {
     }
 }
 
-/// Tries for a while. A service that is killed just as it starts a helper leaves a child that holds the lock until it becomes the
-/// helper's program, and is not there to be seen afterwards.
+/// Tries to take the lock for up to 2 s. If a service is killed while it starts a helper process,
+/// the forked child inherits the lock and holds it until it executes the helper's program.
 fn try_patiently(file: &File) -> Result<(), TryLockError> {
     for _ in 1..TRIES {
         match file.try_lock() {

@@ -5,24 +5,24 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
-/// A logo as a browser is given it.
+/// A logo.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct SchoolLogo {
-    /// Its media type: PNG or JPEG.
+    /// Media type: PNG or JPEG.
     pub media_type: String,
-    /// In pixels.
+    /// Width, in pixels.
     #[sqlx(try_from = "i64")]
     pub width: u32,
-    /// In pixels.
+    /// Height, in pixels.
     #[sqlx(try_from = "i64")]
     pub height: u32,
-    /// What is in it.
+    /// Content of the file.
     pub bytes: Vec<u8>,
-    /// Changes with what is in it.
+    /// Version, which changes with the content.
     pub version: String,
 }
 
-/// The logo of a school, where it has one.
+/// Returns the logo of a school, if it has one.
 pub async fn find_logo(executor: impl Executor<'_>, school: SchoolId) -> Result<Option<SchoolLogo>> {
     sqlx::query_as("SELECT media_type, width, height, bytes, version FROM school_logos WHERE school_id = $1")
         .bind(school)
@@ -30,7 +30,7 @@ pub async fn find_logo(executor: impl Executor<'_>, school: SchoolId) -> Result<
         .await
 }
 
-/// Gives a school a logo in place of the one it had.
+/// Sets or replaces the logo of a school.
 pub async fn put_logo(writer: &mut Connection, school: SchoolId, logo: &SchoolLogo) -> Result<()> {
     sqlx::query(
         "INSERT INTO school_logos (school_id, media_type, width, height, bytes, version) VALUES ($1, $2, $3, $4, $5, $6)
@@ -48,7 +48,7 @@ pub async fn put_logo(writer: &mut Connection, school: SchoolId, logo: &SchoolLo
     .map(drop)
 }
 
-/// Takes a school's logo away. False where it has none.
+/// Deletes the logo of a school. Returns false if it has none.
 pub async fn remove_logo(writer: &mut Connection, school: SchoolId) -> Result<bool> {
     sqlx::query("DELETE FROM school_logos WHERE school_id = $1")
         .bind(school)

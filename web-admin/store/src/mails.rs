@@ -1,4 +1,4 @@
-//! What is to be mailed, and what was.
+//! The queue of outgoing mail, and its results.
 
 use model::Moment;
 use model::ids::{DatedId, LetterId, PersonId, SchoolId};
@@ -7,21 +7,21 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
-/// To whom, and what about.
+/// A mail to be queued.
 #[derive(Clone, Copy, Debug)]
 pub struct NewMail {
     /// School.
     pub school_id: SchoolId,
-    /// To whom.
+    /// Recipient.
     pub person_id: PersonId,
-    /// What about.
+    /// Kind of mail.
     pub kind: MailKind,
     /// The assignment or task of a reminder.
     pub assignment_id: Option<DatedId>,
 }
 
-/// Queues a mail. A reminder that was queued before is not queued again; an invitation or a reset that waits stands for
-/// the new one.
+/// Queues a mail. A reminder is queued only once; another kind is not queued while an earlier mail
+/// of the same kind to the same person is waiting.
 pub async fn queue_mail(writer: &mut Connection, mail: NewMail, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO mails (id, school_id, person_id, kind, assignment_id, next_run_at)
@@ -40,7 +40,7 @@ pub async fn queue_mail(writer: &mut Connection, mail: NewMail, now: Moment) -> 
     .map(drop)
 }
 
-/// The mails that are due, oldest first.
+/// Returns the mails that are due, oldest first.
 pub async fn list_due_mails(executor: impl Executor<'_>, now: Moment, limit: u32) -> Result<Vec<Mail>> {
     sqlx::query_as(
         "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.tries, p.display_name AS name, p.email,
@@ -56,8 +56,8 @@ pub async fn list_due_mails(executor: impl Executor<'_>, now: Moment, limit: u32
     .await
 }
 
-/// Takes a mail from the queue before it goes out: whatever happens then, it does not go out again by itself. False where somebody else has
-/// taken it.
+/// Claims a mail before it is sent, so that it is never sent twice automatically, even after a
+/// crash. Returns false if another worker has claimed it.
 pub async fn claim_mail(writer: &mut Connection, id: LetterId) -> Result<bool> {
     sqlx::query(
         "UPDATE mails SET next_run_at = NULL, tries = tries + 1, error = NULL WHERE id = $1 AND next_run_at IS NOT NULL",
@@ -68,12 +68,12 @@ pub async fn claim_mail(writer: &mut Connection, id: LetterId) -> Result<bool> {
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Notes that a mail was sent.
+/// Records that a mail was sent.
 pub async fn mark_mail_sent(writer: &mut Connection, id: LetterId, now: Moment) -> Result<()> {
     sqlx::query("UPDATE mails SET sent_at = $2 WHERE id = $1").bind(id).bind(now).execute(writer).await.map(drop)
 }
 
-/// Notes that a mail could not be sent, and when to try again; never, where that is `None`.
+/// Records that a mail could not be sent, and when to retry; `None` means that it is not retried.
 pub async fn mark_mail_failed(writer: &mut Connection, id: LetterId, error: &str, again: Option<Moment>) -> Result<()> {
     sqlx::query("UPDATE mails SET error = $2, next_run_at = $3 WHERE id = $1")
         .bind(id)
@@ -87,15 +87,16 @@ pub async fn mark_mail_failed(writer: &mut Connection, id: LetterId, error: &str
 /// A letter that could not be sent.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct FailedLetter {
-    /// To whom; absent where it went to an address alone.
+    /// Recipient; `None` if it was sent to an address without an account.
     pub person_id: Option<PersonId>,
-    /// Their name, or the address.
+    /// Name of the recipient, or the address.
     pub name: String,
-    /// Why.
+    /// Error message.
     pub error: String,
 }
 
-/// The letters of a school that could not be sent and that no later one to the same person has made up for, the latest first.
+/// Returns the letters of a school that could not be sent, latest first. A failure is left out once
+/// a later letter to the same person was sent.
 pub async fn list_failed_letters(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -116,12 +117,13 @@ pub async fn list_failed_letters(
     .await
 }
 
-/// Takes back a mail that is no longer wanted.
+/// Deletes a mail that is no longer needed.
 pub async fn withdraw_mail(writer: &mut Connection, id: LetterId) -> Result<()> {
     sqlx::query("DELETE FROM mails WHERE id = $1").bind(id).execute(writer).await.map(drop)
 }
 
-/// Why a person's latest mail with a link is not known to have gone out, unless it waits for its first try.
+/// Returns the problem with a person's latest mail with a link: sending failed, or the outcome is
+/// unknown. `None` if it was sent or is waiting for the first attempt.
 pub async fn find_mail_trouble(
     executor: impl Executor<'_>,
     school: SchoolId,

@@ -1,11 +1,11 @@
-//! What the hand did, by its hash: attempts of before there was one.
+//! Backfill of motion hashes for attempts recorded before duplicate detection existed.
 
 use model::{SessionKey, Uncounted};
 
 use super::sessions::Session;
 use super::{Connection, Executor, Result};
 
-/// The next attempt whose motion has no hash yet, in the order in which they came.
+/// Returns the next attempt whose motion is not yet hashed, in order of arrival.
 pub async fn list_unhashed_motions(executor: impl Executor<'_>) -> Result<Option<Session>> {
     sqlx::query_as(
         "SELECT s.* FROM (SELECT school_id, session_id FROM unhashed_motions ORDER BY rowid LIMIT 1) u
@@ -15,7 +15,7 @@ pub async fn list_unhashed_motions(executor: impl Executor<'_>) -> Result<Option
     .await
 }
 
-/// Takes an attempt from those whose motion is to be hashed.
+/// Removes an attempt from the backfill queue.
 pub async fn mark_motions_done(writer: &mut Connection, session: SessionKey) -> Result<()> {
     sqlx::query("DELETE FROM unhashed_motions WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
@@ -25,10 +25,10 @@ pub async fn mark_motions_done(writer: &mut Connection, session: SessionKey) -> 
         .map(drop)
 }
 
-/// Sets the hash of an attempt's motion.
+/// Sets the motion hash of an attempt.
 ///
 /// # Errors
-/// When the database fails, or another attempt of this motion counts as this one does.
+/// If another counted attempt has the same motion, or the database fails.
 pub async fn set_motion(writer: &mut Connection, session: SessionKey, motion_sha256: &str) -> Result<()> {
     sqlx::query("UPDATE sessions SET motion_sha256 = $3 WHERE school_id = $1 AND id = $2")
         .bind(session.school_id)
@@ -39,7 +39,7 @@ pub async fn set_motion(writer: &mut Connection, session: SessionKey, motion_sha
         .map(drop)
 }
 
-/// Whether an attempt was kept before another, whatever the clock said.
+/// Returns whether an attempt was stored before another, independently of the clock.
 pub async fn find_earlier_motion(executor: impl Executor<'_>, session: SessionKey, other: SessionKey) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT (SELECT rowid FROM sessions WHERE school_id = $1 AND id = $2)
@@ -53,7 +53,7 @@ pub async fn find_earlier_motion(executor: impl Executor<'_>, session: SessionKe
     .await
 }
 
-/// An attempt repeats the motion of an earlier one, and counts nowhere from now on.
+/// Marks an attempt as a duplicate of an earlier one, so that it no longer counts.
 pub async fn mark_repeated(writer: &mut Connection, session: SessionKey, first: SessionKey) -> Result<()> {
     sqlx::query("UPDATE sessions SET uncounted = $3, repeats = $4 WHERE school_id = $1 AND id = $2")
         .bind(session.school_id)

@@ -1,4 +1,4 @@
-//! What is new for somebody, until they have read it; and whether they are mailed it.
+//! Notices of new events for a person until they are read, and whether they are mailed.
 
 use model::ids::{AssignmentId, CommentId, NoticeId, PersonId, RoundId, SchoolId, SessionId};
 use model::notice::{Notice, NoticeKind, NoticePlace};
@@ -7,29 +7,29 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Json, Result};
 
-/// A notice to be kept.
+/// A notice to be stored.
 #[derive(Clone, Copy, Debug)]
 pub struct NewNotice {
-    /// Whom it is for.
+    /// Recipient.
     pub whom: PersonKey,
-    /// What it is.
+    /// Kind of notice.
     pub kind: NoticeKind,
-    /// Who did it.
+    /// Person who caused it.
     pub by: PersonId,
     /// The attempt.
     pub session_id: Option<SessionId>,
-    /// What was said.
+    /// The comment or reply.
     pub comment_id: Option<CommentId>,
-    /// What was assigned.
+    /// The assignment.
     pub assignment_id: Option<AssignmentId>,
     /// The round of ratings.
     pub round_id: Option<RoundId>,
 }
 
-/// Keeps a notice.
+/// Stores a notice.
 ///
 /// # Errors
-/// When somebody or something is of another school, or the database fails.
+/// If one of the objects belongs to another school, or the database fails.
 pub async fn add_notice(writer: &mut Connection, new: NewNotice, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO notices (id, school_id, person_id, kind, by_id, session_id, comment_id, assignment_id, round_id, made_at)
@@ -50,7 +50,7 @@ pub async fn add_notice(writer: &mut Connection, new: NewNotice, now: Moment) ->
     .map(drop)
 }
 
-/// Those who teach a trainee.
+/// Returns the instructors of a trainee's cohorts.
 pub async fn list_teachers_of(executor: impl Executor<'_>, trainee: PersonKey) -> Result<Vec<PersonId>> {
     sqlx::query_scalar(
         "SELECT DISTINCT teacher.person_id FROM cohort_members own
@@ -64,7 +64,8 @@ pub async fn list_teachers_of(executor: impl Executor<'_>, trainee: PersonKey) -
     .await
 }
 
-/// Lists the participants of a comment thread who may still see the attempt: its author, those who answered, and the trainee.
+/// Returns the participants of a comment thread who may still see the attempt: the author, those
+/// who replied, and the trainee.
 pub async fn list_speakers_on(
     executor: impl Executor<'_>,
     session: SessionKey,
@@ -86,7 +87,7 @@ pub async fn list_speakers_on(
     .await
 }
 
-/// The trainees to whom something is assigned.
+/// Returns the trainees of an assignment.
 pub async fn list_assignees(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -104,16 +105,16 @@ pub async fn list_assignees(
     .await
 }
 
-/// An attempt of a round, and whose it is; without an attempt, who asked for the round.
+/// An attempt of a round and its trainee; without an attempt, the person who created the round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct RoundPart {
-    /// Who.
+    /// The person.
     pub person_id: PersonId,
-    /// Which attempt.
+    /// The attempt.
     pub session_id: Option<SessionId>,
 }
 
-/// Whom the result of a round concerns; nobody while somebody has yet to rate.
+/// Returns the people whom the result of a round concerns. Empty until all ratings are finished.
 pub async fn list_round_parts(executor: impl Executor<'_>, school: SchoolId, round: RoundId) -> Result<Vec<RoundPart>> {
     sqlx::query_as(
         "SELECT o.made_by AS person_id, NULL AS session_id FROM rating_rounds o
@@ -130,7 +131,7 @@ pub async fn list_round_parts(executor: impl Executor<'_>, school: SchoolId, rou
     .await
 }
 
-/// What is new for a person, the newest first.
+/// Returns a person's unread notices, newest first.
 pub async fn list_unread_notices(executor: impl Executor<'_>, person: PersonKey, most: u32) -> Result<Vec<Notice>> {
     sqlx::query_as(
         "SELECT n.kind, b.display_name AS by, n.session_id, n.comment_id, coalesce(c.from_s, q.from_s) AS from_s, n.round_id,
@@ -157,7 +158,7 @@ pub async fn list_unread_notices(executor: impl Executor<'_>, person: PersonKey,
     .await
 }
 
-/// How much of what is new for a person is read on a page.
+/// Returns the number of unread notices that a page marks as read.
 pub async fn count_unread_at(executor: impl Executor<'_>, person: PersonKey, place: NoticePlace) -> Result<u32> {
     sqlx::query_scalar(
         "SELECT count(*) FROM notices WHERE school_id = $1 AND person_id = $2 AND read_at IS NULL
@@ -178,7 +179,7 @@ fn kinds_at(place: NoticePlace) -> Json<Vec<&'static str>> {
     Json(place.kinds().iter().map(|kind| kind.word()).collect())
 }
 
-/// Marks as read what is read on a page.
+/// Marks the notices of a page as read.
 pub async fn mark_notices_read(
     writer: &mut Connection,
     person: PersonKey,
@@ -201,7 +202,7 @@ pub async fn mark_notices_read(
     .map(drop)
 }
 
-/// Forgets what was told of a comment that is taken back, and of the answers to it.
+/// Deletes the notices of a withdrawn comment and of the replies to it.
 pub async fn forget_comment_notices(writer: &mut Connection, session: SessionKey, comment: CommentId) -> Result<()> {
     sqlx::query(
         "DELETE FROM notices WHERE school_id = $1 AND session_id = $2 AND comment_id IN (
@@ -215,7 +216,7 @@ pub async fn forget_comment_notices(writer: &mut Connection, session: SessionKey
     .map(drop)
 }
 
-/// Forgets what was told of an assignment that is taken back.
+/// Deletes the notices of a withdrawn assignment.
 pub async fn forget_assignment_notices(
     writer: &mut Connection,
     school: SchoolId,
@@ -235,18 +236,18 @@ struct ReaderRow {
     person_id: PersonId,
 }
 
-/// From when to when something was made that is mailed now, and since when nobody was mailed who is to be.
+/// Limits for notices and recipients of the news mail that is due now.
 #[derive(Clone, Copy, Debug)]
 pub struct LetterTimes {
-    /// What was made before is not mailed any more.
+    /// Notices made earlier are no longer mailed.
     pub from: Moment,
-    /// What was made after waits for company.
+    /// Notices made later wait, so that several are mailed together.
     pub to: Moment,
-    /// Whoever was mailed after waits for the next day.
+    /// A person who was mailed later than this waits for the next day.
     pub last: Moment,
 }
 
-/// Those who wait for a letter with what is new for them.
+/// Returns people who are due to be mailed their unread notices.
 pub async fn list_awaited_letters(
     executor: impl Executor<'_>,
     times: LetterTimes,
@@ -270,7 +271,7 @@ pub async fn list_awaited_letters(
     Ok(rows.into_iter().map(|row| PersonKey { school_id: row.school_id, person_id: row.person_id }).collect())
 }
 
-/// Notes that everything new for a person is in a letter.
+/// Records that all unread notices of a person are in a mail.
 pub async fn mark_notices_mailed(writer: &mut Connection, person: PersonKey, now: Moment) -> Result<()> {
     sqlx::query(
         "UPDATE notices SET mailed_at = $3 WHERE school_id = $1 AND person_id = $2 AND read_at IS NULL AND mailed_at IS NULL",
@@ -283,7 +284,7 @@ pub async fn mark_notices_mailed(writer: &mut Connection, person: PersonKey, now
     .map(drop)
 }
 
-/// Whether somebody is mailed what is new for them.
+/// Returns whether a person receives mails about new notices.
 pub async fn wants_news_letters(executor: impl Executor<'_>, person: PersonKey) -> Result<bool> {
     sqlx::query_scalar("SELECT mail_news FROM people WHERE school_id = $1 AND id = $2")
         .bind(person.school_id)
@@ -292,7 +293,7 @@ pub async fn wants_news_letters(executor: impl Executor<'_>, person: PersonKey) 
         .await
 }
 
-/// Sets whether somebody is mailed what is new for them.
+/// Sets whether a person receives mails about new notices.
 pub async fn set_news_letters(writer: &mut Connection, person: PersonKey, wanted: bool) -> Result<()> {
     sqlx::query("UPDATE people SET mail_news = $3 WHERE school_id = $1 AND id = $2")
         .bind(person.school_id)

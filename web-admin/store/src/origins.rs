@@ -1,10 +1,10 @@
-//! Origins whose pages may upload to a school from a browser.
+//! Origins whose pages may upload to a school from a browser (CORS).
 
 use model::ids::SchoolId;
 
 use super::{Connection, Executor, Result};
 
-/// Those that a school allows, in order.
+/// Returns the origins that a school allows, sorted.
 pub async fn list_school_origins(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<String>> {
     sqlx::query_scalar("SELECT origin FROM school_origins WHERE school_id = $1 ORDER BY origin")
         .bind(school)
@@ -12,7 +12,8 @@ pub async fn list_school_origins(executor: impl Executor<'_>, school: SchoolId) 
         .await
 }
 
-/// Whether any school allows an origin: a browser asks before it says whose token it has.
+/// Returns whether any school allows an origin. The school is unknown in a preflight request, which
+/// carries no token.
 pub async fn is_origin_allowed(executor: impl Executor<'_>, origin: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM school_origins WHERE origin = $1)")
         .bind(origin)
@@ -20,7 +21,7 @@ pub async fn is_origin_allowed(executor: impl Executor<'_>, origin: &str) -> Res
         .await
 }
 
-/// Allows these and no other.
+/// Replaces the allowed origins of a school.
 pub async fn replace_origins(writer: &mut Connection, school: SchoolId, origins: &[String]) -> Result<()> {
     sqlx::query("DELETE FROM school_origins WHERE school_id = $1").bind(school).execute(&mut *writer).await?;
     for origin in origins {

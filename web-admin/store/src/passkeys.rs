@@ -1,4 +1,4 @@
-//! Passkeys: public keys that sign for somebody when they sign in, each with its name.
+//! Passkeys of people: WebAuthn credentials, each with a name.
 
 use model::ids::PasskeyId;
 use model::{Moment, PersonKey};
@@ -6,53 +6,53 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
-/// A passkey as it is kept.
+/// A stored passkey.
 #[derive(Clone, Debug, FromRow)]
 pub struct KeptPasskey {
-    /// Id of ours.
+    /// Id.
     pub id: PasskeyId,
-    /// What its owner calls it.
+    /// Name given by its owner.
     pub name: String,
-    /// The public key, with its counter, in the JSON of the relying party.
+    /// Public key and signature counter, in the relying party's JSON format.
     pub public_key: String,
-    /// When it was added.
+    /// Time of registration.
     pub made_at: Moment,
-    /// When it last signed; absent while it has not since it was added.
+    /// Time of the last sign-in; `None` if it was never used.
     pub last_used_at: Option<Moment>,
 }
 
-/// A passkey that is to be kept.
+/// A passkey to be stored.
 #[derive(Clone, Copy, Debug)]
 pub struct NewPasskey<'a> {
-    /// Id of ours.
+    /// Id.
     pub id: PasskeyId,
-    /// What its owner calls it.
+    /// Name given by its owner.
     pub name: &'a str,
-    /// Id of its credential.
+    /// Id of the WebAuthn credential.
     pub credential_id: &'a [u8],
-    /// The public key, with its counter, in the JSON of the relying party.
+    /// Public key and signature counter, in the relying party's JSON format.
     pub public_key: &'a str,
-    /// When it was added.
+    /// Time of registration.
     pub made_at: Moment,
 }
 
-/// A signature of a passkey.
+/// A verified signature of a passkey.
 #[derive(Clone, Copy, Debug)]
 pub struct PasskeySignature<'a> {
-    /// Id of the passkey's credential.
+    /// Id of the WebAuthn credential.
     pub credential_id: &'a [u8],
-    /// The public key after the signature, in the JSON of the relying party.
+    /// Public key and counter after the signature, in the relying party's JSON format.
     pub public_key: &'a str,
-    /// How many signatures the authenticator has counted; 0 where it counts none.
+    /// Signature counter of the authenticator; 0 if it does not count.
     pub count: u32,
-    /// When.
+    /// Time of the signature.
     pub at: Moment,
 }
 
-/// Somebody's passkeys, the oldest first.
+/// Returns a person's passkeys, oldest first.
 ///
 /// # Errors
-/// When the database fails.
+/// If the database fails.
 pub async fn list_passkeys(executor: impl Executor<'_>, key: PersonKey) -> Result<Vec<KeptPasskey>> {
     sqlx::query_as(
         "SELECT id, name, public_key, made_at, last_used_at FROM passkeys
@@ -64,10 +64,10 @@ pub async fn list_passkeys(executor: impl Executor<'_>, key: PersonKey) -> Resul
     .await
 }
 
-/// One of somebody's passkeys.
+/// Returns one of a person's passkeys.
 ///
 /// # Errors
-/// When the database fails.
+/// If the database fails.
 pub async fn find_passkey(executor: impl Executor<'_>, key: PersonKey, id: PasskeyId) -> Result<Option<KeptPasskey>> {
     sqlx::query_as(
         "SELECT id, name, public_key, made_at, last_used_at FROM passkeys
@@ -80,7 +80,7 @@ pub async fn find_passkey(executor: impl Executor<'_>, key: PersonKey, id: Passk
     .await
 }
 
-/// Keeps a passkey. False where it is known already, here or to somebody else.
+/// Stores a passkey. Returns false if the credential is already registered, to any person.
 pub async fn add_passkey(writer: &mut Connection, key: PersonKey, new: NewPasskey<'_>) -> Result<bool> {
     sqlx::query(
         "INSERT INTO passkeys (id, school_id, person_id, name, credential_id, public_key, sign_count, made_at)
@@ -98,7 +98,7 @@ pub async fn add_passkey(writer: &mut Connection, key: PersonKey, new: NewPasske
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Gives a passkey another name. False where there is none.
+/// Renames a passkey. Returns false if it does not exist.
 pub async fn rename_passkey(writer: &mut Connection, key: PersonKey, id: PasskeyId, name: &str) -> Result<bool> {
     sqlx::query("UPDATE passkeys SET name = $4 WHERE id = $3 AND person_id = $1 AND school_id = $2")
         .bind(key.person_id)
@@ -110,7 +110,7 @@ pub async fn rename_passkey(writer: &mut Connection, key: PersonKey, id: Passkey
         .map(|done| done.rows_affected() == 1)
 }
 
-/// Forgets a passkey. False where there is none.
+/// Deletes a passkey. Returns false if it does not exist.
 pub async fn remove_passkey(writer: &mut Connection, key: PersonKey, id: PasskeyId) -> Result<bool> {
     sqlx::query("DELETE FROM passkeys WHERE id = $3 AND person_id = $1 AND school_id = $2")
         .bind(key.person_id)
@@ -121,8 +121,9 @@ pub async fn remove_passkey(writer: &mut Connection, key: PersonKey, id: Passkey
         .map(|done| done.rows_affected() == 1)
 }
 
-/// Takes a signature. False where its counter does not go on from the last one's, or there is no such passkey any more: of two
-/// authenticators that hold one key, at least one counts behind the other.
+/// Records a signature. Returns false if its counter is not higher than the last one, or the
+/// passkey no longer exists: if two authenticators share a cloned key, at least one of them has a
+/// lower counter.
 pub async fn take_signature(writer: &mut Connection, key: PersonKey, signature: PasskeySignature<'_>) -> Result<bool> {
     sqlx::query(
         "UPDATE passkeys SET public_key = $4, sign_count = $5, last_used_at = $6

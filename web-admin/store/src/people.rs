@@ -1,4 +1,4 @@
-//! People and their passwords' hashes.
+//! People and their password hashes.
 
 use model::email::{email_in_ascii, normalize_email};
 use model::folding::{fold_text, make_search_text};
@@ -10,38 +10,39 @@ use words::Language;
 use super::second_factors::with_factor_owed;
 use super::{Connection, Executor, Result, account_links};
 
-/// A person, without what they sign in with.
+/// A person, without credentials.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Person {
     /// Id.
     pub id: PersonId,
-    /// Their school.
+    /// School.
     pub school_id: SchoolId,
-    /// What they may do.
+    /// Role.
     pub role: Role,
-    /// Address, in lower case.
+    /// Email address, in lower case.
     pub email: String,
-    /// Name for people.
+    /// Name shown to people.
     pub display_name: String,
-    /// Name for recordings.
+    /// Pseudonym, used in recordings.
     pub pseudonym: String,
-    /// Grows with each new password.
+    /// Incremented with each change of the password and each forced sign-out.
     pub credential_version: i64,
-    /// Since when they may not sign in.
+    /// When the account was disabled.
     pub disabled_at: Option<Moment>,
-    /// The language that they have chosen, by its code.
+    /// Code of the chosen language.
     pub language: Option<String>,
-    /// How much is new for them, where that was asked.
+    /// Number of unread notices, if queried.
     #[sqlx(default)]
     #[sqlx(try_from = "i64")]
     pub news: u32,
-    /// The version of their school's logo, where that was asked and it has one.
+    /// Version of the school's logo, if queried and present.
     #[sqlx(default)]
     pub logo: Option<String>,
 }
 
 impl Person {
-    /// As the signed-in person, unless disabled. A guest signs in at stations alone.
+    /// Returns the person for a web session. `None` for disabled accounts and for guests, who sign
+    /// in only at stations.
     #[must_use]
     pub fn into_current(self) -> Option<CurrentPerson> {
         (self.disabled_at.is_none() && self.role != Role::Guest).then_some(CurrentPerson {
@@ -56,55 +57,57 @@ impl Person {
     }
 }
 
-/// A person as every request of their browser needs them.
+/// A person with the data that every request of a browser needs.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct BrowsingPerson {
     /// The person.
     #[sqlx(flatten)]
     pub person: Person,
-    /// Time zone of their school.
+    /// Time zone of the school.
     pub time_zone: String,
-    /// Whether they must have a second factor, and have none.
+    /// The person is required to have a second factor and has none.
     pub owes_factor: bool,
 }
 
 /// A person to be added.
 #[derive(Clone, Debug)]
 pub struct NewPerson<'a> {
-    /// Their school.
+    /// School.
     pub school_id: SchoolId,
-    /// What they may do.
+    /// Role.
     pub role: Role,
-    /// Address; kept in lower case.
+    /// Email address, stored in lower case.
     pub email: &'a str,
-    /// Name for people.
+    /// Name shown to people.
     pub display_name: &'a str,
-    /// Argon2id hash in PHC form; empty for somebody who is to set a password by a link.
+    /// Argon2id hash in PHC format; empty if the person will set a password through a link.
     pub password_hash: &'a str,
 }
 
-/// What signing in compares with.
+/// Data for verifying a sign-in.
 #[derive(Clone, Debug, FromRow)]
 pub struct Credentials {
-    /// Whose.
+    /// Person.
     pub id: PersonId,
-    /// Argon2id hash in PHC form; absent for somebody who was invited and has none yet.
+    /// Argon2id hash in PHC format; `None` if an invited person has not set a password yet.
     pub password_hash: Option<String>,
-    /// Kept in the signed-in session; a newer one ends it.
+    /// Stored in the web session, which ends when the version changes.
     pub credential_version: i64,
-    /// Since when they may not sign in.
+    /// When the account was disabled.
     pub disabled_at: Option<Moment>,
-    /// Until when the password is good, for one sign-in, where somebody else has set it; absent where it is their own.
+    /// Expiry time of an initial password set by an administrator, which is valid for one sign-in;
+    /// `None` if the person chose the password.
     pub initial_until: Option<Moment>,
 }
 
-/// Adds a person with a fresh pseudonym.
+/// Adds a person with a new pseudonym.
 ///
 /// # Errors
-/// When the address is taken, or the database fails.
+/// If the email address is already in use, or the database fails.
 pub async fn add_person(writer: &mut Connection, person: &NewPerson<'_>, now: Moment) -> Result<Person> {
     let id = PersonId::made_at(now);
-    // The last 48 bits of a UUIDv7 are random: the pseudonym tells neither the name nor the order of enrolment.
+    // The last 48 bits of a UUIDv7 are random: the pseudonym reveals neither the name nor the order
+    // of enrolment.
     let pseudonym = format!("p-{}", &id.uuid().simple().to_string()[20..]);
     sqlx::query_as(
         "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search, sort_name)
@@ -125,10 +128,10 @@ pub async fn add_person(writer: &mut Connection, person: &NewPerson<'_>, now: Mo
     .await
 }
 
-/// Adds a guest: a pseudonym and nothing else. The address leads nowhere, and no password fits.
+/// Adds a guest, who has only a pseudonym: the email address is invalid, and no password matches.
 ///
 /// # Errors
-/// When the database fails.
+/// If the database fails.
 pub async fn add_guest(writer: &mut Connection, school: SchoolId, now: Moment) -> Result<Person> {
     let id = PersonId::made_at(now);
     let pseudonym = format!("g-{}", &id.uuid().simple().to_string()[20..]);
@@ -145,12 +148,12 @@ pub async fn add_guest(writer: &mut Connection, school: SchoolId, now: Moment) -
     .await
 }
 
-/// How many people there are, in every school.
+/// Returns the number of people in all schools.
 pub async fn count_people(executor: impl Executor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM people").fetch_one(executor).await
 }
 
-/// A person of any school: for the session cookie, which names no school.
+/// Returns a person of any school. Used for the session cookie, which contains no school.
 pub async fn find_person(executor: impl Executor<'_>, id: PersonId) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language,
@@ -164,7 +167,7 @@ pub async fn find_person(executor: impl Executor<'_>, id: PersonId) -> Result<Op
     .await
 }
 
-/// The same as each request of a browser needs them.
+/// Returns a person with the data that every request of a browser needs.
 pub async fn find_browsing_person(executor: impl Executor<'_>, id: PersonId) -> Result<Option<BrowsingPerson>> {
     sqlx::query_as(with_factor_owed!(
         "SELECT p.id, p.school_id, p.role, p.email, p.display_name, p.pseudonym, p.credential_version, p.disabled_at,
@@ -180,7 +183,7 @@ pub async fn find_browsing_person(executor: impl Executor<'_>, id: PersonId) -> 
     .await
 }
 
-/// What the registrar knows somebody by, where that is known.
+/// Returns a person's registration number, if it is known.
 pub async fn find_registrar_id(executor: impl Executor<'_>, school: SchoolId, id: PersonId) -> Result<Option<String>> {
     let found: Option<Option<String>> =
         sqlx::query_scalar("SELECT registrar_id FROM people WHERE school_id = $1 AND id = $2")
@@ -191,8 +194,8 @@ pub async fn find_registrar_id(executor: impl Executor<'_>, school: SchoolId, id
     Ok(found.flatten())
 }
 
-/// A person of any school by address, however it is spelled. One that an earlier version has stored in another spelling is found by that,
-/// and comes first.
+/// Returns a person of any school by email address, in any spelling. An address that an earlier
+/// version stored without normalization takes precedence.
 pub async fn find_person_by_email(executor: impl Executor<'_>, email: &str) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
@@ -205,7 +208,7 @@ pub async fn find_person_by_email(executor: impl Executor<'_>, email: &str) -> R
     .await
 }
 
-/// A person of a school by pseudonym.
+/// Returns a person of a school by pseudonym.
 pub async fn by_pseudonym(executor: impl Executor<'_>, school: SchoolId, name: &str) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
@@ -217,16 +220,16 @@ pub async fn by_pseudonym(executor: impl Executor<'_>, school: SchoolId, name: &
     .await
 }
 
-/// Whether a person's recordings may be kept.
+/// Whether a person's recordings may be stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct RecordingConsent {
-    /// They were erased.
+    /// The person was erased.
     pub is_erased: bool,
-    /// A guest who has agreed to no study, or has withdrawn.
+    /// The person is a guest without a valid consent to a study.
     pub is_missing: bool,
 }
 
-/// Whether recordings of a person may be kept.
+/// Returns whether a person's recordings may be stored.
 pub async fn find_recording_consent(
     executor: impl Executor<'_>,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -243,7 +246,7 @@ pub async fn find_recording_consent(
     .await
 }
 
-/// What signing in with an address compares with.
+/// Returns the data for verifying a sign-in with an email address.
 pub async fn find_credentials(executor: impl Executor<'_>, email: &str) -> Result<Option<Credentials>> {
     sqlx::query_as(
         "SELECT id, nullif(password_hash, '') AS password_hash, credential_version, disabled_at,
@@ -257,7 +260,8 @@ pub async fn find_credentials(executor: impl Executor<'_>, email: &str) -> Resul
     .await
 }
 
-/// Sets a new password, which is their own, and ends every earlier sign-in, link and code. False when there is no such person.
+/// Sets a password chosen by the person, and ends all earlier web sessions, links and sign-in
+/// codes. Returns false if there is no such person.
 pub async fn set_password(writer: &mut Connection, person: PersonId, password_hash: &str) -> Result<bool> {
     account_links::end_account_links(writer, person).await?;
     sqlx::query(
@@ -271,7 +275,7 @@ pub async fn set_password(writer: &mut Connection, person: PersonId, password_ha
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Makes a person's password one that somebody else has set: good until then, for one sign-in.
+/// Marks a person's password as initial: valid until `until`, for one sign-in.
 pub async fn make_initial(writer: &mut Connection, person: PersonId, until: Moment) -> Result<()> {
     sqlx::query("UPDATE people SET password_initial_until = $2 WHERE id = $1")
         .bind(person)
@@ -281,7 +285,7 @@ pub async fn make_initial(writer: &mut Connection, person: PersonId, until: Mome
         .map(drop)
 }
 
-/// The language that a person of a school has chosen to read in.
+/// Returns the language that a person has chosen.
 pub async fn find_language(
     executor: impl Executor<'_>,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -295,7 +299,8 @@ pub async fn find_language(
     Ok(chosen.flatten().as_deref().and_then(Language::named))
 }
 
-/// Sets the language that a person reads in; none for what their browser asks for. False when there is no such person.
+/// Sets a person's language; `None` selects the language of the browser. Returns false if there is
+/// no such person.
 pub async fn set_language(
     writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -310,7 +315,7 @@ pub async fn set_language(
         .map(|done| done.rows_affected() == 1)
 }
 
-/// Ends every sign-in of a person in a browser.
+/// Ends all web sessions of a person.
 pub async fn end_sign_ins(writer: &mut Connection, person: PersonId) -> Result<()> {
     sqlx::query("UPDATE people SET credential_version = credential_version + 1 WHERE id = $1")
         .bind(person)
@@ -319,7 +324,8 @@ pub async fn end_sign_ins(writer: &mut Connection, person: PersonId) -> Result<(
         .map(drop)
 }
 
-/// Keeps a person from signing in, from now on, and ends every sign-in, link and code. False when they already were.
+/// Disables an account, and ends all web sessions, links and sign-in codes. Returns false if it was
+/// already disabled.
 pub async fn disable_person(writer: &mut Connection, person: PersonId, now: Moment) -> Result<bool> {
     account_links::end_account_links(writer, person).await?;
     sqlx::query(

@@ -1,4 +1,4 @@
-//! Pictures of briefings: those of revisions, which never change, and those of drafts.
+//! Pictures of briefings: of published revisions, which are immutable, and of drafts.
 
 use data_encoding::HEXLOWER;
 use documents::picture::PictureFile;
@@ -8,12 +8,12 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
-/// A picture without its bytes.
+/// A picture, without its content.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct StoredPicture {
-    /// Its name, as the exercise names it.
+    /// Name used in the exercise.
     pub name: String,
-    /// Lower-case hexadecimal SHA-256 of its bytes.
+    /// SHA-256 of the content, in lower-case hexadecimal.
     pub sha256: String,
     /// Width in pixels.
     #[sqlx(try_from = "i64")]
@@ -23,18 +23,18 @@ pub struct StoredPicture {
     pub height: u32,
 }
 
-/// A picture with its bytes.
+/// A picture with its content.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct PictureBytes {
-    /// Its name, as the exercise names it.
+    /// Name used in the exercise.
     pub name: String,
-    /// Lower-case hexadecimal SHA-256 of its bytes.
+    /// SHA-256 of the content, in lower-case hexadecimal.
     pub sha256: String,
-    /// What is in it.
+    /// Content of the file.
     pub bytes: Vec<u8>,
 }
 
-/// Keeps the pictures of a revision that is just being stored, in their order.
+/// Stores the pictures of a new revision, in order.
 pub(crate) async fn insert_revision_pictures(
     writer: &mut Connection,
     revision: RevisionId,
@@ -58,7 +58,7 @@ pub(crate) async fn insert_revision_pictures(
     Ok(())
 }
 
-/// The pictures of a revision, in the order of its briefing.
+/// Returns the pictures of a revision, in the order of the briefing.
 pub async fn list_revision_pictures(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -75,7 +75,8 @@ pub async fn list_revision_pictures(
     .await
 }
 
-/// A picture of the revision of an exercise that trainees are given, by its place in the briefing, from 0.
+/// Returns a picture of the current revision of an exercise, by its position in the briefing, from
+/// 0.
 pub async fn read_current_picture(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -93,7 +94,7 @@ pub async fn read_current_picture(
     .await
 }
 
-/// Gives a draft that is just begun the pictures of the revision that it is based on.
+/// Copies the pictures of a revision to a new draft that is based on it.
 pub(crate) async fn copy_revision_pictures(
     writer: &mut Connection,
     draft: DraftId,
@@ -113,7 +114,7 @@ pub(crate) async fn copy_revision_pictures(
 /// Adds a picture to a draft.
 ///
 /// # Errors
-/// When the draft has one of that name, or the database fails.
+/// If the draft has a picture with this name, or the database fails.
 pub async fn add_draft_picture(writer: &mut Connection, draft: DraftId, picture: &PictureFile) -> Result<()> {
     sqlx::query(
         "INSERT INTO draft_pictures (draft_id, name, sha256, width, height, bytes) VALUES ($1, $2, $3, $4, $5, $6)",
@@ -129,7 +130,7 @@ pub async fn add_draft_picture(writer: &mut Connection, draft: DraftId, picture:
     .map(drop)
 }
 
-/// Drops a picture of a draft.
+/// Deletes a picture of a draft.
 pub async fn drop_draft_picture(writer: &mut Connection, draft: DraftId, name: &str) -> Result<()> {
     sqlx::query("DELETE FROM draft_pictures WHERE draft_id = $1 AND name = $2")
         .bind(draft)
@@ -139,7 +140,7 @@ pub async fn drop_draft_picture(writer: &mut Connection, draft: DraftId, name: &
         .map(drop)
 }
 
-/// The pictures at hand for a draft, by name: some may not be in its text any more.
+/// Returns the pictures of a draft, sorted by name. Its text may not use all of them.
 pub async fn list_draft_pictures(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -155,7 +156,7 @@ pub async fn list_draft_pictures(
     .await
 }
 
-/// The pictures at hand for a draft, with what is in them.
+/// Returns the pictures of a draft with their content.
 pub async fn read_draft_pictures(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -171,7 +172,7 @@ pub async fn read_draft_pictures(
     .await
 }
 
-/// A picture at hand for a draft, by its name.
+/// Returns a picture of a draft, by name.
 pub async fn read_draft_picture(
     executor: impl Executor<'_>,
     school: SchoolId,

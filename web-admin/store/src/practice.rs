@@ -1,6 +1,8 @@
-//! What trainees have practised, summed up: a row for each trainee and exercise. Sums by month are [`super::tallies`].
+//! Practice of trainees: one row per trainee and exercise with sums and a history. Sums by month
+//! are in [`super::tallies`].
 //!
-//! [`refresh_practice`] belongs into every transaction that changes which score counts: scoring, re-grading, an override.
+//! Call [`refresh_practice`] in every transaction that changes the effective score of an attempt:
+//! scoring, re-grading, overrides.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,7 +16,7 @@ use sqlx::FromRow;
 use super::tallies::{self, Sums};
 use super::{Connection, Executor, Json, Result};
 
-/// An attempt in a history: session, start in µs, score, passed, revision.
+/// An attempt in a history: session, start time in µs, score, passed, revision.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct PastAttempt(SessionId, i64, f64, bool, Option<RevisionId>);
 
@@ -49,7 +51,7 @@ impl PracticeRow {
     }
 }
 
-/// Scored attempts by the trainee who made them, those at one exercise in order of time.
+/// Scored attempts by trainee; those at one exercise are in order of time.
 pub type ByTrainee = BTreeMap<PersonId, Vec<ScoredAttempt>>;
 
 fn list_practice_by_trainee(rows: Vec<PracticeRow>) -> ByTrainee {
@@ -60,7 +62,8 @@ fn list_practice_by_trainee(rows: Vec<PracticeRow>) -> ByTrainee {
     attempts
 }
 
-/// What some trainees have practised: of their `person_id`s, which $1, the school, and $2 limit, to their practice.
+/// Selects the practice of trainees in school `$1`. The first argument selects their `person_id`s,
+/// limited by `$2`.
 macro_rules! practised {
     ($trainees:literal, $rest:literal) => {
         concat!(
@@ -72,7 +75,7 @@ macro_rules! practised {
     };
 }
 
-/// The attempt whose counting score has changed.
+/// The attempt whose effective score has changed.
 #[derive(FromRow)]
 struct ChangedScore {
     trainee_id: PersonId,
@@ -80,7 +83,7 @@ struct ChangedScore {
     started_at: Moment,
 }
 
-/// Brings the sums up to date with the score that counts for an attempt.
+/// Updates the sums after a change of an attempt's effective score.
 pub async fn refresh_practice(writer: &mut Connection, session: SessionKey) -> Result<()> {
     let changed: ChangedScore =
         sqlx::query_as("SELECT trainee_id, exercise_id, started_at FROM sessions WHERE school_id = $1 AND id = $2")
@@ -122,7 +125,8 @@ async fn sums(executor: impl Executor<'_>, school: SchoolId, changed: &ChangedSc
     Ok(sums.unwrap_or_default())
 }
 
-/// Every scored attempt of the same trainee at the same exercise that counts, each by the score that counts.
+/// Returns all counted and scored attempts of the same trainee at the same exercise, with their
+/// effective scores.
 async fn history(executor: impl Executor<'_>, school: SchoolId, changed: &ChangedScore) -> Result<Vec<PastAttempt>> {
     let rows: Vec<PastRow> = sqlx::query_as(
         "SELECT s.id, s.started_at, g.score, g.passed, s.revision_id FROM sessions s
@@ -163,7 +167,7 @@ async fn put(
     .map(drop)
 }
 
-/// The scored attempts of a trainee in order of time, each by the score that counts.
+/// Returns the scored attempts of a trainee in order of time, with their effective scores.
 pub async fn list_trainee_practice(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -181,7 +185,7 @@ pub async fn list_trainee_practice(
     Ok(attempts)
 }
 
-/// Every scored attempt of a cohort's trainees.
+/// Returns the scored attempts of a cohort's trainees.
 pub async fn list_cohort_practice(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -194,7 +198,7 @@ pub async fn list_cohort_practice(
     Ok(list_practice_by_trainee(rows.bind(school).bind(cohort).fetch_all(executor).await?))
 }
 
-/// Every scored attempt of a cohort's trainees at an exercise.
+/// Returns the scored attempts of a cohort's trainees at an exercise.
 pub async fn of_cohort_at(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -208,7 +212,7 @@ pub async fn of_cohort_at(
     Ok(list_practice_by_trainee(rows.bind(school).bind(cohort).bind(exercise).fetch_all(executor).await?))
 }
 
-/// Every scored attempt of those to whom something was assigned.
+/// Returns the scored attempts of the trainees of an assignment.
 pub async fn of_assignment(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -223,10 +227,11 @@ pub async fn of_assignment(
     Ok(list_practice_by_trainee(rows.bind(school).bind(assignment).fetch_all(executor).await?))
 }
 
-/// Most people of a cohort that are looked through for others who have tried an exercise.
+/// Maximum number of cohort members searched for attempts at the same exercise.
 const LOOKED_THROUGH: u32 = 200;
 
-/// The latest attempt at an exercise of each of the others in a trainee's cohorts, of at most so many.
+/// Returns the latest attempt at an exercise of each of the other trainees in a trainee's cohorts,
+/// at most `most`.
 pub async fn list_latest_of_others(
     executor: impl Executor<'_>,
     PersonKey { school_id: school, person_id: trainee }: PersonKey,

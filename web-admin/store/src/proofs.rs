@@ -1,4 +1,4 @@
-//! What is proved of attempts.
+//! Proofs of attempts: signature, re-simulation, supervision.
 
 use std::collections::BTreeSet;
 
@@ -8,10 +8,10 @@ use sqlx::FromRow;
 
 use super::{Executor, Result};
 
-/// What is proved of an attempt.
+/// Returns the proofs of an attempt.
 ///
 /// # Errors
-/// When there is no such attempt, or the database fails.
+/// If there is no such attempt, or the database fails.
 pub async fn find_proof(executor: impl Executor<'_>, session: SessionKey) -> Result<Proof> {
     sqlx::query_as("SELECT signed, resimulated, supervised FROM proofs WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
@@ -27,7 +27,7 @@ struct Proved {
     proof: Proof,
 }
 
-/// The attempts of a trainee of which enough is proved.
+/// Returns the attempts of a trainee with sufficient proof.
 pub async fn list_proved_sessions(
     executor: impl Executor<'_>,
     school: SchoolId,

@@ -1,4 +1,5 @@
-//! A school's attempts as research may have them: under pseudonyms, and of nobody who has not agreed where agreement is asked for.
+//! A school's attempts for research: pseudonymous, and without those of people whose consent is
+//! required and missing.
 
 use model::ids::{SchoolId, SessionId};
 use model::{Moment, Role, Uncounted};
@@ -7,45 +8,46 @@ use sqlx::FromRow;
 use super::sessions::SessionState;
 use super::{Executor, Result};
 
-/// An attempt without a name.
+/// An attempt without names.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct ResearchAttempt {
     /// The attempt.
     pub id: SessionId,
-    /// When it began.
+    /// Start time.
     pub started_at: Moment,
-    /// Whose it is.
+    /// Pseudonym of the person who made it.
     pub pseudonym: String,
-    /// What they are at the school.
+    /// Role of that person.
     pub role: Role,
-    /// What was attempted.
+    /// Id of the exercise.
     pub exercise_id: String,
-    /// Hash of the exercise that was attempted.
+    /// SHA-256 of the exercise document.
     pub exercise_sha256: String,
-    /// What became of it.
+    /// State.
     pub state: SessionState,
-    /// 0–100, by the grade that counts.
+    /// Effective score, 0–100.
     pub score: Option<f64>,
-    /// Passed, by the grade that counts.
+    /// Passed, by the effective grade.
     pub passed: Option<bool>,
-    /// The computed score, 0–100.
+    /// Computed score, 0–100.
     pub computed_score: Option<f64>,
-    /// How long it took, in s.
+    /// Duration, in s.
     pub duration_s: f64,
-    /// The recording has its end.
+    /// The recording is complete.
     pub complete: bool,
-    /// With what.
+    /// Device.
     pub device: String,
-    /// By which program.
+    /// Version of the simulator.
     pub simulator_version: String,
-    /// Why it counts nowhere; absent where it counts.
+    /// Reason why it does not count; `None` if it counts.
     pub uncounted: Option<Uncounted>,
-    /// Its recording, relative to the recordings folder.
+    /// Path of the recording, relative to the recordings folder.
     pub recording_path: String,
 }
 
-/// Attempts after one of them in the order of their ids, at most `limit`: those of trainees, and those of staff who let their attempts be
-/// used. A guest's are in their study, with what they have agreed to.
+/// Returns attempts after one of them, in the order of their ids; at most `limit`. It includes
+/// those of trainees and of staff who consented. Attempts of guests belong to their study and its
+/// consent.
 pub async fn list_research_attempts(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -71,16 +73,17 @@ pub async fn list_research_attempts(
     .await
 }
 
-/// Attempts of a school that nobody gets: of guests, and of staff who have not agreed.
+/// Number of attempts left out: of guests, and of staff without consent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct HeldBack {
-    /// Of guests.
+    /// Attempts of guests.
     pub of_guests: i64,
-    /// Of staff.
+    /// Attempts of staff without consent.
     pub of_staff: i64,
 }
 
-/// Counts the attempts that [`list_research_attempts`] leaves out: people first, who are few, then their attempts.
+/// Counts the attempts that [`list_research_attempts`] leaves out. The query starts from the
+/// people, who are few, and goes on to their attempts.
 pub async fn count_held_back(executor: impl Executor<'_>, school: SchoolId) -> Result<HeldBack> {
     sqlx::query_as(
         "SELECT coalesce(sum(iif(p.role = 'guest', 1, 0)), 0) AS of_guests,

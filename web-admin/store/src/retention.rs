@@ -1,4 +1,5 @@
-//! How long a school keeps whoever does nothing any more: its rule, who was warned, and how long the service has run since.
+//! Retention: the schools' rules for erasing inactive people, the warnings sent, and the uptime of
+//! the service since.
 
 use model::count::StoredCount;
 use model::ids::{LetterId, PersonId, SchoolId};
@@ -9,10 +10,10 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
-/// The rule of a school; none where everybody is kept for ever.
+/// Returns the retention settings of a school.
 ///
 /// # Errors
-/// When there is no such school, or the database fails.
+/// If there is no such school, or the database fails.
 pub async fn find_retention_rule(executor: impl Executor<'_>, school: SchoolId) -> Result<Settings> {
     sqlx::query_as(
         "SELECT retention_months AS months, retention_warn_days AS warn_days, retention_texts AS texts,
@@ -23,30 +24,30 @@ pub async fn find_retention_rule(executor: impl Executor<'_>, school: SchoolId) 
     .await
 }
 
-/// What a school has set.
+/// Retention settings of a school.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct Settings {
-    /// Months after which whoever does nothing is erased; none: never.
+    /// Months of inactivity after which a person is erased; `None` means never.
     #[sqlx(try_from = "StoredCount")]
     pub months: Option<u32>,
-    /// Days before that they are warned.
+    /// Days between the warning and the erasure.
     #[sqlx(try_from = "i64")]
     pub warn_days: u32,
-    /// Their free texts, and others' about them, go with them.
+    /// Free texts by and about erased people are deleted, too.
     pub texts: bool,
-    /// Recordings go with whoever is erased, by this rule or by hand.
+    /// Recordings of erased people are deleted, too, after automatic or manual erasure.
     pub recordings: bool,
 }
 
 impl Settings {
-    /// The rule, where there is one.
+    /// Returns the rule, unless people are kept without limit.
     #[must_use]
     pub fn rule(&self) -> Option<RetentionRule> {
         self.months.map(|months| RetentionRule { months, warn_days: self.warn_days })
     }
 }
 
-/// Sets the rule of a school.
+/// Stores the retention settings of a school.
 pub async fn set_retention_rule(writer: &mut Connection, school: SchoolId, settings: Settings) -> Result<()> {
     sqlx::query(
         "UPDATE schools SET retention_months = $2, retention_warn_days = $3, retention_texts = $4, erase_recordings = $5
@@ -62,42 +63,44 @@ pub async fn set_retention_rule(writer: &mut Connection, school: SchoolId, setti
     .map(drop)
 }
 
-/// Somebody who has done nothing for long, or was warned.
+/// A person who has been inactive for a long time, or was warned.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Idle {
     /// Id.
     pub id: PersonId,
     /// Name.
     pub name: String,
-    /// Address.
+    /// Email address.
     pub email: String,
     /// Role.
     pub role: Role,
-    /// What recordings say instead of a name.
+    /// Pseudonym, used in recordings.
     pub pseudonym: String,
-    /// Since when they are kept whatever the rule says.
+    /// Start of an exemption from the rule.
     pub held_at: Option<Moment>,
-    /// When they last did anything: signed in, trained, said something; or were added.
+    /// Last activity: the last attempt received or action in the audit log, or else the creation of
+    /// the account.
     pub active_at: Moment,
-    /// When they were warned.
+    /// Time of the warning.
     pub warned_at: Option<Moment>,
-    /// When their letter was out, or given up.
+    /// Time at which the letter was sent or given up.
     pub told_at: Option<Moment>,
-    /// The same by the time that the service has run, in s.
+    /// Uptime of the service at that time, in s.
     pub told_observed_s: Option<i64>,
-    /// Why the letter did not go out.
+    /// Error when sending the letter.
     pub error: Option<String>,
 }
 
 impl Idle {
-    /// What is known of their warning.
+    /// Returns the state of the warning, if there is one.
     #[must_use]
     pub fn warned(&self) -> Option<Warned> {
         self.warned_at.map(|_| Warned { told: self.told_at.zip(self.told_observed_s) })
     }
 }
 
-/// When people were last active, and who of them have done nothing since $2 or were warned.
+/// Selects people of school `$1` with their last activity who have been inactive since `$2` or were
+/// warned.
 macro_rules! idle_people {
     ($people:literal) => {
         concat!(
@@ -117,8 +120,9 @@ macro_rules! idle_people {
     };
 }
 
-/// Who of a school has done nothing since a moment, where there is one, and who was warned, the longest idle first. Administrators, guests and
-/// whoever was erased are not among them. That a link was asked for is nobody's deed: any stranger may do so.
+/// Returns the people of a school who were warned and, if `since` is given, those who have been
+/// inactive since then; longest inactive first. Administrators, guests and erased people are left
+/// out. A request for a password link is not an activity, because anyone can make it.
 pub async fn list_idle_people(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -133,10 +137,10 @@ pub async fn list_idle_people(
     sqlx::query_as(statement).bind(school).bind(since).fetch_all(executor).await
 }
 
-/// Notes that somebody is warned, and queues their letter.
+/// Records a warning and queues the letter.
 ///
 /// # Errors
-/// When they were warned before, or the database fails.
+/// If the person was already warned, or the database fails.
 pub async fn warn_person(writer: &mut Connection, school: SchoolId, idle: &Idle, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO retention_warnings (id, school_id, person_id, active_at, warned_at, next_run_at)
@@ -152,12 +156,12 @@ pub async fn warn_person(writer: &mut Connection, school: SchoolId, idle: &Idle,
     .map(drop)
 }
 
-/// Forgets that somebody was warned.
+/// Deletes a warning.
 pub async fn forget_warning(writer: &mut Connection, person: PersonId) -> Result<()> {
     sqlx::query("DELETE FROM retention_warnings WHERE person_id = $1").bind(person).execute(writer).await.map(drop)
 }
 
-/// The letters that are due.
+/// Returns the letters that are due, oldest first.
 pub async fn list_due_warnings(executor: impl Executor<'_>, now: Moment, limit: u32) -> Result<Vec<RetentionLetter>> {
     sqlx::query_as(
         "SELECT w.id, w.tries, p.display_name AS name, p.email, s.name AS school,
@@ -172,7 +176,8 @@ pub async fn list_due_warnings(executor: impl Executor<'_>, now: Moment, limit: 
     .await
 }
 
-/// Notes what became of a letter: out, to be tried again, or given up. From the first or the last on the days count.
+/// Records the result of sending a letter: sent, to be retried, or given up. The days until the
+/// erasure are counted from the time when it was sent or given up.
 pub async fn note_warning_letter(
     writer: &mut Connection,
     letter: LetterId,
@@ -195,21 +200,21 @@ pub async fn note_warning_letter(
     .map(drop)
 }
 
-/// How long the service has run, and at which of that time it last looked whom to erase.
+/// Uptime of the service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct ServiceTime {
-    /// In s.
+    /// Total uptime, in s.
     pub observed_s: i64,
-    /// In s.
+    /// Uptime at the last check for people to be erased, in s.
     pub looked_s: Option<i64>,
 }
 
-/// How long the service has run.
+/// Returns the uptime of the service.
 pub async fn service_time(executor: impl Executor<'_>) -> Result<ServiceTime> {
     sqlx::query_as("SELECT observed_s, looked_s FROM service_time").fetch_one(executor).await
 }
 
-/// Adds to how long the service has run, in s.
+/// Adds to the uptime of the service, in s.
 pub async fn add_service_time(writer: &mut Connection, seconds: i64) -> Result<ServiceTime> {
     sqlx::query_as("UPDATE service_time SET observed_s = observed_s + $1 RETURNING observed_s, looked_s")
         .bind(seconds)
@@ -217,12 +222,12 @@ pub async fn add_service_time(writer: &mut Connection, seconds: i64) -> Result<S
         .await
 }
 
-/// Notes that it was looked whom to erase.
+/// Records that people to be erased were checked.
 pub async fn note_look(writer: &mut Connection) -> Result<()> {
     sqlx::query("UPDATE service_time SET looked_s = observed_s").execute(writer).await.map(drop)
 }
 
-/// Since when somebody is kept whatever the rule says, if they are.
+/// Returns the start of a person's exemption from the rule, if there is one.
 pub async fn find_hold_time(executor: impl Executor<'_>, school: SchoolId, person: PersonId) -> Result<Option<Moment>> {
     let held: Option<Option<Moment>> =
         sqlx::query_scalar("SELECT held_at FROM people WHERE school_id = $1 AND id = $2")
@@ -233,7 +238,7 @@ pub async fn find_hold_time(executor: impl Executor<'_>, school: SchoolId, perso
     Ok(held.flatten())
 }
 
-/// Keeps somebody whatever the rule says, or no longer. False where nothing changes.
+/// Exempts a person from the rule, or ends the exemption. Returns false if nothing changed.
 pub async fn hold_person(
     writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -251,7 +256,7 @@ pub async fn hold_person(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Who of a school is kept whatever the rule says: id and name, by name.
+/// Returns the people of a school who are exempt from the rule: id and name, sorted by name.
 pub async fn list_held_people(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<(PersonId, String)>> {
     sqlx::query_as(
         "SELECT id, display_name FROM people WHERE school_id = $1 AND held_at > 0 AND erased_at IS NULL
@@ -262,7 +267,7 @@ pub async fn list_held_people(executor: impl Executor<'_>, school: SchoolId) -> 
     .await
 }
 
-/// How many people of a school were warned.
+/// Returns the number of warned people of a school.
 pub async fn count_warned(executor: impl Executor<'_>, school: SchoolId) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM retention_warnings WHERE school_id = $1")
         .bind(school)

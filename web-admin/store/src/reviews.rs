@@ -1,4 +1,4 @@
-//! Attempts that wait to be looked at, and those that somebody has.
+//! Queue of attempts waiting for review, and completed reviews.
 
 use model::ids::{PersonId, SessionId};
 use model::review::{QueuePlace, ReviewFilter};
@@ -8,40 +8,40 @@ use sqlx::FromRow;
 use super::{Connection, Executor, Pool, Result};
 use model::titles::StoredTitle;
 
-/// Most attempts of the queue that are listed at once.
+/// Maximum number of attempts listed at once.
 pub const LISTED: u32 = 50;
 
-/// An attempt that waits.
+/// An attempt waiting for review.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct WaitingReview {
     /// Session.
     pub id: SessionId,
-    /// When it began.
+    /// Start time.
     pub started_at: Moment,
-    /// Who tried.
+    /// Name of the trainee.
     pub trainee: String,
-    /// The exercise's title, or its id where this school never published it.
+    /// Title of the exercise, or its id if this school never published it.
     #[sqlx(try_from = "StoredTitle")]
     pub exercise: String,
     /// The re-simulation differs.
     pub flagged: bool,
-    /// 0–100, by the grade that counts.
+    /// Effective score, 0–100.
     pub score: f64,
-    /// Passed, by the grade that counts.
+    /// Passed, by the effective grade.
     pub passed: bool,
-    /// Questions that nobody has answered.
+    /// Number of unanswered questions.
     pub questions: i64,
-    /// How urgent it is: see [`ReviewFilter::ranks`].
+    /// Priority; see [`ReviewFilter::ranks`].
     #[sqlx(try_from = "i64")]
     pub rank: u32,
 }
 
-/// Somebody has looked at an attempt.
+/// A completed review.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Review {
-    /// The name of whoever it was.
+    /// Name of the reviewer.
     pub by: String,
-    /// When.
+    /// Time of the review.
     pub reviewed_at: Moment,
 }
 
@@ -67,8 +67,10 @@ macro_rules! waiting {
     };
 }
 
-/// What waits for a person, after a place of the queue: with questions first, then flagged, then failed, then the oldest; at most one more
-/// than [`LISTED`]. An instructor sees the attempts of the cohorts they teach, an administrator those of all trainees.
+/// Returns the attempts waiting for a person's review, after a position in the queue: first those
+/// with questions, then flagged ones, then failed ones, each with the oldest first; at most one
+/// more than [`LISTED`]. An instructor sees the attempts of their cohorts, an administrator those
+/// of all trainees.
 pub async fn list_review_queue(
     reader: &Pool,
     viewer: &CurrentPerson,
@@ -88,7 +90,7 @@ pub async fn list_review_queue(
     Ok(waiting)
 }
 
-/// A stretch of the queue within a rank.
+/// A part of the queue within one rank.
 #[derive(Clone, Copy)]
 struct RankStretch {
     rank: u32,
@@ -102,7 +104,8 @@ async fn list_waiting_of_rank(
     filter: &ReviewFilter,
     stretch: RankStretch,
 ) -> Result<Vec<WaitingReview>> {
-    // A cross join keeps this order: from the few who are meant to their attempts, not through the whole queue.
+    // The cross join fixes the order of the join: from the few matching trainees to their attempts,
+    // not through the whole queue.
     let statement = match (viewer.role, filter.cohort, &filter.exercise) {
         (Role::Administrator, None, Some(_)) => waiting!(
             "sessions n WHERE n.exercise_id = $8 AND $7 IS NULL
@@ -137,17 +140,17 @@ async fn list_waiting_of_rank(
 }
 
 impl WaitingReview {
-    /// Its place in the queue.
+    /// Returns the position in the queue.
     #[must_use]
     pub const fn place(&self) -> QueuePlace {
         QueuePlace { rank: self.rank, place: AttemptPlace { started_at: self.started_at, id: self.id } }
     }
 }
 
-/// Marks an attempt as looked at. False where somebody has already.
+/// Marks an attempt as reviewed. Returns false if it already was.
 ///
 /// # Errors
-/// When attempt or person are of another school, or the database fails.
+/// If the attempt or the person belongs to another school, or the database fails.
 pub async fn mark_reviewed(writer: &mut Connection, session: SessionKey, by: PersonId, now: Moment) -> Result<bool> {
     sqlx::query(
         "INSERT INTO reviews (school_id, session_id, reviewed_by, reviewed_at) VALUES ($1, $2, $3, $4)
@@ -162,7 +165,7 @@ pub async fn mark_reviewed(writer: &mut Connection, session: SessionKey, by: Per
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Puts an attempt back into the queue. False where it is there.
+/// Puts an attempt back into the queue. Returns false if it was not reviewed.
 pub async fn unmark_reviewed(writer: &mut Connection, session: SessionKey) -> Result<bool> {
     sqlx::query("DELETE FROM reviews WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
@@ -172,7 +175,7 @@ pub async fn unmark_reviewed(writer: &mut Connection, session: SessionKey) -> Re
         .map(|done| done.rows_affected() == 1)
 }
 
-/// Who has looked at an attempt.
+/// Returns the review of an attempt, if there is one.
 pub async fn find_review(executor: impl Executor<'_>, session: SessionKey) -> Result<Option<Review>> {
     sqlx::query_as(
         "SELECT p.display_name AS by, r.reviewed_at FROM reviews r

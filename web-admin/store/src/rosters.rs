@@ -1,4 +1,4 @@
-//! Rosters that wait to be confirmed, and what an import reads and writes.
+//! Uploaded rosters waiting for confirmation, and the queries of the import.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,35 +10,35 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Json, Result, directory, people};
 
-/// A roster that waits.
+/// A roster waiting for confirmation.
 #[derive(Clone, Debug, FromRow)]
 pub struct RosterDraft {
-    /// What the file was called.
+    /// Original name of the file.
     pub file_name: String,
-    /// The file.
+    /// Content of the file.
     pub body: Vec<u8>,
-    /// What is asked.
+    /// Requested changes.
     pub wanted: Json<RosterRequest>,
-    /// When it came.
+    /// Time of the upload.
     pub made_at: Moment,
 }
 
-/// Whose roster, and what is asked.
+/// A roster to be stored.
 #[derive(Clone, Debug)]
 pub struct NewRosterDraft<'a> {
     /// School.
     pub school_id: SchoolId,
-    /// Who sent it.
+    /// Person who uploaded it.
     pub made_by: PersonId,
-    /// What the file was called.
+    /// Original name of the file.
     pub file_name: &'a str,
-    /// The file.
+    /// Content of the file.
     pub body: &'a [u8],
-    /// What is asked.
+    /// Requested changes.
     pub wanted: &'a RosterRequest,
 }
 
-/// Keeps a roster until it is confirmed.
+/// Stores a roster until it is confirmed.
 pub async fn keep_roster(writer: &mut Connection, draft: &NewRosterDraft<'_>, now: Moment) -> Result<RosterId> {
     let id = RosterId::made_at(now);
     sqlx::query(
@@ -57,7 +57,7 @@ pub async fn keep_roster(writer: &mut Connection, draft: &NewRosterDraft<'_>, no
     Ok(id)
 }
 
-/// A roster of a school that waits.
+/// Returns a stored roster of a school.
 pub async fn find_roster(executor: impl Executor<'_>, school: SchoolId, id: RosterId) -> Result<Option<RosterDraft>> {
     sqlx::query_as("SELECT file_name, body, wanted, made_at FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -66,7 +66,7 @@ pub async fn find_roster(executor: impl Executor<'_>, school: SchoolId, id: Rost
         .await
 }
 
-/// Changes what is asked of a roster that waits. False where there is none.
+/// Replaces the requested changes of a stored roster. Returns false if it does not exist.
 pub async fn change_roster_request(
     writer: &mut Connection,
     school: SchoolId,
@@ -82,7 +82,8 @@ pub async fn change_roster_request(
         .map(|done| done.rows_affected() == 1)
 }
 
-/// Which column of files with such headings tells what at a school, where somebody has said it.
+/// Returns the column mapping that was chosen at a school for files with these headings, if there
+/// is one.
 pub async fn find_roster_mapping(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -97,7 +98,7 @@ pub async fn find_roster_mapping(
     Ok(mapping.map(|Json(mapping)| mapping))
 }
 
-/// Remembers which column of files with such headings tells what at a school.
+/// Stores the column mapping chosen at a school for files with these headings.
 pub async fn remember_roster_mapping(
     writer: &mut Connection,
     school: SchoolId,
@@ -118,7 +119,7 @@ pub async fn remember_roster_mapping(
     .map(drop)
 }
 
-/// Throws a roster away. False when it was gone.
+/// Deletes a roster. Returns false if it does not exist.
 pub async fn discard_roster(writer: &mut Connection, school: SchoolId, id: RosterId) -> Result<bool> {
     sqlx::query("DELETE FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -128,7 +129,7 @@ pub async fn discard_roster(writer: &mut Connection, school: SchoolId, id: Roste
         .map(|done| done.rows_affected() == 1)
 }
 
-/// Throws away what was sent before a moment and never confirmed.
+/// Deletes rosters that were uploaded before `moment` and never confirmed.
 pub async fn forget_before(writer: &mut Connection, moment: Moment) -> Result<()> {
     sqlx::query("DELETE FROM rosters WHERE made_at < $1").bind(moment).execute(writer).await.map(drop)
 }
@@ -143,18 +144,19 @@ struct KnownRow {
     enabled: bool,
 }
 
-/// Whom a roster may be about.
+/// Criteria for the people that a roster may concern.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct About {
-    /// Whoever has one of these addresses,
+    /// Email addresses.
     pub emails: BTreeSet<String>,
-    /// or one of these numbers of the registrar's,
+    /// Registration numbers.
     pub numbers: BTreeSet<String>,
-    /// or is in a cohort of one of these names.
+    /// Names of cohorts.
     pub cohorts: BTreeSet<String>,
 }
 
-/// The people of a school whom a roster may be about, with their cohorts; those made anonymous are nobody.
+/// Returns the people of a school who match any of the criteria, with their cohorts. Erased people
+/// are left out.
 pub async fn list_known_people(
     connection: &mut Connection,
     school: SchoolId,
@@ -206,7 +208,7 @@ pub async fn list_known_people(
     Ok(rows.into_iter().map(person).collect())
 }
 
-/// Which of these addresses people of other schools have, in their one spelling.
+/// Returns those of the given addresses that people of other schools use, normalized.
 pub async fn taken_elsewhere(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -222,10 +224,10 @@ pub async fn taken_elsewhere(
     Ok(taken.iter().map(|email| normalize_email(email)).collect())
 }
 
-/// Adds the person of a line, without a password.
+/// Adds the person of a roster line, without a password.
 ///
 /// # Errors
-/// When the address or the number is taken, or the database fails.
+/// If the email address or the registration number is already in use, or the database fails.
 pub async fn enrol_person(
     writer: &mut Connection,
     school: SchoolId,

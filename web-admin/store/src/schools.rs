@@ -1,4 +1,4 @@
-//! Schools.
+//! Schools and their settings.
 
 use model::ids::SchoolId;
 use model::{CurrentPerson, Moment, Needed};
@@ -15,51 +15,51 @@ pub struct School {
     pub name: String,
 }
 
-/// Every school, by name.
+/// Returns all schools, sorted by name.
 pub async fn list_schools(executor: impl Executor<'_>) -> Result<Vec<School>> {
     sqlx::query_as("SELECT id, name FROM schools ORDER BY name").fetch_all(executor).await
 }
 
-/// The name of a school.
+/// Returns the name of a school.
 ///
 /// # Errors
-/// When there is none, or the database fails.
+/// If there is no such school, or the database fails.
 pub async fn find_school_name(executor: impl Executor<'_>, id: SchoolId) -> Result<String> {
     sqlx::query_scalar("SELECT name FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
-/// The time zone of a school, a name of the IANA database.
+/// Returns the time zone of a school, a name of the IANA database.
 ///
 /// # Errors
-/// When there is none, or the database fails.
+/// If there is no such school, or the database fails.
 pub async fn find_time_zone(executor: impl Executor<'_>, id: SchoolId) -> Result<String> {
     sqlx::query_scalar("SELECT time_zone FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
-/// What a school settles on its page of settings.
+/// Settings that a school changes on its settings page.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct SchoolSettings {
     /// Name, unique.
     pub name: String,
     /// Time zone, a name of the IANA database.
     pub time_zone: String,
-    /// Code of the language in which it writes to whoever has chosen none; none: English.
+    /// Code of the language of letters to people who have chosen none; `None` means English.
     pub letter_language: Option<String>,
-    /// It mails reminders of what is due.
+    /// Reminders of due dates are mailed.
     pub mails_reminders: bool,
-    /// It mails what is new to whoever wants that.
+    /// Unread notices are mailed to people who want it.
     pub mails_news: bool,
-    /// Trainees see figures of the others of their cohort beside their own.
+    /// Trainees see statistics of the others in their cohort next to their own.
     pub shows_others: bool,
-    /// Days in which an attempt still counts at a revision that was replaced.
+    /// Number of days for which attempts at a replaced revision still count.
     #[sqlx(try_from = "i64")]
     pub replaced_grace_days: u32,
 }
 
-/// What a school has settled.
+/// Returns the settings of a school.
 ///
 /// # Errors
-/// When there is none, or the database fails.
+/// If there is no such school, or the database fails.
 pub async fn find_school_settings(executor: impl Executor<'_>, id: SchoolId) -> Result<SchoolSettings> {
     sqlx::query_as(
         "SELECT name, time_zone, letter_language, mails_reminders, mails_news, shows_others,
@@ -71,7 +71,7 @@ pub async fn find_school_settings(executor: impl Executor<'_>, id: SchoolId) -> 
     .await
 }
 
-/// Settles it. False when another school has the name.
+/// Stores the settings of a school. Returns false if another school has the name.
 pub async fn put_school_settings(writer: &mut Connection, id: SchoolId, settings: &SchoolSettings) -> Result<bool> {
     sqlx::query(
         "UPDATE schools SET name = $2, time_zone = $3, letter_language = $4, mails_reminders = $5, mails_news = $6,
@@ -91,11 +91,11 @@ pub async fn put_school_settings(writer: &mut Connection, id: SchoolId, settings
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Whether somebody sees figures of the others of a trainee's cohort beside the trainee's own: whoever teaches does, a trainee where the
-/// school shows them.
+/// Returns whether a person sees statistics of the others in a trainee's cohort next to the
+/// trainee's own: staff always do, trainees if the school's settings allow it.
 ///
 /// # Errors
-/// When there is no such school, or the database fails.
+/// If there is no such school, or the database fails.
 pub async fn sees_others(executor: impl Executor<'_>, viewer: &CurrentPerson) -> Result<bool> {
     if viewer.role.teaches() {
         return Ok(true);
@@ -106,15 +106,15 @@ pub async fn sees_others(executor: impl Executor<'_>, viewer: &CurrentPerson) ->
         .await
 }
 
-/// What must be proved of an attempt for it to count towards a certificate of a school.
+/// Returns the proof that an attempt needs to count towards a certificate of a school.
 ///
 /// # Errors
-/// When there is none, or the database fails.
+/// If there is no such school, or the database fails.
 pub async fn certificate_needs(executor: impl Executor<'_>, id: SchoolId) -> Result<Needed> {
     sqlx::query_scalar("SELECT certificate_needs FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
-/// Sets what must be proved of an attempt for it to count towards a certificate.
+/// Sets the proof that an attempt needs to count towards a certificate.
 pub async fn set_certificate_needs(writer: &mut Connection, id: SchoolId, needed: Needed) -> Result<()> {
     sqlx::query("UPDATE schools SET certificate_needs = $2 WHERE id = $1")
         .bind(id)
@@ -124,15 +124,15 @@ pub async fn set_certificate_needs(writer: &mut Connection, id: SchoolId, needed
         .map(drop)
 }
 
-/// Whether the recordings of a school go with whoever made them.
+/// Returns whether a school deletes the recordings of erased people.
 ///
 /// # Errors
-/// When there is none, or the database fails.
+/// If there is no such school, or the database fails.
 pub async fn erases_recordings(executor: impl Executor<'_>, id: SchoolId) -> Result<bool> {
     sqlx::query_scalar("SELECT erase_recordings FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
-/// The school of a name, made where it is missing.
+/// Returns the school with this name, and creates it if it is missing.
 pub async fn find_or_create(writer: &mut Connection, name: &str, now: Moment) -> Result<School> {
     sqlx::query_as(
         "INSERT INTO schools (id, name, created_at) VALUES ($1, $2, $3)
@@ -145,7 +145,7 @@ pub async fn find_or_create(writer: &mut Connection, name: &str, now: Moment) ->
     .await
 }
 
-/// Whether there is more than one.
+/// Returns whether there is more than one school.
 pub async fn are_schools_several(executor: impl Executor<'_>) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 1 FROM (SELECT 1 FROM schools LIMIT 2) two").fetch_one(executor).await
 }

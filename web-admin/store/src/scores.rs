@@ -1,4 +1,4 @@
-//! Metrics, scores and curves: what the worker makes of a recording.
+//! Metrics, scores and curves computed from recordings.
 
 use std::collections::BTreeMap;
 
@@ -12,26 +12,26 @@ use sqlx::FromRow;
 use super::{Connection, ExactNumber, Executor, Json, Result, engine};
 use crate::engine::TableColumns;
 
-/// A grading of an attempt.
+/// A computed score of an attempt.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Score {
     /// Id.
     pub id: ScoreId,
-    /// 0–100.
+    /// Score, 0–100.
     pub score: f64,
-    /// At or above the pass mark and no hard fail.
+    /// The score reaches the pass mark, and there is no hard fail.
     pub passed: bool,
-    /// Exercise whose rubric judged.
+    /// Id of the exercise whose rubric was applied.
     pub rubric_id: String,
     /// SHA-256 of the rubric.
     pub rubric_sha256: String,
-    /// Points lost, per line of the rubric.
+    /// Deductions, by line of the rubric.
     pub deductions: Json<Vec<Deduction>>,
-    /// Why it failed whatever its points.
+    /// Reasons for failing regardless of the score.
     pub hard_fails: Json<Vec<HardFailure>>,
     /// Version of the simulator that recorded the attempt.
     pub simulator_version: String,
-    /// When it was computed.
+    /// Time of the computation.
     pub computed_at: Moment,
 }
 
@@ -72,7 +72,7 @@ const fn direction_word(direction: Direction) -> &'static str {
     }
 }
 
-/// Adds a grading; earlier ones stay. Its id.
+/// Adds a score and keeps earlier ones. Returns its id.
 pub async fn add_score(
     writer: &mut Connection,
     session: SessionKey,
@@ -101,7 +101,8 @@ pub async fn add_score(
     Ok(id)
 }
 
-/// Adds metrics, in their order; those that the attempt has already stay. All in one statement: everybody who writes waits for it.
+/// Adds metrics in order, except those that the attempt already has. It uses one statement, because
+/// all other writers wait for this transaction.
 async fn add_metrics(writer: &mut Connection, session: SessionKey, metrics: &[Metric]) -> Result<()> {
     const METRICS: TableColumns = TableColumns {
         table: "metrics",
@@ -136,7 +137,8 @@ async fn add_metrics(writer: &mut Connection, session: SessionKey, metrics: &[Me
     .await
 }
 
-/// Every computed score of an attempt, in the order in which they were added: a clock may have been set back between two.
+/// Returns all computed scores of an attempt in the order of insertion, which does not depend on
+/// the clock.
 pub async fn list_scores(executor: impl Executor<'_>, session: SessionKey) -> Result<Vec<Score>> {
     sqlx::query_as(
         "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
@@ -148,7 +150,7 @@ pub async fn list_scores(executor: impl Executor<'_>, session: SessionKey) -> Re
     .await
 }
 
-/// The computed scores of every attempt, each in the order in which they were added, 0–100.
+/// Returns the computed scores (0–100) of all attempts, each in the order of insertion.
 pub async fn count_added_scores(executor: impl Executor<'_>) -> Result<BTreeMap<SessionId, Vec<f64>>> {
     let rows: Vec<(SessionId, f64)> =
         sqlx::query_as("SELECT session_id, score FROM scores ORDER BY rowid").fetch_all(executor).await?;
@@ -159,7 +161,8 @@ pub async fn count_added_scores(executor: impl Executor<'_>) -> Result<BTreeMap<
     Ok(added)
 }
 
-/// The score that was added last, as the grade names it. Whether it counts is said by [`super::grades::find_grade`].
+/// Returns the newest computed score, which the grade refers to. [`super::grades::find_grade`]
+/// returns whether it is overridden.
 pub async fn find_newest_score(executor: impl Executor<'_>, session: SessionKey) -> Result<Option<Score>> {
     sqlx::query_as(
         "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
@@ -171,7 +174,7 @@ pub async fn find_newest_score(executor: impl Executor<'_>, session: SessionKey)
     .await
 }
 
-/// The metrics of an attempt, in the catalogue's order.
+/// Returns the metrics of an attempt, in the order of the catalogue.
 pub async fn list_score_metrics(executor: impl Executor<'_>, session: SessionKey) -> Result<Vec<Metric>> {
     let rows: Vec<MetricRow> = sqlx::query_as(
         "SELECT id, version, value, unit, direction, applies, label, absent FROM metrics
@@ -184,49 +187,51 @@ pub async fn list_score_metrics(executor: impl Executor<'_>, session: SessionKey
     rows.into_iter().map(Metric::try_from).collect()
 }
 
-/// A metric in several attempts.
+/// One metric of several attempts.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct MetricOfMany {
-    /// Its id.
+    /// Id.
     pub id: String,
-    /// Its version.
+    /// Version.
     #[sqlx(try_from = "i64")]
     pub version: u32,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
-    /// Its name.
+    /// Name.
     pub label: String,
-    /// What it is in each attempt that has it, by no telling order.
+    /// Values, in no particular order.
     pub found: Json<Vec<FoundMetric>>,
 }
 
-/// A metric in one of several attempts: the attempt's place among them, the value where there is one, and why there is none.
+/// A metric of one of several attempts: index of the attempt, value, and code of the reason if it
+/// is absent.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct FoundMetric(pub usize, ExactNumber, pub String);
 
 impl FoundMetric {
-    /// The value, in the metric's unit.
+    /// Returns the value, in the metric's unit.
     #[must_use]
     pub const fn value(&self) -> Option<f64> {
         self.1.0
     }
 
-    /// Why there is none.
+    /// Returns the reason why there is no value.
     #[must_use]
     pub fn absent(&self) -> Option<Absent> {
         Absent::from_stored(&self.2)
     }
 }
 
-/// The metrics of several attempts of a school, in the catalogue's order.
+/// Returns the metrics of several attempts of a school, in the order of the catalogue.
 ///
-/// A row for each metric: what SQLite hands over costs by the cell, and thirty attempts have twenty thousand.
+/// Each metric is one row with a JSON array, because SQLite's cost grows with the number of cells:
+/// thirty attempts have twenty thousand.
 pub async fn metrics_of_many(
     executor: impl Executor<'_>,
     school: SchoolId,
     sessions: &[SessionId],
 ) -> Result<Vec<MetricOfMany>> {
-    // A cross join keeps this order: from the attempts to their metrics, however many the school has.
+    // The cross join fixes the order of the join: from the given attempts to their metrics.
     sqlx::query_as(
         "SELECT m.id, m.version, min(m.unit) AS unit, min(m.label) AS label,
            json_group_array(json_array(asked.key, iif(m.value IS NULL, NULL, printf('%!.17g', m.value)), m.absent)) AS found
@@ -240,19 +245,21 @@ pub async fn metrics_of_many(
     .await
 }
 
-/// A value of one of several attempts: the attempt's place among them, the metric's id and version, and the value in its unit.
+/// A value of one of several attempts: index of the attempt, id and version of the metric, value in
+/// its unit.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct ValueOfMany(pub usize, pub String, pub u32, pub f64);
 
-/// The values of several attempts of a school, by no telling order, to 15 digits: for quartiles that are shown with three.
+/// Returns the values of several attempts of a school in no particular order, with 15 digits. This
+/// is enough for quartiles that are shown with three.
 ///
-/// All of them as one cell: grouping them by metric first takes SQLite twice as long.
+/// All values are in one cell: grouping them by metric takes SQLite twice as long.
 pub async fn list_values_of_many(
     executor: impl Executor<'_>,
     school: SchoolId,
     sessions: &[SessionId],
 ) -> Result<Vec<ValueOfMany>> {
-    // A cross join keeps this order: from the attempts to their metrics, however many the school has.
+    // The cross join fixes the order of the join: from the given attempts to their metrics.
     let found: Json<Vec<ValueOfMany>> = sqlx::query_scalar(
         "SELECT json_group_array(json_array(asked.key, m.id, m.version, m.value))
          FROM json_each($2) asked CROSS JOIN metrics m
@@ -265,7 +272,7 @@ pub async fn list_values_of_many(
     Ok(found.0)
 }
 
-/// Stores what a page draws of an attempt.
+/// Stores the curve of an attempt, which pages draw.
 pub async fn put_curve(writer: &mut Connection, session: SessionKey, curve: &AttemptCurve) -> Result<()> {
     sqlx::query(
         "INSERT INTO session_curves (school_id, session_id, body) VALUES ($1, $2, $3)
@@ -279,7 +286,7 @@ pub async fn put_curve(writer: &mut Connection, session: SessionKey, curve: &Att
     .map(drop)
 }
 
-/// What a page draws of an attempt.
+/// Returns the curve of an attempt, which pages draw.
 pub async fn find_curve(executor: impl Executor<'_>, session: SessionKey) -> Result<Option<AttemptCurve>> {
     let body: Option<Json<AttemptCurve>> =
         sqlx::query_scalar("SELECT body FROM session_curves WHERE school_id = $1 AND session_id = $2")

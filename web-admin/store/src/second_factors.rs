@@ -1,4 +1,5 @@
-//! Second factors: sealed secrets of apps that make codes, hashes of recovery codes, and of whom a school asks for one.
+//! Second factors: encrypted secrets of authenticator apps (TOTP), hashes of recovery codes, and
+//! the schools' rules.
 
 use model::ids::SchoolId;
 use model::{FactorRule, Moment, PersonKey};
@@ -6,18 +7,18 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
-/// A secret that an app makes codes of.
+/// The secret of an authenticator app.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct SecondFactor {
-    /// The secret, sealed.
+    /// The secret, encrypted.
     pub sealed_secret: Vec<u8>,
-    /// When it was offered.
+    /// Time at which it was offered.
     pub made_at: Moment,
-    /// Since when codes are asked for; absent while it is only offered.
+    /// Time at which it was confirmed; `None` while it is only offered.
     pub confirmed_at: Option<Moment>,
 }
 
-/// Somebody's second factor, on or only offered.
+/// Returns a person's second factor, confirmed or only offered.
 pub async fn find_second_factor(executor: impl Executor<'_>, key: PersonKey) -> Result<Option<SecondFactor>> {
     sqlx::query_as(
         "SELECT sealed_secret, made_at, confirmed_at FROM second_factors WHERE person_id = $1 AND school_id = $2",
@@ -28,7 +29,7 @@ pub async fn find_second_factor(executor: impl Executor<'_>, key: PersonKey) -> 
     .await
 }
 
-/// Whether more than the password is asked for when somebody signs in: an app's code, or a passkey.
+/// Returns whether sign-in needs more than the password: a code of an app, or a passkey.
 pub async fn is_second_factor_on(executor: impl Executor<'_>, key: PersonKey) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM second_factors WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NOT NULL)
@@ -40,7 +41,8 @@ pub async fn is_second_factor_on(executor: impl Executor<'_>, key: PersonKey) ->
     .await
 }
 
-/// A statement around the condition that a person `p` of a school `s` must have a second factor by the school's rule, and has none.
+/// Wraps a statement around the condition that person `p` of school `s` is required to have a
+/// second factor and has none.
 macro_rules! with_factor_owed {
     ($before:literal, $after:literal) => {
         concat!(
@@ -54,7 +56,7 @@ macro_rules! with_factor_owed {
 }
 pub(crate) use with_factor_owed;
 
-/// Whether a person must have a second factor by their school's rule, and has none.
+/// Returns whether a person is required by their school to have a second factor and has none.
 pub async fn is_second_factor_owed(executor: impl Executor<'_>, key: PersonKey) -> Result<bool> {
     sqlx::query_scalar(with_factor_owed!(
         "SELECT EXISTS (SELECT 1 FROM people p JOIN schools s ON s.id = p.school_id
@@ -67,7 +69,7 @@ pub async fn is_second_factor_owed(executor: impl Executor<'_>, key: PersonKey) 
     .await
 }
 
-/// Offers a secret in place of one that was offered before. False where one is on already.
+/// Offers a secret and replaces an unconfirmed one. Returns false if one is already confirmed.
 pub async fn offer_second_factor(
     writer: &mut Connection,
     key: PersonKey,
@@ -88,7 +90,7 @@ pub async fn offer_second_factor(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Turns the offered secret on, by the code of a time step. False where none is offered.
+/// Confirms the offered secret with the code of a time step. Returns false without such a secret.
 pub async fn confirm_second_factor(writer: &mut Connection, key: PersonKey, step: i64, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE second_factors SET confirmed_at = $3, last_step = $4
@@ -103,7 +105,8 @@ pub async fn confirm_second_factor(writer: &mut Connection, key: PersonKey, step
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Takes the code of a time step. False where it, or one after it, was taken before: each is good once.
+/// Records the use of the code of a time step. Returns false if this step or a later one was
+/// already used, because each code is valid once.
 pub async fn take_step(writer: &mut Connection, key: PersonKey, step: i64) -> Result<bool> {
     sqlx::query(
         "UPDATE second_factors SET last_step = $3
@@ -117,7 +120,7 @@ pub async fn take_step(writer: &mut Connection, key: PersonKey, step: i64) -> Re
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Forgets the secret of somebody's app. False where none was on.
+/// Deletes a person's confirmed secret. Returns false if it does not exist.
 pub async fn remove_app(writer: &mut Connection, key: PersonKey) -> Result<bool> {
     sqlx::query("DELETE FROM second_factors WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NOT NULL")
         .bind(key.person_id)
@@ -127,7 +130,8 @@ pub async fn remove_app(writer: &mut Connection, key: PersonKey) -> Result<bool>
         .map(|done| done.rows_affected() == 1)
 }
 
-/// Forgets all of somebody's second factors, app and passkeys, and their recovery codes. False where none was on.
+/// Deletes all second factors of a person: app, passkeys and recovery codes. Returns false if
+/// neither an app nor a passkey was active.
 pub async fn remove_second_factor(writer: &mut Connection, key: PersonKey) -> Result<bool> {
     let was_on = is_second_factor_on(&mut *writer, key).await?;
     for statement in [
@@ -140,7 +144,7 @@ pub async fn remove_second_factor(writer: &mut Connection, key: PersonKey) -> Re
     Ok(was_on)
 }
 
-/// Keeps the hashes of recovery codes, in place of those of before.
+/// Replaces the hashes of a person's recovery codes.
 pub async fn put_recovery_codes(writer: &mut Connection, key: PersonKey, hashes: &[[u8; 32]]) -> Result<()> {
     sqlx::query("DELETE FROM recovery_codes WHERE person_id = $1 AND school_id = $2")
         .bind(key.person_id)
@@ -158,7 +162,7 @@ pub async fn put_recovery_codes(writer: &mut Connection, key: PersonKey, hashes:
     Ok(())
 }
 
-/// Uses a recovery code up. False where it is none of somebody's.
+/// Deletes a used recovery code. Returns false if the person has no such code.
 pub async fn use_recovery_code(writer: &mut Connection, key: PersonKey, hash: &[u8; 32]) -> Result<bool> {
     sqlx::query("DELETE FROM recovery_codes WHERE person_id = $1 AND school_id = $2 AND code_hash = $3")
         .bind(key.person_id)
@@ -169,7 +173,7 @@ pub async fn use_recovery_code(writer: &mut Connection, key: PersonKey, hash: &[
         .map(|done| done.rows_affected() == 1)
 }
 
-/// How many recovery codes somebody has left.
+/// Returns the number of a person's unused recovery codes.
 pub async fn recovery_codes_left(executor: impl Executor<'_>, key: PersonKey) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM recovery_codes WHERE person_id = $1 AND school_id = $2")
         .bind(key.person_id)
@@ -178,15 +182,15 @@ pub async fn recovery_codes_left(executor: impl Executor<'_>, key: PersonKey) ->
         .await
 }
 
-/// Of whom a school asks for a second factor.
+/// Returns a school's rule on who needs a second factor.
 ///
 /// # Errors
-/// When there is no such school, or the database fails.
+/// If there is no such school, or the database fails.
 pub async fn find_factor_rule(executor: impl Executor<'_>, school: SchoolId) -> Result<FactorRule> {
     sqlx::query_scalar("SELECT second_factor_of FROM schools WHERE id = $1").bind(school).fetch_one(executor).await
 }
 
-/// Sets of whom a school asks for a second factor.
+/// Sets a school's rule on who needs a second factor.
 pub async fn set_factor_rule(writer: &mut Connection, school: SchoolId, rule: FactorRule) -> Result<()> {
     sqlx::query("UPDATE schools SET second_factor_of = $2 WHERE id = $1")
         .bind(school)

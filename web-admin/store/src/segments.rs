@@ -1,4 +1,4 @@
-//! Tasks to mark pops: their traces, and what trainees have marked.
+//! Tasks to mark pops: traces and marks.
 
 use model::ids::{CohortId, PersonId, SchoolId, SessionId, TaskId, TraceId};
 use model::{CurrentPerson, Moment, Role};
@@ -6,44 +6,44 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Json, Result};
 
-/// A task to be made.
+/// A task to be created.
 #[derive(Clone, Debug)]
 pub struct NewTask {
     /// Title.
     pub title: String,
-    /// For whom.
+    /// Cohort of the trainees.
     pub cohort_id: CohortId,
-    /// When it is due, as it was said and as it is meant.
+    /// Due date: the local time as entered, and the moment it denotes.
     pub due: Option<(String, Moment)>,
     /// The school's time zone.
     pub time_zone: String,
-    /// The attempts, in order.
+    /// Attempts, in order.
     pub sessions: Vec<SessionId>,
 }
 
-/// A task as a visitor sees it.
+/// A task, as shown to a visitor.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct SegmentTask {
     /// Id.
     pub id: TaskId,
     /// Title.
     pub title: String,
-    /// The cohort.
+    /// Cohort.
     pub cohort_id: CohortId,
-    /// Its name.
+    /// Name of the cohort.
     pub cohort: String,
-    /// When it is due for everybody, as it was said.
+    /// Regular due date in local time, as entered.
     pub due_local: Option<String>,
-    /// When it is due, for a trainee with their extension.
+    /// Due date, for a trainee including their extension.
     pub due_at: Option<Moment>,
-    /// Calendar days by which it was extended for them; 0 for none.
+    /// Length of the trainee's extension, in calendar days; 0 without one.
     pub extended_days: i64,
-    /// The time zone in which it was said.
+    /// Time zone of `due_local`.
     pub time_zone: String,
-    /// Traces; without a trainee's own attempts.
+    /// Number of traces, without the trainee's own attempts.
     #[sqlx(try_from = "i64")]
     pub traces: u32,
-    /// Of these, how many the visitor has sent.
+    /// Number of traces that the visitor has submitted.
     #[sqlx(try_from = "i64")]
     pub sent: u32,
 }
@@ -51,36 +51,36 @@ pub struct SegmentTask {
 /// A trace of a task.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Trace {
-    /// Id: random.
+    /// Random id.
     pub id: TraceId,
-    /// Its task.
+    /// Task.
     pub task_id: TaskId,
     /// The attempt.
     pub session_id: SessionId,
-    /// Who tried.
+    /// Trainee who made the attempt.
     pub trainee_id: PersonId,
-    /// Its place in the task, from 1.
+    /// Position in the task, from 1.
     #[sqlx(try_from = "i64")]
     pub position: u32,
 }
 
-/// What somebody has marked on a trace.
+/// A person's marks on a trace.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Marks {
-    /// Who.
+    /// Person.
     pub person_id: PersonId,
-    /// The trace.
+    /// Trace.
     pub trace_id: TraceId,
-    /// Moments in order, in s.
+    /// Times of the marks, sorted, in s.
     pub marks: Json<Vec<f64>>,
-    /// Since when they stay.
+    /// Time of submission, after which they cannot be changed.
     pub sent_at: Option<Moment>,
 }
 
-/// Makes a task.
+/// Creates a task.
 ///
 /// # Errors
-/// When an attempt or the cohort is not of the school, or the database fails.
+/// If an attempt or the cohort does not belong to the school, or the database fails.
 pub async fn add_segment_task(
     writer: &mut Connection,
     by: &CurrentPerson,
@@ -117,8 +117,8 @@ pub async fn add_segment_task(
     Ok(task)
 }
 
-/// The tasks of the cohorts that somebody teaches, all of the school's for an administrator; the latest first, at most
-/// 100.
+/// Returns the tasks of the cohorts that a person teaches, or for an administrator all of the
+/// school; latest first, at most 100.
 pub async fn list_managed_tasks(
     executor: impl Executor<'_>,
     by: &CurrentPerson,
@@ -141,7 +141,8 @@ pub async fn list_managed_tasks(
     .await
 }
 
-/// What a trainee is to mark, by date; without tasks of nothing but their own attempts.
+/// Returns a trainee's tasks, sorted by due date. Tasks that consist of the trainee's own attempts
+/// are left out.
 pub async fn list_trainee_tasks(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -166,7 +167,7 @@ pub async fn list_trainee_tasks(
     .await
 }
 
-/// The traces of a task, in order.
+/// Returns the traces of a task, in order.
 pub async fn list_traces(executor: impl Executor<'_>, school: SchoolId, task: TaskId) -> Result<Vec<Trace>> {
     sqlx::query_as(
         "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
@@ -179,7 +180,7 @@ pub async fn list_traces(executor: impl Executor<'_>, school: SchoolId, task: Ta
     .await
 }
 
-/// A trace of a school.
+/// Returns a trace of a school.
 pub async fn find_trace(executor: impl Executor<'_>, school: SchoolId, id: TraceId) -> Result<Option<Trace>> {
     sqlx::query_as(
         "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
@@ -192,7 +193,7 @@ pub async fn find_trace(executor: impl Executor<'_>, school: SchoolId, id: Trace
     .await
 }
 
-/// Everybody's marks on the traces of a task.
+/// Returns all marks on the traces of a task.
 pub async fn find_marks(executor: impl Executor<'_>, school: SchoolId, task: TaskId) -> Result<Vec<Marks>> {
     sqlx::query_as(
         "SELECT a.person_id, a.trace_id, a.marks, a.sent_at FROM segment_traces r
@@ -205,7 +206,7 @@ pub async fn find_marks(executor: impl Executor<'_>, school: SchoolId, task: Tas
     .await
 }
 
-/// What somebody has marked on a trace so far.
+/// Returns a person's marks on a trace.
 pub async fn list_marks_of(executor: impl Executor<'_>, trace: TraceId, person: PersonId) -> Result<Option<Marks>> {
     sqlx::query_as(
         "SELECT person_id, trace_id, marks, sent_at FROM segment_marks WHERE trace_id = $1 AND person_id = $2",
@@ -216,7 +217,7 @@ pub async fn list_marks_of(executor: impl Executor<'_>, trace: TraceId, person: 
     .await
 }
 
-/// Keeps marks. False where others were sent already.
+/// Stores marks. Returns false if they were already submitted.
 pub async fn put_marks(writer: &mut Connection, school: SchoolId, new: &Marks) -> Result<bool> {
     sqlx::query(
         "INSERT INTO segment_marks (school_id, trace_id, person_id, marks, sent_at) VALUES ($1, $2, $3, $4, $5)
@@ -233,7 +234,7 @@ pub async fn put_marks(writer: &mut Connection, school: SchoolId, new: &Marks) -
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Takes a task back.
+/// Withdraws a task.
 pub async fn withdraw_task(writer: &mut Connection, school: SchoolId, id: TaskId, now: Moment) -> Result<()> {
     sqlx::query("UPDATE segment_tasks SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)

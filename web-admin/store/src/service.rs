@@ -1,4 +1,4 @@
-//! The service as a whole: for whoever keeps it running.
+//! Figures of the whole service, for its operators.
 
 use model::Moment;
 use sqlx::FromRow;
@@ -6,40 +6,40 @@ use sqlx::FromRow;
 use super::tries::MOST_DEATHS;
 use super::{Executor, Result};
 
-/// Every school together.
+/// Figures of all schools together.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Totals {
-    /// People who may sign in, by role.
+    /// Trainees with an enabled account.
     pub trainees: i64,
-    /// As `trainees`.
+    /// Instructors with an enabled account.
     pub instructors: i64,
-    /// As `trainees`.
+    /// Administrators with an enabled account.
     pub administrators: i64,
-    /// Stations whose token is valid.
+    /// Stations with a valid token.
     pub stations: i64,
-    /// Uploads in pieces that are not whole yet.
+    /// Incomplete uploads.
     pub uploads: i64,
-    /// Attempts whose recording waits to be scored.
+    /// Attempts whose recording is waiting to be scored.
     pub pending: i64,
     /// Scored attempts.
     pub scored: i64,
     /// Attempts whose recording could not be scored.
     pub refused: i64,
-    /// Recordings in the queue.
+    /// Jobs in the queue.
     pub waiting: i64,
-    /// Of them, those that failed at least once.
+    /// Jobs that failed at least once.
     pub failing: i64,
-    /// Of them, those that are tried no more, and uploads that are read no more.
+    /// Quarantined jobs, uploads and parse attempts.
     pub set_aside: i64,
-    /// When the first of the queue is due.
+    /// Time at which the first job is due, without quarantined ones.
     pub due_at: Option<Moment>,
-    /// Rows of the audit log.
+    /// Rows in the audit log.
     pub audit_rows: i64,
-    /// The database, in bytes.
+    /// Size of the database, in bytes.
     pub database_bytes: i64,
 }
 
-/// Counts of everything.
+/// Returns the figures of the service.
 pub async fn count_totals(executor: impl Executor<'_>) -> Result<Totals> {
     sqlx::query_as(
         "SELECT (SELECT count(*) FROM people WHERE role = 'trainee' AND disabled_at IS NULL) AS trainees,
@@ -63,7 +63,7 @@ pub async fn count_totals(executor: impl Executor<'_>) -> Result<Totals> {
     .await
 }
 
-/// The size of the database, in bytes.
+/// Returns the size of the database, in bytes.
 pub async fn database_bytes(executor: impl Executor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size)")
         .fetch_one(executor)

@@ -1,4 +1,4 @@
-//! The codes by which people sign in at a station: only their hashes are here.
+//! Codes for signing in at stations. Only their hashes are stored.
 
 use model::ids::{PersonId, SchoolId};
 use model::{Moment, PersonKey};
@@ -6,7 +6,8 @@ use model::{Moment, PersonKey};
 use super::people::Person;
 use super::{Connection, Executor, Result};
 
-/// Gives a person a code, in place of the one they had. False when somebody of the school has the same.
+/// Sets or replaces a person's code. Returns false if another person of the school has the same
+/// one.
 pub async fn put_sign_in_code(
     writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -27,7 +28,7 @@ pub async fn put_sign_in_code(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Whose code this is.
+/// Returns the person with this code.
 pub async fn find_code_holder(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -45,7 +46,7 @@ pub async fn find_code_holder(
     .await
 }
 
-/// Since when a person has had their code.
+/// Returns the time at which a person's code was made.
 pub async fn find_code_time(executor: impl Executor<'_>, school: SchoolId, person: PersonId) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT made_at FROM sign_in_codes WHERE school_id = $1 AND person_id = $2")
         .bind(school)
@@ -54,7 +55,7 @@ pub async fn find_code_time(executor: impl Executor<'_>, school: SchoolId, perso
         .await
 }
 
-/// Ends the code of a person.
+/// Deletes a person's code.
 pub async fn end_sign_in_code(
     writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,

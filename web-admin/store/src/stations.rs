@@ -1,5 +1,5 @@
-//! Training stations: the codes they join with, when they were last seen, and the wrong sign-in codes they passed on.
-//! A station is a row of `api_tokens`.
+//! Training stations: pairing codes, last activity, and failed sign-ins at the station. A station
+//! is a row of `api_tokens`.
 
 use model::Moment;
 use model::ids::{PersonId, SchoolId, StationId, TokenId};
@@ -7,45 +7,45 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
-/// A station that has, or had, a token.
+/// A station, with a valid or revoked token.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Station {
     /// Id of its token.
     pub id: StationId,
     /// Name.
     pub station: String,
-    /// Since when.
+    /// Time of pairing.
     pub created_at: Moment,
-    /// When it last asked for anything.
+    /// Time of the last request.
     pub last_seen_at: Option<Moment>,
     /// The token was revoked.
     pub revoked: bool,
-    /// It has a key, and signs what is recorded at it.
+    /// It has a key and signs its recordings.
     pub signs: bool,
 }
 
-/// A code by which a station may join.
+/// A code for pairing a station.
 #[derive(Clone, Copy, Debug)]
 pub struct PairingCode {
     /// School.
     pub school_id: SchoolId,
-    /// The administrator who made it.
+    /// Administrator who made it.
     pub made_by: PersonId,
-    /// Until when it is good.
+    /// Expiry time.
     pub expires_at: Moment,
 }
 
-/// Wrong sign-in codes that a station has passed on.
+/// Wrong sign-in codes entered at a station.
 #[derive(Clone, Copy, Debug, FromRow)]
 pub struct WrongCodes {
-    /// How many …
+    /// Number of wrong codes …
     #[sqlx(try_from = "i64")]
     pub wrong_codes: u32,
-    /// … since when.
+    /// … since this time.
     pub wrong_since: Option<Moment>,
 }
 
-/// The stations of a school, by name.
+/// Returns the stations of a school, sorted by name.
 pub async fn list_stations(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Station>> {
     sqlx::query_as(
         "SELECT id, station, created_at, last_seen_at, revoked_at IS NOT NULL AS revoked,
@@ -57,7 +57,7 @@ pub async fn list_stations(executor: impl Executor<'_>, school: SchoolId) -> Res
     .await
 }
 
-/// The name of a station of a school, revoked or not.
+/// Returns the name of a station of a school, revoked or not.
 pub async fn find_station_name(executor: impl Executor<'_>, school: SchoolId, id: StationId) -> Result<Option<String>> {
     sqlx::query_scalar("SELECT station FROM api_tokens WHERE school_id = $1 AND id = $2 AND station IS NOT NULL")
         .bind(school)
@@ -66,18 +66,18 @@ pub async fn find_station_name(executor: impl Executor<'_>, school: SchoolId, id
         .await
 }
 
-/// A station that may sign recordings.
+/// A station that can sign recordings.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Signer {
     /// Id of its token.
     pub id: StationId,
-    /// Since when it is paired.
+    /// Time of pairing.
     pub created_at: Moment,
-    /// Its Ed25519 public key, 64 hexadecimal digits.
+    /// Ed25519 public key, 64 hexadecimal digits.
     pub public_key: String,
 }
 
-/// The station of a school that is paired now and has a key.
+/// Returns a station of a school if it is paired and has a key.
 pub async fn find_station_signer(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -93,7 +93,7 @@ pub async fn find_station_signer(
     .await
 }
 
-/// Registers the key of a station that has just been paired.
+/// Stores the key of a newly paired station.
 pub async fn set_station_key(writer: &mut Connection, school: SchoolId, id: StationId, public_key: &str) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET public_key = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -104,7 +104,7 @@ pub async fn set_station_key(writer: &mut Connection, school: SchoolId, id: Stat
         .map(drop)
 }
 
-/// Whether a station of a school that may still be used has this name.
+/// Returns whether a station of a school with a valid token has this name.
 pub async fn is_station_name_taken(executor: impl Executor<'_>, school: SchoolId, name: &str) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM api_tokens WHERE school_id = $1 AND station = $2 AND revoked_at IS NULL)",
@@ -115,7 +115,7 @@ pub async fn is_station_name_taken(executor: impl Executor<'_>, school: SchoolId
     .await
 }
 
-/// Notes that a token was seen, of a station or a person.
+/// Records the time at which a token of a station or a person was used.
 pub async fn note_station_seen(writer: &mut Connection, school: SchoolId, id: TokenId, now: Moment) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET last_seen_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -126,7 +126,7 @@ pub async fn note_station_seen(writer: &mut Connection, school: SchoolId, id: To
         .map(drop)
 }
 
-/// Revokes the token of a station. False when there is none to revoke.
+/// Revokes the token of a station. Returns false if it does not exist or was already revoked.
 pub async fn revoke_station(writer: &mut Connection, school: SchoolId, id: StationId, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE api_tokens SET revoked_at = $3
@@ -140,7 +140,7 @@ pub async fn revoke_station(writer: &mut Connection, school: SchoolId, id: Stati
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Keeps the hash of a pairing code, and forgets those that have expired.
+/// Stores the hash of a pairing code, and deletes expired ones.
 pub async fn add_pairing_code(
     writer: &mut Connection,
     code: &PairingCode,
@@ -158,7 +158,7 @@ pub async fn add_pairing_code(
         .map(drop)
 }
 
-/// Takes a code that is still good: it is so no longer. The school that it leads to.
+/// Uses up a valid pairing code. Returns the school that it belongs to.
 pub async fn use_pairing_code(
     writer: &mut Connection,
     code_sha256: &[u8; 32],
@@ -171,7 +171,7 @@ pub async fn use_pairing_code(
         .await
 }
 
-/// Wrong sign-in codes that a station has passed on.
+/// Returns the number of wrong sign-in codes entered at a station.
 pub async fn find_wrong_codes(executor: impl Executor<'_>, school: SchoolId, id: StationId) -> Result<WrongCodes> {
     sqlx::query_as("SELECT wrong_codes, wrong_since FROM api_tokens WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -180,7 +180,7 @@ pub async fn find_wrong_codes(executor: impl Executor<'_>, school: SchoolId, id:
         .await
 }
 
-/// Notes how many wrong sign-in codes a station has passed on.
+/// Sets the number of wrong sign-in codes entered at a station.
 pub async fn set_wrong_codes(
     writer: &mut Connection,
     school: SchoolId,
@@ -197,7 +197,7 @@ pub async fn set_wrong_codes(
         .map(drop)
 }
 
-/// Takes back one wrong code: it was right.
+/// Decrements the number of wrong sign-in codes, after a code that turned out to be correct.
 pub async fn forgive_wrong_codes(writer: &mut Connection, school: SchoolId, id: StationId) -> Result<()> {
     sqlx::query(
         "UPDATE api_tokens SET wrong_codes = wrong_codes - 1 WHERE school_id = $1 AND id = $2 AND wrong_codes > 0",

@@ -1,4 +1,4 @@
-//! Attempts at which somebody who teaches was there, as they have confirmed.
+//! Confirmations that an instructor supervised an attempt.
 
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId, SessionId};
 use model::{Moment, SessionKey};
@@ -7,19 +7,19 @@ use sqlx::FromRow;
 use super::{Connection, Executor, Result};
 use crate::sessions::Session;
 
-/// Somebody was there.
+/// A confirmed supervision.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Supervision {
-    /// The name of whoever it was.
+    /// Name of the supervisor.
     pub by: String,
-    /// When they said so.
+    /// Time of the confirmation.
     pub confirmed_at: Moment,
 }
 
-/// Confirms that somebody was there. False where that was confirmed already.
+/// Confirms the supervision of an attempt. Returns false if it was already confirmed.
 ///
 /// # Errors
-/// When they are of another school, or the database fails.
+/// If the supervisor belongs to another school, or the database fails.
 pub async fn confirm_supervision(
     writer: &mut Connection,
     session: &Session,
@@ -40,7 +40,7 @@ pub async fn confirm_supervision(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Takes a confirmation back. False where there is none.
+/// Withdraws a confirmation. Returns false if it does not exist.
 pub async fn withdraw_supervision(writer: &mut Connection, session: SessionKey) -> Result<bool> {
     sqlx::query("DELETE FROM supervisions WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
@@ -50,7 +50,7 @@ pub async fn withdraw_supervision(writer: &mut Connection, session: SessionKey) 
         .map(|done| done.rows_affected() == 1)
 }
 
-/// Who was there at an attempt.
+/// Returns the supervision of an attempt, if it was confirmed.
 pub async fn find_supervision(executor: impl Executor<'_>, session: SessionKey) -> Result<Option<Supervision>> {
     sqlx::query_as(
         "SELECT p.display_name AS \"by\", v.confirmed_at FROM supervisions v
@@ -63,7 +63,7 @@ pub async fn find_supervision(executor: impl Executor<'_>, session: SessionKey) 
     .await
 }
 
-/// The attempts of a trainee at which somebody was there.
+/// Returns the supervised attempts of a trainee.
 pub async fn list_trainee_supervisions(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -76,7 +76,7 @@ pub async fn list_trainee_supervisions(
         .await
 }
 
-/// The attempts of a cohort's trainees at which somebody was there.
+/// Returns the supervised attempts of a cohort's trainees.
 pub async fn list_cohort_supervisions(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -93,7 +93,7 @@ pub async fn list_cohort_supervisions(
     .await
 }
 
-/// The attempts of those to whom something was assigned, at which somebody was there.
+/// Returns the supervised attempts of an assignment's trainees.
 pub async fn of_assignment(
     executor: impl Executor<'_>,
     school: SchoolId,

@@ -1,4 +1,4 @@
-//! Sums over the attempts of a month: of each cohort, and of the whole school.
+//! Sums over the attempts of a month, for each cohort and for the whole school.
 
 use model::ids::{CohortId, SchoolId};
 use model::{CurrentPerson, Moment, PersonKey, Role};
@@ -7,21 +7,22 @@ use sqlx::FromRow;
 use super::{Connection, Executor, Result};
 use crate::engine::twin;
 
-/// The cohort in `tallies` that stands for the whole school.
+/// Cohort id in `tallies` for the whole school.
 const WHOLE_SCHOOL: CohortId = CohortId::nil();
 
-/// How many attempts, how many passed, the sum of their scores.
+/// Number of attempts and passes, and sum of scores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, FromRow)]
 pub struct Sums {
-    /// Scored attempts.
+    /// Number of scored attempts.
     pub attempts: i64,
-    /// Attempts passed.
+    /// Number of passed attempts.
     pub passes: i64,
     /// Sum of the scores, each 0–100.
     pub points: f64,
 }
 
-/// Adds a difference to the school's month and to that of each cohort the trainee is in. Whoever is no trainee counts in none.
+/// Adds a difference to the monthly sums of the school and of each cohort of the trainee. People
+/// who are not trainees are not counted.
 pub(super) async fn add_to_tally(
     writer: &mut Connection,
     PersonKey { school_id: school, person_id: trainee }: PersonKey,
@@ -61,17 +62,18 @@ pub(super) async fn add_to_tally(
 /// Sums of a cohort over a year.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct YearOfCohort {
-    /// The cohort.
+    /// Id of the cohort.
     pub cohort_id: CohortId,
-    /// Its name.
+    /// Name of the cohort.
     pub cohort: String,
-    /// Its sums.
+    /// Sums.
     #[sqlx(flatten)]
     pub sums: Sums,
 }
 
-/// Sums over a year, UTC, of the cohorts that somebody may see and that have practised in it, by name, from the first after `after`;
-/// `limit` of them at most. PostgreSQL is told to sum cohort by cohort, as far as the limit: of itself it sums all of them first.
+/// Returns the sums over a year (UTC) of the cohorts that a person may see and that have attempts
+/// in it, sorted by name, starting after `after`; at most `limit`. The LATERAL join makes
+/// PostgreSQL sum cohort by cohort until the limit is reached, instead of all cohorts first.
 pub async fn list_tallies_in_year(
     executor: impl Executor<'_>,
     viewer: &CurrentPerson,
@@ -109,8 +111,10 @@ pub async fn list_tallies_in_year(
     .await
 }
 
-/// As [`list_tallies_in_year`], of every cohort of a school, for its administrator. PostgreSQL sums by the cohorts' ids first, a third of
-/// what it takes cohort by cohort, and is kept from going through all sums once for each name, in the order of an index.
+/// Returns the sums over a year (UTC) of all cohorts of a school, for its administrator; see
+/// [`list_tallies_in_year`]. PostgreSQL first sums by cohort id, which takes a third of the time of
+/// summing cohort by cohort. Ordering by `c.name || ''` keeps it from following the index by name
+/// and scanning all sums for each name.
 pub async fn list_school_tallies_in_year(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -137,8 +141,8 @@ pub async fn list_school_tallies_in_year(
     .await
 }
 
-/// Sums by month, the earliest first: 12 × year + month − 1, and the sums. Of the whole school for an administrator, otherwise of the
-/// cohorts that the viewer teaches together.
+/// Returns the sums by month, earliest first. The month is 12 × year + month − 1. They cover the
+/// whole school for an administrator, otherwise the cohorts that the viewer teaches.
 pub async fn list_tallies_by_month(executor: impl Executor<'_>, viewer: &CurrentPerson) -> Result<Vec<(i64, Sums)>> {
     let whole =
         "SELECT month, attempts, passes, points FROM tallies WHERE school_id = $1 AND cohort_id = $2 ORDER BY month";

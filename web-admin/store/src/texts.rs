@@ -1,4 +1,4 @@
-//! Free texts that somebody wrote, or that others wrote about their attempts: counted, looked through, and made unreadable.
+//! Free texts by a person and about their attempts: counts, search and redaction.
 
 use assessment::questionnaire::Answer;
 use documents::Instrument;
@@ -13,37 +13,37 @@ use uuid::Uuid;
 use super::{Connection, Json, Pool, Result};
 use crate::engine::{Executor, twin};
 
-/// What stands where a text was. The database's triggers know it, too.
+/// Replaces a redacted text. The triggers of the database contain the same text.
 pub const ERASED: &str = "[erased]";
 
-/// Whose texts, and until when they were written.
+/// Person whose texts are selected, and the time limit.
 #[derive(Clone, Copy, Debug)]
 pub struct Whose {
     /// School.
     pub school_id: SchoolId,
     /// Person.
     pub person_id: PersonId,
-    /// What was written later is left alone.
+    /// Texts written later are left unchanged.
     pub until: Moment,
 }
 
-/// Which texts.
+/// Relation of a text to the person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextSide {
-    /// Their own.
+    /// Written by the person.
     Written,
-    /// Others' about them.
+    /// Written by others about the person.
     About,
 }
 
-/// A statement for either side: what is done, then the rows that are theirs, then those about them.
+/// Makes a statement from an action, the condition for the person, and further conditions.
 macro_rules! plain {
     ($does:literal, $whose:literal, $and:literal) => {
         concat!($does, " WHERE school_id = $1 ", $whose, " ", $and)
     };
 }
 
-/// How many texts there are about somebody, and by them.
+/// Returns the number of texts by and about a person.
 pub async fn count_texts(reader: &Pool, whose: Whose) -> Result<TextCounts> {
     let mut texts = TextCounts::default();
     for (side, found) in [(TextSide::Written, &mut texts.written), (TextSide::About, &mut texts.about)] {
@@ -95,7 +95,7 @@ async fn plain_texts(reader: &Pool, whose: Whose, side: TextSide) -> Result<i64>
     sqlx::query_scalar(statement).bind(whose.school_id).bind(whose.person_id).bind(whose.until).fetch_one(reader).await
 }
 
-/// Makes the texts of a side unreadable; how many there were.
+/// Redacts the texts of one side. Returns their number.
 pub async fn redact_texts(writer: &mut Connection, whose: Whose, side: TextSide) -> Result<u64> {
     let mut redacted = 0;
     let statements = match side {
@@ -165,7 +165,7 @@ enum TextKind {
     Rating,
 }
 
-/// Answers with a free text among them, as they are to be afterwards.
+/// Redacted answers that contained free texts.
 struct TextAnswers {
     kind: TextKind,
     id: Uuid,
@@ -179,7 +179,7 @@ struct TextRow {
     document: Vec<u8>,
 }
 
-/// Answers to surveys and ratings in which a free text stands.
+/// Returns the survey responses and ratings that contain free texts, with redacted answers.
 async fn answers_of(connection: &mut Connection, whose: Whose, side: TextSide) -> Result<Vec<TextAnswers>> {
     let mut found = Vec::new();
     let kinds: &[TextKind] =
@@ -220,7 +220,8 @@ async fn answers_of(connection: &mut Connection, whose: Whose, side: TextSide) -
     Ok(found)
 }
 
-/// The answers without their free texts; none where there is no such text. Of a document that cannot be read any more every text is one.
+/// Returns the answers with their free texts redacted, or `None` if they contain no free text. If
+/// the document no longer parses, every text is treated as free text.
 fn list_redacted_texts(document: &[u8], answers: &[Option<Answer>]) -> Option<Vec<Option<Answer>>> {
     let instrument = Instrument::from_bytes("published instrument", document).ok();
     let is_free = |at: usize| {
@@ -241,17 +242,18 @@ fn list_redacted_texts(document: &[u8], answers: &[Option<Answer>]) -> Option<Ve
     changed.then_some(kept)
 }
 
-/// A text of others in which a word stands.
+/// A text about another person's attempt that mentions a name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mention {
-    /// The attempt that it is about.
+    /// The attempt.
     pub session_id: SessionId,
     /// The text.
     pub text: String,
 }
 
-/// Comments and reasons about others' attempts, written by others, in which one of the words stands as a whole word, whatever its case.
-/// The database picks what may hold one, so that of a large school's texts few are read.
+/// Returns comments and override reasons by others about others' attempts that contain one of the
+/// words as a whole word, in upper or lower case. The database preselects candidates, so that only
+/// few of a large school's texts are read.
 pub async fn list_mentions(reader: &Pool, whose: Whose, words: &[String]) -> Result<Vec<Mention>> {
     let mut found = Vec::new();
     let mut rows = sqlx::query_as::<_, (SessionId, String)>(
@@ -285,8 +287,9 @@ pub async fn list_mentions(reader: &Pool, whose: Whose, words: &[String]) -> Res
     Ok(found)
 }
 
-/// What every text that holds a word matches, with the lower case of ASCII alone. Its other characters can be any, and so can `i` and `k`: they
-/// are the lower case of characters beyond ASCII, too.
+/// Returns a LIKE pattern that matches every text with the word, if only ASCII letters are
+/// converted to lower case. All other characters match anything, and so do `i` and `k`, which are
+/// also the lower case of characters outside ASCII.
 fn pattern_of(word: &str) -> String {
     let spelt = word.chars().map(|c| if c.is_ascii_alphanumeric() && !matches!(c, 'i' | 'k') { c } else { '%' });
     format!("%{}%", spelt.collect::<String>())
@@ -298,14 +301,15 @@ fn names_one(text: &str, words: &[String]) -> bool {
     said.any(|word| words.iter().any(|wanted| wanted == word))
 }
 
-/// The words of a name that are looked for: of three letters and more, in lower case.
+/// Returns the words of a name to search for: those with at least three characters, in lower case.
 #[must_use]
 pub fn words_of(name: &str) -> Vec<String> {
     let words = name.split(|c: char| !c.is_alphanumeric()).map(str::to_lowercase);
     words.filter(|word| word.chars().count() >= 3).collect()
 }
 
-/// The recordings of a person that are still there, until a moment: session, file and hash.
+/// Returns the path and hash of a person's recordings that were received before the time limit and
+/// have not been deleted.
 pub async fn recordings(writer: &mut Connection, whose: Whose) -> Result<Vec<ErasedRecording>> {
     sqlx::query_as(
         "SELECT recording_path, recording_sha256 FROM sessions
@@ -318,16 +322,16 @@ pub async fn recordings(writer: &mut Connection, whose: Whose) -> Result<Vec<Era
     .await
 }
 
-/// A recording that goes.
+/// A deleted recording, or one to be deleted.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct ErasedRecording {
-    /// The file, relative to the recordings folder.
+    /// Path of the file, relative to the recordings folder.
     pub recording_path: String,
     /// SHA-256 of the file.
     pub recording_sha256: String,
 }
 
-/// Notes that the recordings of a person are gone, and that those that wait are never scored.
+/// Records that the recordings of a person were deleted, and cancels the scoring of pending ones.
 pub async fn note_erased_recordings(writer: &mut Connection, whose: Whose) -> Result<()> {
     for statement in [
         "DELETE FROM jobs WHERE school_id = $1 AND session_id IN (
@@ -347,7 +351,7 @@ pub async fn note_erased_recordings(writer: &mut Connection, whose: Whose) -> Re
     Ok(())
 }
 
-/// Every recording that was erased: for whoever looks whether its file is gone.
+/// Returns all deleted recordings, for checking that their files no longer exist.
 pub async fn all_erased(reader: &Pool) -> Result<Vec<ErasedRecording>> {
     sqlx::query_as("SELECT recording_path, recording_sha256 FROM sessions WHERE recording_erased_at > 0")
         .fetch_all(reader)
@@ -356,7 +360,7 @@ pub async fn all_erased(reader: &Pool) -> Result<Vec<ErasedRecording>> {
 
 #[cfg(test)]
 mod tests {
-    //! A name that is looked for within other words finds everybody; one that differs in case only finds nobody.
+    //! Names must match as whole words only, in upper and lower case.
 
     use super::*;
 
@@ -377,7 +381,8 @@ mod tests {
 
     #[test]
     fn a_pattern_asks_only_for_letters_that_have_one_other_case() {
-        // The sign of the kelvin, \u{212a}, and the dotted capital, \u{130}, are `k` and `i` in lower case, too.
+        // The Kelvin sign, \u{212a}, and the dotted capital I, \u{130}, also become `k` and `i` in
+        // lower case.
         for (word, pattern) in [("ana", "%ana%"), ("özil", "%%z%l%"), ("erika2", "%er%%a2%")] {
             assert_eq!(pattern_of(word), pattern);
         }

@@ -1,4 +1,4 @@
-//! Bearer tokens of the API: only their hashes are here.
+//! Bearer tokens of the API. Only their hashes are stored.
 
 use model::ids::{PersonId, SchoolId, TokenId};
 use model::{Moment, PersonKey};
@@ -6,61 +6,61 @@ use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
-/// Whom a token stands for.
+/// Owner of a token.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct TokenHolder {
     /// School.
     pub school_id: SchoolId,
     /// The person, or
     pub person_id: Option<PersonId>,
-    /// the station, by name.
+    /// the name of the station.
     pub station: Option<String>,
 }
 
 /// A token that was not revoked.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Token {
-    /// Its own id.
+    /// Id.
     pub id: TokenId,
     /// School.
     pub school_id: SchoolId,
-    /// The person it stands for, or
+    /// The person, or
     pub person_id: Option<PersonId>,
-    /// the station, by name.
+    /// the name of the station.
     pub station: Option<String>,
-    /// When it was last used.
+    /// Time of last use.
     pub last_seen_at: Option<Moment>,
-    /// When it ends, or ended.
+    /// Expiry time.
     pub expires_at: Option<Moment>,
 }
 
-/// A token of a person, with a name and an end.
+/// A token for a person, with a name and an expiry time.
 #[derive(Clone, Copy, Debug)]
 pub struct NewToken<'a> {
-    /// Whose.
+    /// Owner.
     pub owner: PersonKey,
-    /// What they call it.
+    /// Name given by the owner.
     pub name: &'a str,
-    /// When it ends.
+    /// Expiry time.
     pub expires_at: Moment,
 }
 
-/// A token as its owner sees it.
+/// A token, as shown to its owner.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct OwnToken {
     /// Id.
     pub id: TokenId,
-    /// What they call it; tokens of before have no name.
+    /// Name given by the owner; `None` for tokens made by earlier versions.
     pub name: Option<String>,
-    /// When it was made.
+    /// Time of creation.
     pub created_at: Moment,
-    /// When it was last used, to the hour.
+    /// Time of last use, with a resolution of one hour.
     pub last_seen_at: Option<Moment>,
-    /// When it ends, or ended; tokens of before do not.
+    /// Expiry time; `None` for tokens made by earlier versions.
     pub expires_at: Option<Moment>,
 }
 
-/// Keeps the hash of a new token without an end.
+/// Stores the hash of a new token that does not expire.
 pub async fn add_station_token(
     writer: &mut Connection,
     holder: &TokenHolder,
@@ -81,7 +81,7 @@ pub async fn add_station_token(
     .await
 }
 
-/// Keeps the hash of a new token of a person.
+/// Stores the hash of a new token for a person.
 pub async fn add_personal_token(
     writer: &mut Connection,
     new: NewToken<'_>,
@@ -103,7 +103,7 @@ pub async fn add_personal_token(
     .await
 }
 
-/// The token with this hash, unless it was revoked. It may have ended.
+/// Returns the token with this hash, unless it was revoked. It may have expired.
 pub async fn find_token(executor: impl Executor<'_>, token_sha256: &[u8; 32]) -> Result<Option<Token>> {
     sqlx::query_as(
         "SELECT id, school_id, person_id, station, last_seen_at, expires_at FROM api_tokens
@@ -114,7 +114,7 @@ pub async fn find_token(executor: impl Executor<'_>, token_sha256: &[u8; 32]) ->
     .await
 }
 
-/// The tokens of a person that were not revoked, the newest first.
+/// Returns a person's tokens that were not revoked, newest first.
 pub async fn list_tokens_of_person(executor: impl Executor<'_>, owner: PersonKey) -> Result<Vec<OwnToken>> {
     sqlx::query_as(
         "SELECT id, name, created_at, last_seen_at, expires_at FROM api_tokens
@@ -126,7 +126,7 @@ pub async fn list_tokens_of_person(executor: impl Executor<'_>, owner: PersonKey
     .await
 }
 
-/// Revokes a token of a person. False where there is none to revoke.
+/// Revokes a token of a person. Returns false if it does not exist or was already revoked.
 pub async fn revoke_token(writer: &mut Connection, owner: PersonKey, id: TokenId, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE api_tokens SET revoked_at = $4
@@ -141,7 +141,7 @@ pub async fn revoke_token(writer: &mut Connection, owner: PersonKey, id: TokenId
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Revokes every token of a person; says how many there were.
+/// Revokes all tokens of a person. Returns their number.
 pub async fn revoke_all_tokens(writer: &mut Connection, person: PersonId, now: Moment) -> Result<u64> {
     sqlx::query("UPDATE api_tokens SET revoked_at = $2 WHERE person_id = $1 AND revoked_at IS NULL")
         .bind(person)
@@ -151,7 +151,7 @@ pub async fn revoke_all_tokens(writer: &mut Connection, person: PersonId, now: M
         .map(|done| done.rows_affected())
 }
 
-/// Forgets what somebody called their tokens.
+/// Deletes the names of a person's tokens.
 pub async fn forget_names(writer: &mut Connection, owner: PersonKey) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET name = NULL WHERE person_id = $1 AND school_id = $2")
         .bind(owner.person_id)

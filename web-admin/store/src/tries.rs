@@ -1,5 +1,6 @@
-//! Tries at what may end the process that tries it. Each is written down before it begins; one that was begun and never ended is a
-//! death, and what has died twice is set aside.
+//! Crash accounting and quarantine for recordings, which may crash the process that parses or
+//! scores them. Each attempt is recorded before it starts; one that never ended counts as a crash.
+//! After two crashes the recording is quarantined.
 
 use model::ids::{ReaderId, ReplicaId, SchoolId, UploadId};
 use model::{Moment, new_id};
@@ -9,20 +10,20 @@ use uuid::Uuid;
 use super::replicas::{self, ReplicaBeats};
 use super::{Connection, Executor, Result};
 
-/// Deaths after which something is tried no more.
+/// Number of crashes after which a recording is quarantined.
 pub const MOST_DEATHS: i64 = 2;
 
-/// What the error of a job says whose try the service did not live to end.
+/// Error of a job whose service ended during the attempt.
 const DIED: &str = "the service ended while it worked on this recording";
 
-/// Takes an upload to read it as a recording. False where somebody else does.
+/// Leases an upload for parsing it. Returns false if another replica has the lease.
 pub async fn hold_upload(writer: &mut Connection, id: UploadId, replica: ReplicaId) -> Result<bool> {
     replicas::enrol_replica(&mut *writer, replica).await?;
     let held = sqlx::query("UPDATE uploads SET held_by = $2 WHERE id = $1 AND held_by IS NULL");
     Ok(held.bind(id).bind(replica).execute(writer).await?.rows_affected() > 0)
 }
 
-/// Lets go of an upload; where `died`, whoever read it has died of it.
+/// Releases an upload; `died` counts a crash.
 pub async fn release_upload(writer: &mut Connection, id: UploadId, replica: ReplicaId, died: bool) -> Result<()> {
     sqlx::query("UPDATE uploads SET held_by = NULL, deaths = deaths + $3 WHERE id = $1 AND held_by = $2")
         .bind(id)
@@ -33,16 +34,16 @@ pub async fn release_upload(writer: &mut Connection, id: UploadId, replica: Repl
         .map(drop)
 }
 
-/// A try to read bytes that came at once.
+/// An attempt to parse a recording uploaded in one request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadingTry {
-    /// Whoever reads.
+    /// Id of the attempt.
     pub reader: ReaderId,
-    /// How often that was fatal before.
+    /// Number of earlier crashes with the same bytes.
     pub deaths: i64,
 }
 
-/// Notes that bytes that came at once are about to be read.
+/// Records the start of parsing a recording uploaded in one request.
 pub async fn begin_reading(
     writer: &mut Connection,
     school: SchoolId,
@@ -71,7 +72,7 @@ pub async fn begin_reading(
     Ok(ReadingTry { reader, deaths })
 }
 
-/// Notes that a reader has ended, or died.
+/// Records the end of parsing; `died` counts a crash.
 pub async fn end_reading(writer: &mut Connection, reader: ReaderId, died: bool) -> Result<()> {
     sqlx::query("UPDATE readings SET deaths = deaths + $2 WHERE id = (SELECT reading_id FROM readers WHERE id = $1)")
         .bind(reader)
@@ -91,7 +92,7 @@ pub async fn end_reading(writer: &mut Connection, reader: ReaderId, died: bool) 
     .map(drop)
 }
 
-/// Forgets deaths at reading that were noted before a moment.
+/// Deletes recorded parse attempts from before a given time that are not in progress.
 pub async fn forget_readings(writer: &mut Connection, before: Moment) -> Result<()> {
     sqlx::query(
         "DELETE FROM readings WHERE noted_at < $1 AND NOT EXISTS (SELECT 1 FROM readers r WHERE r.reading_id = readings.id)",
@@ -102,17 +103,17 @@ pub async fn forget_readings(writer: &mut Connection, before: Moment) -> Result<
     .map(drop)
 }
 
-/// What was set aside.
+/// A quarantined recording.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct SetAside {
-    /// `recording`, `upload`, or `reading` of what came at once.
+    /// `recording` (a job), `upload`, or `reading` (a recording uploaded in one request).
     pub kind: String,
-    /// Id of the session, of the upload, or of the reading.
+    /// Id of the session, the upload or the reading.
     pub id: Uuid,
 }
 
-/// Releases the work of a dead replica that read recordings in its own process, and counts each unfinished read as a crash. For replicas with
-/// helpers, use [`release_replica`].
+/// Releases the leases of a dead replica that parsed recordings in its own process, and counts each
+/// unfinished one as a crash. For replicas with sandboxed helpers, use [`release_replica`].
 pub async fn bury_replica(writer: &mut Connection, id: ReplicaId) -> Result<()> {
     sqlx::query(
         "UPDATE jobs SET begun = FALSE, deaths = deaths + 1, attempts = attempts + 1, error = $2
@@ -132,7 +133,8 @@ pub async fn bury_replica(writer: &mut Connection, id: ReplicaId) -> Result<()> 
     replicas::remove_replica(writer, id).await
 }
 
-/// Releases the work of a replica without counting crashes: it stops on request, or it died while helpers read.
+/// Releases the leases of a replica without counting crashes: it stops on request, or it died while
+/// sandboxed helpers were parsing.
 pub async fn release_replica(writer: &mut Connection, id: ReplicaId) -> Result<()> {
     sqlx::query("UPDATE jobs SET begun = FALSE WHERE held_by = $1").bind(id).execute(&mut *writer).await?;
     sqlx::query(
@@ -145,7 +147,7 @@ pub async fn release_replica(writer: &mut Connection, id: ReplicaId) -> Result<(
     replicas::remove_replica(writer, id).await
 }
 
-/// Lets go of everything that anybody holds: nobody is at work on this copy of a database.
+/// Releases all leases, in a copy of a database that no process uses.
 pub async fn release_all(writer: &mut Connection) -> Result<()> {
     for ReplicaBeats { id, .. } in replicas::list_replicas(&mut *writer).await? {
         release_replica(writer, id).await?;
@@ -153,7 +155,7 @@ pub async fn release_all(writer: &mut Connection) -> Result<()> {
     Ok(())
 }
 
-/// All that is tried no more.
+/// Returns everything in quarantine.
 pub async fn list_set_aside(executor: impl Executor<'_>) -> Result<Vec<SetAside>> {
     sqlx::query_as(
         "SELECT 'recording' AS kind, session_id AS id FROM jobs WHERE deaths >= $1
@@ -165,8 +167,8 @@ pub async fn list_set_aside(executor: impl Executor<'_>) -> Result<Vec<SetAside>
     .await
 }
 
-/// Forgets every death, so that what was set aside is tried again; uploads are kept until a moment. How many recordings and uploads
-/// that are.
+/// Resets the crash counts of everything in quarantine, so that it is tried again; uploads are kept
+/// until `until`. Returns the number of released entries.
 pub async fn forgive_deaths(writer: &mut Connection, until: Moment) -> Result<u64> {
     let jobs = sqlx::query("UPDATE jobs SET deaths = 0, attempts = 0, next_run_at = 0 WHERE deaths >= $1");
     let jobs = jobs.bind(MOST_DEATHS).execute(&mut *writer).await?.rows_affected();

@@ -1,4 +1,4 @@
-//! Uploads that arrive in pieces: how far each has come, and what became of it.
+//! Resumable uploads: their progress and results.
 
 use model::Moment;
 use model::ids::{PersonId, SchoolId, SessionId, StationId, UploadId};
@@ -7,7 +7,8 @@ use sqlx::FromRow;
 use super::tries::MOST_DEATHS;
 use super::{Connection, Executor, Result};
 
-/// Who began an upload, and alone may go on with it: a person, or a station by its token's id.
+/// The person, or the station with its token's id, that started an upload and alone may continue
+/// it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UploadOwner {
     /// School.
@@ -25,41 +26,42 @@ pub struct Upload {
     pub id: UploadId,
     /// School.
     pub school_id: SchoolId,
-    /// The person who began it, or
+    /// The person who started it, or
     pub person_id: Option<PersonId>,
-    /// the station that did.
+    /// the station.
     pub station_id: Option<StationId>,
-    /// Length of the whole, in bytes.
+    /// Total length, in bytes.
     pub length: i64,
-    /// Bytes that are on the disk.
+    /// Number of stored bytes.
     pub received: i64,
-    /// `Upload-Metadata` as it was sent.
+    /// Header `Upload-Metadata`, as received.
     pub metadata: String,
-    /// When it is thrown away.
+    /// Time at which it is deleted.
     pub expires_at: Moment,
-    /// The attempt it has become.
+    /// Resulting attempt.
     pub session_id: Option<SessionId>,
-    /// How far the sender's clock was ahead of ours when it began, in µs, where it was told.
+    /// Offset of the sender's clock at the start, in µs, positive if it is ahead; `None` if
+    /// unknown.
     pub clock_offset_us: Option<i64>,
-    /// How often whoever read it as a recording has died of it.
+    /// Number of crashes while it was parsed.
     pub deaths: i64,
 }
 
 impl Upload {
-    /// Every byte is there.
+    /// Returns whether all bytes have been received.
     #[must_use]
     pub const fn whole(&self) -> bool {
         self.received == self.length
     }
 
-    /// It is read no more: [`super::tries`].
+    /// Returns whether it is quarantined; see [`super::tries`].
     #[must_use]
     pub const fn is_set_aside(&self) -> bool {
         self.deaths >= MOST_DEATHS && self.session_id.is_none()
     }
 }
 
-/// Begins an upload.
+/// Stores a new upload.
 pub async fn insert_upload(writer: &mut Connection, upload: &Upload) -> Result<()> {
     sqlx::query(
         "INSERT INTO uploads (id, school_id, person_id, station_id, length, metadata, expires_at, clock_offset_us)
@@ -78,16 +80,17 @@ pub async fn insert_upload(writer: &mut Connection, upload: &Upload) -> Result<(
     .map(drop)
 }
 
-/// What is announced and has not become an attempt.
+/// Uploads that have not become attempts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct Unfinished {
-    /// Uploads.
+    /// Number of uploads.
     pub uploads: i64,
-    /// Bytes in all, whether they have arrived or not.
+    /// Total length in bytes, received or not.
     pub bytes: i64,
 }
 
-/// What an owner has begun, or with neither person nor station what all of a school have.
+/// Returns the unfinished uploads of an owner; without a person and a station, those of the whole
+/// school.
 pub async fn count_unfinished_uploads(executor: impl Executor<'_>, owner: UploadOwner) -> Result<Unfinished> {
     sqlx::query_as(
         "SELECT count(*) AS uploads, CAST(coalesce(sum(length), 0) AS BIGINT) AS bytes FROM uploads
@@ -101,7 +104,7 @@ pub async fn count_unfinished_uploads(executor: impl Executor<'_>, owner: Upload
     .await
 }
 
-/// Bytes that uploads which have begun, of all schools, may still bring.
+/// Returns the number of bytes that unfinished uploads of all schools may still send.
 pub async fn sum_promised(executor: impl Executor<'_>, now: Moment) -> Result<i64> {
     sqlx::query_scalar(
         "SELECT CAST(coalesce(sum(length - received), 0) AS BIGINT) FROM uploads WHERE session_id IS NULL AND expires_at > $1",
@@ -111,7 +114,7 @@ pub async fn sum_promised(executor: impl Executor<'_>, now: Moment) -> Result<i6
     .await
 }
 
-/// An upload of an owner.
+/// Returns an upload of an owner.
 pub async fn find_upload(executor: impl Executor<'_>, owner: UploadOwner, id: UploadId) -> Result<Option<Upload>> {
     sqlx::query_as(
         "SELECT * FROM uploads WHERE school_id = $1 AND id = $2
@@ -125,7 +128,7 @@ pub async fn find_upload(executor: impl Executor<'_>, owner: UploadOwner, id: Up
     .await
 }
 
-/// Notes how many bytes are on the disk, and the new time limit.
+/// Stores the number of received bytes and the new expiry time.
 pub async fn advance_upload(writer: &mut Connection, upload: &Upload) -> Result<()> {
     sqlx::query("UPDATE uploads SET received = $3, expires_at = $4 WHERE school_id = $1 AND id = $2")
         .bind(upload.school_id)
@@ -137,8 +140,9 @@ pub async fn advance_upload(writer: &mut Connection, upload: &Upload) -> Result<
         .map(drop)
 }
 
-/// Notes a piece that is an object of its own, and how far the upload has come with it. False where somebody else has brought it
-/// further meanwhile: nothing is changed then, and the object counts as nothing.
+/// Stores a part that is a separate object, and the progress of the upload. Returns false without
+/// any change if another request has advanced the upload in the meantime; the object is then
+/// unused.
 pub async fn add_piece(writer: &mut Connection, upload: &Upload, begins: i64, object: &str) -> Result<bool> {
     let advanced = sqlx::query(
         "UPDATE uploads SET received = $3, expires_at = $4 WHERE school_id = $1 AND id = $2 AND received = $5",
@@ -162,7 +166,7 @@ pub async fn add_piece(writer: &mut Connection, upload: &Upload, begins: i64, ob
     Ok(true)
 }
 
-/// The objects that are an upload, in order.
+/// Returns the objects of an upload, in order.
 pub async fn list_pieces(executor: impl Executor<'_>, upload: &Upload) -> Result<Vec<String>> {
     sqlx::query_scalar(
         "SELECT p.object FROM upload_pieces p JOIN uploads u ON u.id = p.upload_id
@@ -174,7 +178,7 @@ pub async fn list_pieces(executor: impl Executor<'_>, upload: &Upload) -> Result
     .await
 }
 
-/// Notes which attempt an upload has become.
+/// Records the attempt that an upload has become.
 pub async fn finish_upload(writer: &mut Connection, school: SchoolId, id: UploadId, session: SessionId) -> Result<()> {
     sqlx::query("UPDATE uploads SET session_id = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -185,7 +189,7 @@ pub async fn finish_upload(writer: &mut Connection, school: SchoolId, id: Upload
         .map(drop)
 }
 
-/// Forgets an upload.
+/// Deletes an upload.
 pub async fn remove_upload(writer: &mut Connection, school: SchoolId, id: UploadId) -> Result<()> {
     sqlx::query("DELETE FROM uploads WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -195,17 +199,18 @@ pub async fn remove_upload(writer: &mut Connection, school: SchoolId, id: Upload
         .map(drop)
 }
 
-/// Ids of every school's uploads: for tidying.
+/// Returns the ids of the uploads of all schools, for the clean-up.
 pub async fn list_uploads(executor: impl Executor<'_>) -> Result<Vec<UploadId>> {
     sqlx::query_scalar("SELECT id FROM uploads ORDER BY id").fetch_all(executor).await
 }
 
-/// An upload of any school: for tidying.
+/// Returns an upload of any school, for the clean-up.
 pub async fn find_upload_by_id(executor: impl Executor<'_>, id: UploadId) -> Result<Option<Upload>> {
     sqlx::query_as("SELECT * FROM uploads WHERE id = $1").bind(id).fetch_optional(executor).await
 }
 
-/// Forgets every upload that has not become an attempt: in a copy of the database, whose pieces are not beside it.
+/// Deletes all uploads that have not become attempts, in a copy of the database without their
+/// files.
 pub async fn forget_unfinished(writer: &mut Connection) -> Result<()> {
     sqlx::query("DELETE FROM uploads WHERE session_id IS NULL").execute(writer).await.map(drop)
 }

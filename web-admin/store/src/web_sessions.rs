@@ -1,28 +1,29 @@
-//! Signed-in browsers. The table keeps the hash of a session's id, so that a copy of the file signs nobody in.
+//! Web sessions of browsers. The table contains the hash of a session's id, so that a copy of the
+//! database cannot be used to sign in.
 //!
-//! Each function fails when the database does.
+//! Each function fails if the database fails.
 
 use model::Moment;
 use serde_json::Value;
 
 use crate::{Connection, Executor, Json, Result};
 
-/// What a session holds.
+/// Data of a session.
 #[expect(clippy::disallowed_types, reason = "tower-sessions keeps them so; nothing depends on their order")]
 pub type SessionData = std::collections::HashMap<String, Value>;
 
-/// A browser's session, to be kept.
+/// A session to be stored.
 #[derive(Clone, Copy, Debug)]
 pub struct WebSessionRow<'a> {
-    /// SHA-256 of its id.
+    /// SHA-256 of the session's id.
     pub id_sha256: &'a [u8],
-    /// What it holds.
+    /// Data of the session.
     pub data: &'a SessionData,
-    /// When it ends.
+    /// Expiry time.
     pub expires_at: Moment,
 }
 
-/// Keeps a session; a `new` one only under an id that nobody has. False where somebody has it.
+/// Stores a session. With `new`, the id must be unused. Returns false if it is in use.
 pub async fn put_session(writer: &mut Connection, row: WebSessionRow<'_>, new: bool) -> Result<bool> {
     let done = sqlx::query(
         "INSERT INTO web_sessions (id_sha256, data, expires_at) VALUES ($1, $2, $3)
@@ -38,7 +39,7 @@ pub async fn put_session(writer: &mut Connection, row: WebSessionRow<'_>, new: b
     Ok(done.rows_affected() == 1)
 }
 
-/// What a session holds that has not ended, and when it will.
+/// Returns the data and expiry time of a session that has not expired.
 pub async fn find_session(
     executor: impl Executor<'_>,
     id_sha256: &[u8],
@@ -53,12 +54,12 @@ pub async fn find_session(
     Ok(row.map(|(data, expires_at)| (data.0, expires_at)))
 }
 
-/// Forgets a session.
+/// Deletes a session.
 pub async fn forget_session(writer: &mut Connection, id_sha256: &[u8]) -> Result<()> {
     sqlx::query("DELETE FROM web_sessions WHERE id_sha256 = $1").bind(id_sha256).execute(writer).await.map(drop)
 }
 
-/// Forgets the sessions that have ended.
+/// Deletes expired sessions.
 pub async fn forget_ended_sessions(writer: &mut Connection, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM web_sessions WHERE expires_at <= $1").bind(now).execute(writer).await.map(drop)
 }

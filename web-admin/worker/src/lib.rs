@@ -1,5 +1,6 @@
-//! Scores what was uploaded, from the durable queue: as many recordings at a time as there are judges, in turns of the schools, and again
-//! after a crash; what is fatal twice is set aside.
+//! Scores uploads from the durable queue: as many concurrently as configured, scheduled fairly
+//! between schools. Jobs survive a crash of the service; a recording that crashes its worker twice
+//! is quarantined.
 
 pub mod outbox;
 
@@ -14,12 +15,13 @@ use store::jobs::{Job, JobQuery, JobReturn};
 use store::{jobs, schools, tries};
 use tokio::task::{JoinError, JoinSet};
 
-/// Wait after the queue could not be worked off.
+/// Delay after the queue could not be processed.
 const STALL: Duration = Duration::from_secs(60);
-/// The same where the database does not answer, and may do so at any time.
+/// The same if the database is unavailable, which is often brief.
 const AWAY: Duration = Duration::from_secs(2);
 
-/// Works until it is dropped. That may happen at any time: what is not stored yet is done again.
+/// Processes the queue until the future is dropped, which may happen at any time: unfinished work
+/// is repeated.
 pub async fn run_worker(state: AppState) {
     let mut desk = WorkerDesk::default();
     loop {
@@ -33,26 +35,28 @@ pub async fn run_worker(state: AppState) {
             () = tokio::time::sleep(pause) => Ok(()),
         };
         if let Err(error) = ended {
-            // It is still in the queue, and would fail again at once.
+            // The job is still in the queue, and would fail again at once.
             tokio::time::sleep(note_stall(&error)).await;
         }
     }
 }
 
-/// Notes why nothing goes on; how long to wait.
+/// Logs why the queue cannot be processed, and returns how long to wait.
 fn note_stall(error: &anyhow::Error) -> Duration {
     tracing::error!(cause = format!("{error:#}"), "the queue cannot be worked off");
     if is_database_away(error) { AWAY } else { STALL }
 }
 
-/// How long until a job is due; no longer than others, or whoever sets the clock, may be left unnoticed.
+/// Returns the time until the next job is due, limited so that jobs queued by other replicas and
+/// changes of the clock are noticed.
 async fn time_until_next_job(state: &AppState) -> Duration {
     let (now, longest) = (state.clock.now(), state.db.listening_period());
     let Ok(Some(next)) = jobs::find_next_job_time(state.db.reader(), now).await else { return longest };
     next.duration_since(now).min(longest)
 }
 
-/// Does every job that is due, and then what is graded again, piece by piece: whoever has just tried waits for no one else.
+/// Processes all due jobs, and then the re-gradings step by step, between which new uploads are
+/// scored first.
 pub async fn work_off_jobs(state: &AppState) -> anyhow::Result<()> {
     let mut desk = WorkerDesk::default();
     loop {
@@ -64,16 +68,16 @@ pub async fn work_off_jobs(state: &AppState) -> anyhow::Result<()> {
     }
 }
 
-/// Jobs that are being done, by as many judges as there are.
+/// The running jobs.
 #[derive(Default)]
 struct WorkerDesk {
     shares: Shares,
     running: JoinSet<JobEnded>,
-    /// Jobs that ended without a word to the queue, which has them as held by us.
+    /// Failed jobs whose lease has not been released yet.
     unsettled: Vec<Job>,
 }
 
-/// How a job has ended.
+/// A finished job.
 struct JobEnded {
     job: Job,
     took: Duration,
@@ -81,7 +85,8 @@ struct JobEnded {
 }
 
 impl WorkerDesk {
-    /// Begins what can be begun. Where no job waits for a judge, goes on with old attempts.
+    /// Starts as many jobs as possible. If no job is waiting for a worker, continues re-gradings
+    /// and backfills.
     async fn go_on(&mut self, state: &AppState) -> anyhow::Result<()> {
         while let Some(job) = self.unsettled.last() {
             scoring::give_back(state, job, JobReturn::Untried).await?;
@@ -101,14 +106,14 @@ impl WorkerDesk {
         }
     }
 
-    /// Takes the next job: of those that nobody has died of where there are any, of the school whose turn it is.
+    /// Claims the next job: first those without crashes, and among them by the schools' priority.
     async fn claim(&self, state: &AppState) -> anyhow::Result<Option<Job>> {
         let (reader, now) = (state.db.reader(), state.clock.now());
         let bench = Bench { judges: state.config.judges, several: schools::are_schools_several(reader).await? };
         for deaths in 0..tries::MOST_DEATHS {
             let due = JobQuery { now, deaths };
             for school in self.shares.order(jobs::list_waiting_schools(reader, due).await?, bench) {
-                // Another service may have been quicker.
+                // Another replica may have claimed it in the meantime.
                 if let Some(job) = scoring::claim(state, school, due).await? {
                     return Ok(Some(job));
                 }
@@ -137,7 +142,8 @@ impl WorkerDesk {
     }
 }
 
-/// A piece of what is done with attempts that were judged long ago. False where nothing is left, or it is another service's to do.
+/// Does one step of re-gradings and backfills. Returns false if nothing is left, or if the duty is
+/// held by another replica.
 async fn resume_old_jobs(state: &AppState) -> anyhow::Result<bool> {
     Ok(replicas::is_on_duty(state, Duty::OldAttempts).await?
         && (regrading::exercise::step(state).await? || motions::step(state).await?))

@@ -1,4 +1,4 @@
-//! Where a needle enters a body, as a frame: what lies below is told and drawn in it.
+//! The entry of a needle into a body, as the frame for the layers and meshes below it.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -7,30 +7,32 @@ use super::part::{AnatomyPart, Level};
 use super::surface::BodyMesh;
 use super::{Body, BodyQuality, LayerOnPath};
 
-/// The skin leans as it does on average over so many mm about the entry: what a hand feels as its slope.
+/// Radius around the entry, in mm, over which the slope of the skin is averaged: the scale at which
+/// a hand feels it.
 const LEAN_OVER: f64 = 12.0;
-/// A mesh is off its shape by less than so many cells of its grid.
+/// Maximum distance between a mesh and its shape, in cells of its grid.
 const MARGIN_CELLS: f64 = 2.0;
-/// Shapes are at most so many times as steep as a distance, where they are joined.
+/// Maximum slope of the signed distances, at joined shapes.
 const STEEPEST: f64 = 1.3;
 
-/// A place on a body's skin and the frame of a needle that enters there.
+/// A point on a body's skin and the frame of a needle that enters there.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyEntry {
-    /// The place on the skin, in the body's frame, in m.
+    /// The point on the skin, in the body's frame, in m.
     pub origin_m: Point3<f64>,
-    /// Columns: to the patient's right, to the head, out of the skin, each of unit length.
+    /// Columns: towards the patient's right, towards the head, out of the skin, each of unit
+    /// length.
     pub axes: Matrix3<f64>,
 }
 
 impl BodyEntry {
-    /// A place of the body in this frame, in m.
+    /// Converts a point from the body's frame to this one, in m.
     #[must_use]
     pub fn to_own(&self, body_m: &Point3<f64>) -> Point3<f64> {
         Point3::from(self.axes.tr_mul(&(body_m - self.origin_m)))
     }
 
-    /// A direction of this frame in the body's.
+    /// Converts a direction from this frame to the body's.
     #[must_use]
     pub fn to_body(&self, own: &Vector3<f64>) -> Vector3<f64> {
         self.axes * own
@@ -38,7 +40,8 @@ impl BodyEntry {
 }
 
 impl Body {
-    /// The entry beside the middle of an interspace as it is felt, by so many m to the patient's right and to the head.
+    /// The entry at an offset from the palpated middle of an interspace, in m to the patient's
+    /// right and towards the head.
     #[must_use]
     pub fn enter(&self, level: Level, right_m: f64, head_m: f64) -> BodyEntry {
         let felt = self.midline_path(level, 0.0).entry_m;
@@ -53,13 +56,14 @@ impl Body {
         BodyEntry { origin_m: Point3::from((on_skin - self.origin) * 1e-3), axes }
     }
 
-    /// The tissues along a straight needle from an entry, in a direction of the entry's frame, over a length in m.
+    /// Lists the tissues along a straight needle from an entry, in a direction of the entry's
+    /// frame, over a length in m.
     #[must_use]
     pub fn list_layers_from(&self, entry: &BodyEntry, own: &Vector3<f64>, length_m: f64) -> Vec<LayerOnPath> {
         self.list_layers(&(entry.origin_m + entry.to_body(own) * -1e-6), &entry.to_body(own), length_m)
     }
 
-    /// The surface of a part in the frame of an entry, closed, in m.
+    /// The closed surface of a part in the frame of an entry, in m.
     #[must_use]
     pub fn mesh_from(&self, entry: &BodyEntry, part: AnatomyPart, quality: BodyQuality) -> BodyMesh {
         let mut mesh = self.mesh(part, quality);
@@ -67,7 +71,8 @@ impl Body {
         mesh
     }
 
-    /// A lower bound of the distance from a place of the body to any corner of a part's mesh, in m: by the part's shape, which costs no mesh.
+    /// A lower bound of the distance from a point of the body to any vertex of a part's mesh, in m,
+    /// computed from the shape without making the mesh.
     #[must_use]
     pub fn least_distance_m(&self, part: AnatomyPart, quality: BodyQuality, body_m: &Point3<f64>) -> f64 {
         let place = self.inner(body_m);
@@ -78,7 +83,7 @@ impl Body {
             _ => None,
         };
         let distance = match bone {
-            // What is kept off the bone above is only farther.
+            // Without the subtraction of the bone above, which could only increase the distance.
             Some(at) => self.column[at].shape_distance(&place),
             None => self.part_distance(part, &place),
         };

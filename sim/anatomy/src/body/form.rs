@@ -1,12 +1,12 @@
-//! Shapes as signed distances, in mm: below zero inside. Never more than the true distance, so that a block of a grid can be skipped
-//! by the value at its middle.
+//! Shapes as signed distances, in mm: negative inside. Never more than the true distance, so that a
+//! block of a grid can be skipped after sampling its middle.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// A place or a direction, in mm.
+/// A point or a direction, in mm.
 pub(super) type Place = Vector3<f64>;
 
-/// Where a shape stands: its own axes as columns, and its middle.
+/// Pose of a shape: its own axes as columns, and its middle.
 #[derive(Clone, Debug)]
 pub(super) struct Pose {
     axes: Matrix3<f64>,
@@ -14,52 +14,53 @@ pub(super) struct Pose {
 }
 
 impl Pose {
-    /// Turned about x by an angle in rad, which leans the shape's up towards dorsal.
+    /// Rotated about x by an angle in rad, which inclines the shape's up axis towards dorsal.
     pub(super) fn leaning(middle: Place, angle: f64) -> Self {
         let (sin, cos) = libm::sincos(angle);
         Self { axes: Matrix3::new(1.0, 0.0, 0.0, 0.0, cos, -sin, 0.0, sin, cos), middle }
     }
 
-    /// Its first axis along a direction, its second as near to `up` as can be.
+    /// First axis along a direction, second as close as possible to `up`.
     pub(super) fn along(middle: Place, first: Place, up: Place) -> Self {
         let first = first.normalize();
         let third = first.cross(&up).normalize();
         Self { axes: Matrix3::from_columns(&[first, third.cross(&first), third]), middle }
     }
 
-    /// A place of its own frame in the outer one.
+    /// Converts a point from the own frame to the outer one.
     pub(super) fn to_outer(&self, own: Place) -> Place {
         self.middle + self.axes * own
     }
 
-    /// A place of the outer frame in its own one.
+    /// Converts a point from the outer frame to the own one.
     pub(super) fn to_own(&self, outer: &Place) -> Place {
         self.axes.tr_mul(&(outer - self.middle))
     }
 
-    /// Its second axis.
+    /// The second axis.
     pub(super) fn up(&self) -> Place {
         self.axes.column(1).into()
     }
 
-    /// Its third axis.
+    /// The third axis.
     pub(super) fn dorsal(&self) -> Place {
         self.axes.column(2).into()
     }
 }
 
-/// What a solid is put together of.
+/// Primitive of a solid.
 #[derive(Clone, Debug)]
 pub(super) enum Form {
-    /// From one ball to another, drawn out to a cone.
+    /// The cone that joins two spheres.
     Cone { from: Place, to: Place, from_radius: f64, to_radius: f64 },
     /// A box with rounded edges; `half` includes the rounding.
     Slab { half: Place, rounding: f64 },
     /// An ellipsoid.
     Egg { half: Place },
-    /// A vertebra's body: round in front, squarer behind, with a waist, higher in front than behind by `wedge`.
+    /// A vertebral body: round in front, squarer behind, with a waist, higher in front than behind
+    /// by `wedge`.
     Drum { half: Place, waist: f64, wedge: f64 },
-    /// A tube of elliptic section without ends along the second axis.
+    /// A tube of elliptic section, infinite along the second axis.
     Tube { half_x: f64, half_z: f64 },
 }
 
@@ -93,7 +94,7 @@ impl Form {
         }
     }
 
-    /// A ball about the middle that holds it; infinite for what has no ends.
+    /// Radius of a ball around the middle that contains the form; infinite for an infinite form.
     fn reach(&self) -> f64 {
         match self {
             Self::Cone { from, to, from_radius, to_radius } => (from.norm() + from_radius).max(to.norm() + to_radius),
@@ -104,25 +105,25 @@ impl Form {
     }
 }
 
-/// The union of two shapes, rounded where they meet.
+/// The union of two shapes, with a rounded seam.
 pub(super) fn join(a: f64, b: f64, rounding: f64) -> f64 {
     let overlap = (rounding - (a - b).abs()).max(0.0);
     a.min(b) - 0.25 * overlap * overlap / rounding.max(1e-9)
 }
 
-/// What two shapes share, rounded where they meet.
+/// The intersection of two shapes, with a rounded seam.
 pub(super) fn join_inside(a: f64, b: f64, rounding: f64) -> f64 {
     -join(-a, -b, rounding)
 }
 
-/// A form in its pose, squeezed along its own axes.
+/// A form in its pose, scaled along its own axes.
 #[derive(Clone, Debug)]
 struct Piece {
     form: Form,
     pose: Pose,
     squeeze: Place,
     rounding: f64,
-    /// Radius of a ball about the pose's middle that holds it.
+    /// Radius of a ball around the pose's middle that contains it.
     reach: f64,
 }
 
@@ -132,10 +133,10 @@ impl Piece {
     }
 }
 
-/// A form that is farther off than this, in mm, and than the others, is left out.
+/// Distance, in mm, beyond which a form is skipped if others are nearer.
 const FAR: f64 = 6.0;
 
-/// Forms joined one after the other, and what is cut away from them.
+/// A union of forms, and the forms subtracted from it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solid {
     pieces: Vec<Piece>,
@@ -143,18 +144,18 @@ pub(super) struct Solid {
 }
 
 impl Solid {
-    /// Joins a form; `rounding` smooths the seam.
+    /// Adds a form; `rounding` smooths the seam.
     pub(super) fn add(&mut self, form: Form, pose: &Pose, rounding: f64) {
         self.add_squeezed(form, pose, rounding, Place::repeat(1.0));
     }
 
-    /// Joins a form that is stretched along its own axes.
+    /// Adds a form that is scaled along its own axes.
     pub(super) fn add_squeezed(&mut self, form: Form, pose: &Pose, rounding: f64, squeeze: Place) {
         let reach = form.reach() * squeeze.max();
         self.pieces.push(Piece { form, pose: pose.clone(), squeeze, rounding, reach });
     }
 
-    /// Cuts a form away.
+    /// Subtracts a form.
     pub(super) fn cut(&mut self, form: Form, pose: &Pose, rounding: f64) {
         let reach = form.reach();
         self.cuts.push(Piece { form, pose: pose.clone(), squeeze: Place::repeat(1.0), rounding, reach });
@@ -175,29 +176,29 @@ impl Solid {
         self.cuts.iter().fold(joined, |all, cut| join_inside(all, -cut.distance(p), cut.rounding))
     }
 
-    /// A box that holds it.
+    /// A bounding box.
     pub(super) fn bounds(&self) -> Bounds {
         self.pieces.iter().fold(Bounds::NOTHING, |all, piece| all.grown_by_ball(&piece.pose.middle, piece.reach + 1.0))
     }
 }
 
-/// A box along the axes, in mm.
+/// An axis-aligned box, in mm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
-    /// The corner of the least coordinates.
+    /// The minimum corner.
     pub(super) least: Place,
-    /// The corner of the greatest coordinates.
+    /// The maximum corner.
     pub(super) greatest: Place,
 }
 
 impl Bounds {
-    /// Holds nothing.
+    /// The empty box.
     pub(super) const NOTHING: Self = Self {
         least: Place::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
         greatest: Place::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
-    /// Holds a ball, too.
+    /// Extends the box by a ball.
     pub(super) fn grown_by_ball(self, middle: &Place, radius: f64) -> Self {
         Self {
             least: self.least.inf(&middle.add_scalar(-radius)),
@@ -205,7 +206,7 @@ impl Bounds {
         }
     }
 
-    /// How far a place is outside of it; zero inside.
+    /// Distance of a point outside the box; zero inside.
     pub(super) fn distance(&self, p: &Place) -> f64 {
         (self.least - p).sup(&(p - self.greatest)).sup(&Place::zeros()).norm()
     }

@@ -1,4 +1,4 @@
-//! What a straight needle meets.
+//! The tissues along a straight needle.
 
 use nalgebra::{Point3, Vector3};
 
@@ -6,14 +6,14 @@ use super::form::Place;
 use super::part::{AnatomyPart, BodySide, Level};
 use super::{Body, COLUMN, SACRUM};
 
-/// What a place in a body is of.
+/// Tissue at a point of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tissue {
     /// Skin.
     Skin,
     /// Fat and loose tissue.
     Fat,
-    /// A part that has a shape of its own.
+    /// A part with a shape of its own.
     Part(AnatomyPart),
 }
 
@@ -32,11 +32,11 @@ impl Tissue {
 /// A stretch of one tissue along a needle's path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayerOnPath {
-    /// What is met.
+    /// The tissue.
     pub tissue: Tissue,
-    /// Where it begins, along the path, in m.
+    /// Start along the path, in m.
     pub from_m: f64,
-    /// Where it ends, along the path, in m.
+    /// End along the path, in m.
     pub to_m: f64,
 }
 
@@ -48,14 +48,14 @@ impl LayerOnPath {
     }
 }
 
-/// Thickness of skin on the back, in mm. Judged, within 1.5 to 3 mm.
+/// Thickness of skin on the back, in mm. Estimated, within 1.5 to 3 mm.
 const SKIN: f64 = 2.2;
-/// Tissues are looked for in steps of so many mm; thinner ones can be missed.
+/// Step of the search for tissues, in mm; thinner ones may be missed.
 const STEP: f64 = 0.4;
 
 impl Body {
-    /// The tissues that a straight path meets in order, from a place in a direction, over a length in m. What lies before the skin is left
-    /// out; each end is right to a µm.
+    /// Lists the tissues along a straight path, from a point in a direction, over a length in m.
+    /// The path before the skin is omitted; each end is accurate to a µm.
     #[must_use]
     pub fn list_layers(&self, from_m: &Point3<f64>, direction: &Vector3<f64>, length_m: f64) -> Vec<LayerOnPath> {
         let (start, along) = (self.inner(from_m), direction.normalize());
@@ -79,7 +79,7 @@ impl Body {
         layers
     }
 
-    /// What a place is of; none outside of the body.
+    /// The tissue at a point; `None` outside the body.
     fn tissue(&self, p: &Place) -> Option<Tissue> {
         let skin = self.skin.distance(p);
         if skin > 0.0 {
@@ -124,7 +124,7 @@ impl Body {
     }
 }
 
-/// Where a tissue ends between two places of a path.
+/// The end of a tissue between two positions on a path, by bisection.
 fn boundary(tissue_at: &dyn Fn(f64) -> Option<Tissue>, within: [f64; 2], now: Option<Tissue>) -> f64 {
     let [mut inside, mut outside] = within;
     for _ in 0..12 {

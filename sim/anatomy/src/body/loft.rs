@@ -1,8 +1,8 @@
-//! Shapes that follow the trunk: elliptic sections, one at each of several heights, and smooth between them.
+//! Shapes along the trunk: elliptic sections at several heights, with smooth interpolation.
 
 use super::form::{Place, join_inside};
 
-/// A section at a height: its middle and half its axes, in mm.
+/// A section at a height: its middle and its semi-axes, in mm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Section {
     pub(super) middle: Place,
@@ -10,7 +10,7 @@ pub(super) struct Section {
     pub(super) half_z: f64,
 }
 
-/// Sections from below to above.
+/// Sections in ascending order.
 #[derive(Clone, Debug)]
 pub(super) struct Loft {
     sections: Vec<Section>,
@@ -19,13 +19,13 @@ pub(super) struct Loft {
 }
 
 impl Loft {
-    /// Through sections in any order.
+    /// A loft through sections in any order.
     pub(super) fn new(mut sections: Vec<Section>, rounding: f64) -> Self {
         sections.sort_by(|a, b| a.middle.y.total_cmp(&b.middle.y));
         Self { sections, rounding }
     }
 
-    /// Lowest and highest middle.
+    /// Heights of the lowest and the highest middle.
     pub(super) fn ends(&self) -> [f64; 2] {
         [self.sections[0].middle.y, self.sections[self.sections.len() - 1].middle.y]
     }
@@ -40,7 +40,7 @@ impl Loft {
         }
     }
 
-    /// Value of the sides alone, in mm.
+    /// Signed distance from the sides only, in mm.
     pub(super) fn side(&self, p: &Place) -> f64 {
         let Section { middle, half_x, half_z } = self.at(p.y);
         let (x, z) = ((p.x - middle.x) / half_x, (p.z - middle.z) / half_z);
@@ -54,7 +54,7 @@ impl Loft {
     }
 }
 
-/// Catmull and Rom's spline through values at places; constant beyond the ends.
+/// Catmull–Rom spline through values at positions; constant beyond the ends.
 pub(super) fn interpolate<T>(knots: &[T], place: impl Fn(&T) -> f64, value: impl Fn(&T) -> f64, at: f64) -> f64 {
     let last = knots.len() - 1;
     let next = knots.partition_point(|knot| place(knot) <= at);

@@ -1,4 +1,4 @@
-//! What a body measures, taken from its shape and not from the numbers that went into it.
+//! Measurements of a body, taken from its shape and not from its input dimensions.
 
 use nalgebra::{Point3, Vector3};
 
@@ -6,7 +6,7 @@ use super::form::Place;
 use super::part::{AnatomyPart, Level};
 use super::{Body, LayerOnPath, Tissue};
 
-/// What was measured of an interspace or of the vertebra above it, in mm.
+/// Measurements of an interspace and of the vertebra above it, in mm.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyMeasure {
     /// The vertebra, or the interspace below it.
@@ -15,27 +15,28 @@ pub struct BodyMeasure {
     pub body_width_mm: f64,
     /// Depth of the canal in the midline.
     pub canal_depth_mm: f64,
-    /// From tip to tip of the transverse processes.
+    /// Distance between the tips of the transverse processes.
     pub transverse_span_mm: f64,
-    /// Least distance in the midline between two spinous processes.
+    /// Smallest distance in the midline between two spinous processes.
     pub interspinous_mm: f64,
-    /// From skin to flavum, between the processes; none where bone is in the way.
+    /// Distance from skin to flavum, between the processes; `None` if bone is in the way.
     pub skin_to_flavum_mm: Option<f64>,
 }
 
 /// A straight path in the midline of an interspace.
 #[derive(Clone, Copy, Debug)]
 pub struct MidlinePath {
-    /// Where it enters the skin, in m.
+    /// Entry point on the skin, in m.
     pub entry_m: Point3<f64>,
     /// Its direction.
     pub direction: Vector3<f64>,
-    /// From skin to flavum, in m; none where bone is met first.
+    /// Distance from skin to flavum, in m; `None` if bone is met first.
     pub to_flavum_m: Option<f64>,
 }
 
 impl Body {
-    /// The path between two spinous tips, across the line from one to the other, turned by an angle towards the head, in rad.
+    /// The path between two spinous tips, perpendicular to the line between them, rotated towards
+    /// the head by an angle in rad.
     #[must_use]
     pub fn midline_path(&self, level: Level, towards_head: f64) -> MidlinePath {
         let (above, below) = (&self.column[level as usize + 1], &self.column[level as usize + 2]);
@@ -43,7 +44,8 @@ impl Body {
         let lean = libm::atan2(high.z - low.z, high.y - low.y);
         let (sin, cos) = libm::sincos(towards_head - lean);
         let direction = Vector3::new(0.0, sin, -cos);
-        // Where an interspace is felt: between the lower edge of one tip and the upper one of the next.
+        // An interspace is palpated between the lower edge of one tip and the upper edge of the
+        // next.
         let edge = |bone: &super::ColumnBone, sign: f64| {
             let tip = bone.values.spinous_tip() + Place::new(0.0, sign * 0.5 * bone.values.spinous_height, 3.0);
             bone.pose.to_outer(tip)
@@ -55,7 +57,8 @@ impl Body {
         MidlinePath { entry_m, direction, to_flavum_m: depth_of_flavum(&layers) }
     }
 
-    /// Whether some straight midline path through the felt middle of an interspace, up to 30° towards the head, reaches the flavum.
+    /// Whether a straight midline path through the palpated middle of an interspace, up to 30°
+    /// towards the head, reaches the flavum.
     #[must_use]
     pub fn has_midline_path(&self, level: Level) -> bool {
         (0..=12).any(|step| self.midline_path(level, (2.5 * f64::from(step)).to_radians()).to_flavum_m.is_some())
@@ -67,7 +70,7 @@ impl Body {
         let bone = &self.column[level as usize + 1];
         let values = &bone.values;
         let bone_at = |own: Place| bone.distance(&bone.pose.to_outer(own)) < 0.0;
-        // From outside inwards, so that what is between does not matter.
+        // From outside inwards, so that gaps in between are ignored.
         let reach = |from: f64, height: [f64; 2]| {
             let hit = (0..1200)
                 .map(|step| from - 0.1 * f64::from(step))
@@ -102,7 +105,7 @@ impl Body {
                 .filter(move |p| self.bone_distance(at, p) < 0.0)
                 .collect::<Vec<_>>()
         };
-        // From each place in the lower process, how far the upper one is.
+        // Distance of the upper process from each point of the lower one.
         edge(below).iter().map(|p| bone.distance(p)).fold(f64::INFINITY, f64::min)
     }
 }

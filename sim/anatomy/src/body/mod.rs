@@ -1,13 +1,16 @@
-//! A lower back from numbers: bones, discs, ligaments, canal, muscles, organs, vessels and skin of one patient.
+//! A parametric lower back: bones, discs, ligaments, canal, muscles, organs, vessels and skin of
+//! one patient.
 //!
-//! Each part is an implicit shape, a signed distance in mm put together of a few forms with rounded seams. Of all ways to make a body that
-//! is the simplest that gives closed clean surfaces: a union needs no cutting of meshes, two bones are kept apart by one subtraction, any
-//! size of triangle comes of the same shape, and what lies along a needle is read off the shapes themselves, without a mesh. The surfaces
-//! are made by surface nets, which are mended to be manifolds. Inside this module lengths are in mm, as all morphometry is; what leaves it
-//! is in m.
+//! Each part is an implicit shape, a signed distance in mm composed of a few forms with rounded
+//! seams. Of all ways to model a body this is the simplest that gives closed clean surfaces: a
+//! union needs no mesh boolean, two bones are separated by one subtraction, one shape yields
+//! triangles of any size, and the layers along a needle are evaluated on the shapes themselves,
+//! without a mesh. The surfaces are made by surface nets, repaired to be manifold. Inside this
+//! module lengths are in mm, as in morphometry; its public functions use m.
 //!
-//! The frame is that of a patient who is punctured: x to the patient's right, y to the head, z out of the back; the origin is on the skin, in the
-//! midline between the spinous processes of L3 and L4.
+//! The frame is that of a patient who is punctured: x to the patient's right, y towards the head, z
+//! out of the back; the origin is on the skin, in the midline between the spinous processes of L3
+//! and L4.
 
 mod entry;
 mod form;
@@ -37,26 +40,26 @@ use soft::{SUPRASPINOUS, SkinShape};
 use spine::{COLUMN, ColumnBone, SACRUM};
 pub use surface::BodyMesh;
 
-/// Between two bones, in mm: cartilage at least.
+/// Gap between two bones, in mm: at least cartilage.
 const BONE_GAP: f64 = 1.6;
 
-/// Farther outside of a shape than this, in mm, nothing needs to be cut from it.
+/// Distance outside a shape, in mm, beyond which no subtraction is needed.
 const CLEAR: f64 = 5.0;
 
-/// How fine the surfaces are.
+/// Resolution of the surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum BodyQuality {
-    /// About a sixth of the triangles of the best, for software pictures and browsers.
+    /// About a sixth of the triangles of the best, for software rendering and browsers.
     Low,
-    /// About two fifths of them.
+    /// About two fifths of the triangles of the best.
     Medium,
-    /// At most 200 000 triangles in all.
+    /// At most 200 000 triangles in total.
     #[default]
     Best,
 }
 
 impl BodyQuality {
-    /// Every step.
+    /// All qualities.
     pub const ALL: [Self; 3] = [Self::Low, Self::Medium, Self::Best];
 
     fn cell_factor(self) -> f64 {
@@ -90,10 +93,10 @@ pub struct Body {
 }
 
 impl Body {
-    /// The body of some numbers. The same numbers give the same bits.
+    /// Makes the body for some parameters. Equal parameters give identical bits.
     ///
     /// # Errors
-    /// A value that no body has.
+    /// If a parameter is out of range.
     pub fn new(order: &BodyOrder) -> Result<Self, Phrase> {
         order.check()?;
         let values = BodyValues::draw(order);
@@ -127,19 +130,19 @@ impl Body {
         Ok(body)
     }
 
-    /// Which body it is.
+    /// The parameters of the body.
     #[must_use]
     pub fn order(&self) -> &BodyOrder {
         &self.order
     }
 
-    /// The numbers that it is made of.
+    /// The dimensions of the body.
     #[must_use]
     pub fn values(&self) -> &BodyValues {
         &self.values
     }
 
-    /// The surface of a part, closed, in m.
+    /// The closed surface of a part, in m.
     #[must_use]
     pub fn mesh(&self, part: AnatomyPart, quality: BodyQuality) -> BodyMesh {
         let cell = Self::cell_of(part, quality);
@@ -150,12 +153,13 @@ impl Body {
         mesh
     }
 
-    /// Edge of a grid's cell, in mm.
+    /// Edge of a grid cell, in mm.
     fn cell_of(part: AnatomyPart, quality: BodyQuality) -> f64 {
         cell_mm(part) * quality.cell_factor()
     }
 
-    /// Signed distance from a part's surface, in m; below zero inside. Never more than the true distance by much.
+    /// Signed distance from a part's surface, in m; negative inside. Exceeds the true distance only
+    /// slightly.
     #[must_use]
     pub fn distance_m(&self, part: AnatomyPart, place_m: &Point3<f64>) -> f64 {
         self.part_distance(part, &self.inner(place_m)) * 1e-3
@@ -165,7 +169,7 @@ impl Body {
         place_m.coords * 1e3 + self.origin
     }
 
-    /// Depth of the skin behind a place, in mm.
+    /// Depth of the skin behind a point, in mm.
     fn skin_depth(&self, p: &Place) -> f64 {
         let (mut inside, mut outside) = (p.z, p.z + 400.0);
         for _ in 0..50 {
@@ -208,7 +212,7 @@ impl Body {
         }
     }
 
-    /// A bone of the column, kept off the one above.
+    /// A bone of the column, with the one above subtracted.
     fn bone_distance(&self, at: usize, p: &Place) -> f64 {
         let own = self.column[at].distance(p);
         match at {
@@ -217,7 +221,7 @@ impl Body {
         }
     }
 
-    /// A bone, kept off others of the column.
+    /// A bone, with other bones of the column subtracted.
     fn apart(&self, own: f64, others: &[usize], p: &Place) -> f64 {
         if own > CLEAR {
             return own;
@@ -225,7 +229,7 @@ impl Body {
         others.iter().fold(own, |own, other| own.max(BONE_GAP - self.column[*other].distance(p)))
     }
 
-    /// Soft tissue, where there is no bone of the column.
+    /// Soft tissue, with the bones of the column subtracted.
     fn off_column(&self, own: f64, p: &Place) -> f64 {
         if own > CLEAR {
             return own;
@@ -233,7 +237,7 @@ impl Body {
         self.column.iter().fold(own, |own, bone| own.max(0.2 - bone.distance(p)))
     }
 
-    /// Soft tissue of an interspace, where there is no bone.
+    /// Soft tissue of an interspace, with the two adjacent bones subtracted.
     fn beside_bones(&self, own: f64, level: Level, p: &Place) -> f64 {
         if own > CLEAR {
             return own;
@@ -266,7 +270,7 @@ impl Body {
         }
         let bones = (0..COLUMN).map(|at| self.column[at].distance(p));
         let others = self.ilia.iter().chain(self.ribs.iter().flatten()).map(|bone| bone.distance(p));
-        // Fat and skin lie over it everywhere.
+        // Covered by fat and skin everywhere.
         let own = own.max(self.skin.distance(p) + 4.0);
         let midline = self.supraspinous.distance(p).min(p.x.abs() - 3.5);
         bones.chain(others).chain([midline]).fold(own, |own, other| own.max(0.4 - other))
@@ -310,7 +314,7 @@ fn loft_bounds(loft: &Loft) -> Bounds {
     })
 }
 
-/// Edge of a grid's cell at the best quality, in mm.
+/// Edge of a grid cell at the best quality, in mm.
 fn cell_mm(part: AnatomyPart) -> f64 {
     match part {
         AnatomyPart::Skin => 9.0,
@@ -326,7 +330,7 @@ fn cell_mm(part: AnatomyPart) -> f64 {
     }
 }
 
-/// From T12 to L5: the ligament seldom reaches farther.
+/// From T12 to L5: the ligament seldom extends farther.
 fn build_supraspinous(column: &[ColumnBone; COLUMN]) -> Solid {
     let mut ligament = Solid::default();
     let frame = Pose::leaning(Place::zeros(), 0.0);

@@ -1,8 +1,8 @@
-//! What a body is made of, by name.
+//! The parts of a body, by name.
 
 use law::structures::StructureKind;
 
-/// A lumbar vertebra; where an interspace is meant, the one below it.
+/// A lumbar vertebra, or the interspace below it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// The first lumbar vertebra.
@@ -18,7 +18,7 @@ pub enum Level {
 }
 
 impl Level {
-    /// From above.
+    /// From L1 to L5.
     pub const ALL: [Self; 5] = [Self::L1, Self::L2, Self::L3, Self::L4, Self::L5];
 
     /// The vertebra's name.
@@ -27,7 +27,7 @@ impl Level {
         ["L1", "L2", "L3", "L4", "L5"][self as usize]
     }
 
-    /// The vertebra above an interspace of a name.
+    /// The vertebra above the interspace with a name.
     #[must_use]
     pub fn above(interspace: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|level| level.interspace() == interspace)
@@ -40,7 +40,7 @@ impl Level {
     }
 }
 
-/// One of two sides of a body, as the patient has them.
+/// A side of the body, from the patient's point of view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BodySide {
     /// The patient's left, at negative x.
@@ -94,9 +94,9 @@ pub enum AnatomyPart {
     Interspinous(Level),
     /// The ligamentum flavum below a lumbar vertebra.
     Flavum(Level),
-    /// What lies in the canal outside of the sac.
+    /// The content of the canal outside the sac.
     EpiduralSpace,
-    /// Dura with what it holds.
+    /// Dura with its content.
     DuralSac,
     /// Erector spinae.
     ErectorSpinae(BodySide),
@@ -113,7 +113,7 @@ pub enum AnatomyPart {
 }
 
 impl AnatomyPart {
-    /// Every part, in the order in which a body is told.
+    /// All parts, in the order in which a body is listed.
     #[must_use]
     pub fn list() -> Vec<Self> {
         let sides = |part: fn(BodySide) -> Self| BodySide::BOTH.map(part);
@@ -157,7 +157,7 @@ impl AnatomyPart {
         }
     }
 
-    /// What it is to the force law; none for tissue that a needle goes through as a layer.
+    /// Its role in the force law; `None` for tissue that the needle crosses as a layer.
     #[must_use]
     pub fn kind(self) -> Option<StructureKind> {
         match self {

@@ -1,4 +1,4 @@
-//! Who the patient is: the numbers of one body, drawn from the published spread.
+//! The patient: the dimensions of one body, drawn from the published distributions.
 
 use law::operator::Draw;
 use phrase::{Phrase, phrase};
@@ -6,7 +6,7 @@ use phrase::{Phrase, phrase};
 use super::part::Level;
 use super::published::{Dimension, list_published};
 
-/// How a patient is placed.
+/// Position of a patient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Posture {
     /// Face down, a pillow under the belly.
@@ -21,7 +21,7 @@ impl Posture {
     /// Every posture.
     pub const ALL: [Self; 3] = [Self::Prone, Self::Sitting, Self::Side];
 
-    /// The posture of a name.
+    /// The posture with a name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|posture| posture.name() == name)
@@ -37,8 +37,9 @@ impl Posture {
         }
     }
 
-    /// By how many degrees a disc is bent forward from standing. Bending by 60° takes 42 to 46° off all five together (read: lateral
-    /// radiographs of standing and bent Chinese subjects); how much of it each posture takes is judged.
+    /// Flexion of each disc relative to standing, in degrees. Flexion by 60° reduces the sum of all
+    /// five by 42 to 46° (read: lateral radiographs of standing and flexed Chinese subjects); the
+    /// part of it in each posture is estimated.
     fn bend_per_disc_deg(self) -> f64 {
         match self {
             Self::Prone => 2.0,
@@ -48,12 +49,12 @@ impl Posture {
     }
 }
 
-/// Which body: everything that a recording needs to make it again.
+/// The parameters of a body: everything that a recording needs to reproduce it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyOrder {
-    /// How the patient is placed.
+    /// Position of the patient.
     pub posture: Posture,
-    /// Which patient of those of this weight and age.
+    /// Seed that selects one of the patients of this weight and age.
     pub seed: u64,
     /// Body weight, in kg.
     pub weight_kg: f64,
@@ -61,16 +62,16 @@ pub struct BodyOrder {
     pub age_years: f64,
 }
 
-/// Weights that a body can have, in kg.
+/// Allowed weights of a body, in kg.
 pub const WEIGHTS_KG: [f64; 2] = [40.0, 160.0];
-/// Ages that a body can have, in years: spines that are still growing are others.
+/// Allowed ages of a body, in years: growing spines differ.
 pub const AGES_YEARS: [f64; 2] = [18.0, 95.0];
 
 impl BodyOrder {
-    /// Checks it.
+    /// Checks the parameters.
     ///
     /// # Errors
-    /// The value that no body has, and which are allowed.
+    /// The value out of range, with the allowed range.
     pub fn check(&self) -> Result<(), Phrase> {
         let within = |value: f64, [least, most]: [f64; 2]| value >= least && value <= most;
         if !within(self.weight_kg, WEIGHTS_KG) {
@@ -95,21 +96,21 @@ impl BodyOrder {
     }
 }
 
-/// The numbers of one body, in mm and degrees, L1 to L5.
+/// The dimensions of one body, in mm and degrees, L1 to L5.
 #[derive(Clone, Debug)]
 pub struct BodyValues {
     dimensions: [[f64; 5]; Dimension::ALL.len()],
-    /// Stature as a share of the mean.
+    /// Stature relative to the mean.
     pub(super) size: f64,
     /// Thickness of the fat over the supraspinous ligament, in mm.
     pub(super) midline_fat: f64,
-    /// Fat over the muscles beside it, in mm.
+    /// Fat over the muscles lateral to it, in mm.
     pub(super) lateral_fat: f64,
     /// Half of the waist's width, in mm.
     pub(super) half_waist: f64,
-    /// From the front of the belly to the middle of L3, in mm.
+    /// Distance from the front of the belly to the middle of L3, in mm.
     pub(super) belly: f64,
-    /// By how many degrees each disc is bent from standing.
+    /// Flexion of each disc relative to standing, in degrees.
     pub(super) bend_deg: f64,
     /// Half of the thickness of the spinous processes, in mm.
     pub(super) spinous_half_width: f64,
@@ -119,16 +120,16 @@ pub struct BodyValues {
     pub(super) kidney_half_length: f64,
     /// Depth of the epidural space behind the sac, in mm.
     pub(super) epidural_depth: f64,
-    /// Share of the mean section of the muscles.
+    /// Cross-section of the muscles relative to the mean.
     pub(super) muscle: f64,
 }
 
-/// Which share of a dimension's variance goes with the size of the whole skeleton. Judged: correlations between vertebral dimensions that
-/// are published lie around it.
+/// Fraction of a dimension's variance that is shared with the size of the whole skeleton.
+/// Estimated: published correlations between vertebral dimensions are around it.
 const SHARED_VARIANCE: f64 = 0.5;
 
 impl BodyValues {
-    /// Draws them.
+    /// Draws the dimensions.
     #[must_use]
     pub fn draw(order: &BodyOrder) -> Self {
         let mut draw = Draw::new(order.seed);
@@ -136,7 +137,8 @@ impl BodyValues {
         let dimensions = Dimension::ALL.map(|dimension| draw_levels(dimension, order, size, &mut draw));
         let weight = order.weight_kg - 70.0;
         let age = order.age_years - 50.0;
-        // Skin to flavum grows by 0.18 mm/kg (women) to 0.37 mm/kg (men): So, Kim and Ahn 1997, read; nearly all of it is fat.
+        // Distance from skin to flavum increases by 0.18 mm/kg (women) to 0.37 mm/kg (men): So, Kim
+        // and Ahn 1997, read; nearly all of it is fat.
         let midline_fat = (7.5 + 0.26 * weight + draw.normal(2.5)).max(3.0);
         Self {
             dimensions,
@@ -146,18 +148,18 @@ impl BodyValues {
             half_waist: 150.0 + 1.05 * weight + draw.normal(6.0),
             belly: 110.0 + 1.3 * weight + draw.normal(7.0),
             bend_deg: (order.posture.bend_per_disc_deg() + draw.normal(1.4)).max(0.0),
-            // Wider by 0.05 mm a year: Aylott et al. 2012, read.
+            // Increases by 0.05 mm a year: Aylott et al. 2012, read.
             spinous_half_width: (3.4 + 0.025 * age + draw.normal(0.3)).max(2.4),
-            // 13.8 ± 1.9 mm across at L3: Jasper et al. 2014, read.
+            // Diameter of 13.8 ± 1.9 mm at L3: Jasper et al. 2014, read.
             aorta_radius: 6.9 + draw.normal(0.95) + 0.02 * age,
-            // 109 ± 13 mm long: multi-slice CT, Adv Biomed Res, read.
+            // Length of 109 ± 13 mm: multi-slice CT, Adv Biomed Res, read.
             kidney_half_length: (54.5 + draw.normal(6.5)).max(42.0),
             epidural_depth: (5.5 - 0.015 * age + draw.normal(0.9)).max(3.0),
             muscle: (1.0 - 0.004 * age.max(0.0) + draw.normal(0.12)).clamp(0.65, 1.3),
         }
     }
 
-    /// One of them, at a level.
+    /// A dimension at a level.
     #[must_use]
     pub fn get(&self, dimension: Dimension, level: Level) -> f64 {
         self.dimensions[dimension as usize][level as usize]
@@ -165,18 +167,18 @@ impl BodyValues {
 }
 
 fn draw_levels(dimension: Dimension, order: &BodyOrder, size: f64, draw: &mut Draw) -> [f64; 5] {
-    // What a person has of a dimension, all levels have: half of what is left is drawn once.
+    // The levels of a person are correlated: half of the remaining variance is drawn once.
     let person = draw.normal(1.0);
     list_published(dimension).map(|published| {
         let own = 0.5_f64.sqrt() * (person + draw.normal(1.0));
         let off = SHARED_VARIANCE.sqrt() * size + (1.0 - SHARED_VARIANCE).sqrt() * own;
-        // Farther out than this, shapes are diseases.
+        // Larger deviations would be pathological.
         let off = off.clamp(-2.2, 2.2);
         (published.mean + published.sd * off + drift(dimension, order.age_years - 50.0)).max(0.4 * published.mean)
     })
 }
 
-/// What age adds, in the dimension's unit.
+/// Change with age, in the dimension's unit.
 fn drift(dimension: Dimension, age: f64) -> f64 {
     match dimension {
         // 0.03 to 0.07 mm a year: Aylott et al. 2012, read.

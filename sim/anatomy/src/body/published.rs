@@ -1,35 +1,36 @@
-//! What is published of the dimensions of a lower back, each figure with its source. What could be read, abstract or table, says so; what is
-//! only recalled of a paper, or judged from pictures, is marked, and is to be checked before anybody leans on it.
+//! Published dimensions of the lower back, each with its source. The status records whether a
+//! figure was read in the source, in its abstract or a table, or recalled from memory; recalled
+//! figures, and those estimated from pictures, must be verified before use.
 
 use super::part::Level;
 
-/// How sure a figure is.
+/// Provenance of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
-    /// Read in the source itself, in its abstract or in its table.
+    /// Read in the source itself, in its abstract or a table.
     Read,
-    /// Recalled without the source at hand.
+    /// Recalled without access to the source.
     Recalled,
 }
 
-/// One published dimension: of a level of the spine, or of the interspace below it.
+/// One published dimension of a level of the spine, or of the interspace below it.
 #[derive(Clone, Copy, Debug)]
 pub struct PublishedDimension {
-    /// What is measured.
+    /// The dimension.
     pub dimension: Dimension,
-    /// At which vertebra, or in the interspace below it.
+    /// The vertebra, or the interspace below it.
     pub level: Level,
     /// Mean, in mm, or in degrees for angles.
     pub mean: f64,
     /// Standard deviation, in the same unit.
     pub sd: f64,
-    /// Who measured it.
+    /// The publication.
     pub source: &'static str,
-    /// How sure it is.
+    /// Provenance of the figure.
     pub standing: Standing,
 }
 
-/// Dimensions that are drawn for each body.
+/// The dimensions that are drawn for each body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Dimension {
     /// Width of a body's endplates.
@@ -46,11 +47,11 @@ pub enum Dimension {
     PedicleWidth,
     /// Height of a pedicle.
     PedicleHeight,
-    /// From the middle of the body to the tip of the spinous process.
+    /// Distance from the middle of the body to the tip of the spinous process.
     SpinousReach,
     /// Height of the spinous process.
     SpinousHeight,
-    /// From tip to tip of the transverse processes.
+    /// Distance between the tips of the transverse processes.
     TransverseSpan,
     /// Height of the disc below, in its middle.
     DiscHeight,
@@ -98,7 +99,7 @@ impl Dimension {
         }
     }
 
-    /// Means and standard deviations of L1 to L5, and what is read at which level.
+    /// Means and standard deviations of L1 to L5, and the levels whose figures were read.
     fn row(self) -> Row {
         match self {
             Self::EndplateWidth => Row::recalled([42.2, 44.0, 46.0, 48.0, 48.3], [3.0; 5], PANJABI),
@@ -156,7 +157,7 @@ impl Row {
     }
 }
 
-/// What is published of a dimension, L1 to L5.
+/// Returns the published values of a dimension, L1 to L5.
 #[must_use]
 pub fn list_published(dimension: Dimension) -> [PublishedDimension; 5] {
     let row = dimension.row();

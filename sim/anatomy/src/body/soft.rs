@@ -1,4 +1,4 @@
-//! What is not bone: canal and sac, muscles, vessels, kidneys, and the skin around all of it.
+//! Soft tissue: canal and sac, muscles, vessels, kidneys, and the surrounding skin.
 
 use super::form::{Form, Place, Pose, Solid, join_inside};
 use super::loft::{Loft, Section, interpolate};
@@ -6,9 +6,9 @@ use super::part::{BodySide, Level};
 use super::patient::BodyValues;
 use super::spine::{COLUMN, ColumnBone, SACRUM};
 
-/// Between the sac and the bodies, in mm. Judged.
+/// Distance between the sac and the vertebral bodies, in mm. Estimated.
 const VENTRAL_EPIDURAL: f64 = 1.2;
-/// Of the supraspinous ligament behind the tips, in mm. Judged.
+/// Thickness of the supraspinous ligament behind the tips, in mm. Estimated.
 pub(super) const SUPRASPINOUS: f64 = 4.0;
 
 /// The canal, or the sac in it.
@@ -23,14 +23,14 @@ pub(super) fn build_canal(column: &[ColumnBone; COLUMN], values: &BodyValues, sa
         Section { middle, half_x, half_z }
     };
     let mut sections: Vec<Section> = column.iter().map(section).collect();
-    // Down to S2, where the sac ends, it narrows.
+    // It narrows down to S2, where the sac ends.
     let last = column[SACRUM].pose.to_outer(Place::new(0.0, -26.0, column[SACRUM].values.canal_middle()));
     let end = if sac { [4.0, 3.0] } else { [9.0, 5.0] };
     sections.push(Section { middle: last, half_x: end[0], half_z: end[1] });
     Loft::new(sections, 2.0)
 }
 
-/// Depth of the spinous tips, in mm, against height.
+/// Depth of the spinous tips, in mm, as a function of height.
 #[derive(Clone, Debug)]
 pub(super) struct TipLine(Vec<Place>);
 
@@ -42,7 +42,7 @@ impl TipLine {
         Self(tips)
     }
 
-    /// Where the tips are at a height.
+    /// Depth of the tips at a height.
     pub(super) fn depth(&self, y: f64) -> f64 {
         interpolate(&self.0, |tip| tip.y, |tip| tip.z, y)
     }
@@ -53,7 +53,7 @@ impl TipLine {
     }
 }
 
-/// The outside of the body.
+/// The outer surface of the body.
 #[derive(Clone, Debug)]
 pub(super) struct SkinShape {
     tips: TipLine,
@@ -62,7 +62,7 @@ pub(super) struct SkinShape {
     bulge: f64,
 }
 
-/// How far the erector spinae stands out behind the spinous tips, in mm. Judged.
+/// Protrusion of the erector spinae behind the spinous tips, in mm. Estimated.
 const ERECTOR_OVER_TIPS: f64 = 7.0;
 
 impl SkinShape {
@@ -94,19 +94,20 @@ impl SkinShape {
     /// Depth of the skin on the back, in mm.
     fn back(&self, p: &Place) -> f64 {
         let beside = 1.0 - libm::exp(-(p.x / 19.0).powi(2));
-        // In a thin patient the tips show.
+        // The tips protrude in a thin patient.
         let shown = 2.2 * libm::exp(-self.midline_fat / 7.0) * self.tips.prominence(p.y) * (1.0 - beside);
         let level = self.tips.depth(p.y) + SUPRASPINOUS + self.midline_fat + shown;
         level + self.bulge * beside - 7e-4 * p.x * p.x
     }
 
-    /// Signed distance, in mm; below zero in the body.
+    /// Signed distance, in mm; negative inside the body.
     pub(super) fn distance(&self, p: &Place) -> f64 {
         let [low, high] = self.trunk.ends();
         let Section { middle, half_x, half_z } = self.trunk.at(p.y);
         let (x, z) = ((p.x / half_x).powi(2), ((p.z - middle.z) / half_z).powi(2));
         let side = (0.5 * ((x + z).sqrt() + (x * x + z * z).sqrt().sqrt()) - 1.0) * half_x.min(half_z);
-        // The back is as steep as the column leans: halved where that is steep, it is never more than the distance.
+        // The back is as steep as the column's inclination: the factor keeps the value below the
+        // true distance there.
         let back = 0.8 * (p.z - self.back(p));
         join_inside(join_inside(side, back, 10.0), (low - p.y).max(p.y - high), 14.0)
     }
@@ -120,7 +121,8 @@ impl SkinShape {
     }
 }
 
-/// Erector spinae with multifidus: 2105 ± 377 mm² at L3/4 (erector alone, MRI of healthy adults, Med Sci Monit 2026, read).
+/// Erector spinae with multifidus: 2105 ± 377 mm² at L3/4 (erector alone, MRI of healthy adults,
+/// Med Sci Monit 2026, read).
 pub(super) fn build_erector(
     column: &[ColumnBone; COLUMN],
     skin: &SkinShape,
@@ -166,7 +168,7 @@ pub(super) fn build_kidney(column: &[ColumnBone; COLUMN], values: &BodyValues, s
     let mut kidney = Solid::default();
     let raised = if side == BodySide::Left { 12.0 } else { -2.0 };
     let middle = column[1].middle().lerp(&column[2].middle(), 0.4) + Place::new(side.sign() * 66.0, raised, -2.0);
-    // The upper pole lies nearer to the column and farther back.
+    // The upper pole is nearer to the column and farther back.
     let pose =
         Pose::along(middle, Place::new(1.0, 0.22 * side.sign(), 0.0), Place::new(-0.22 * side.sign(), 1.0, 0.12));
     let half = Place::new(27.0, values.kidney_half_length, 19.0);
@@ -176,7 +178,7 @@ pub(super) fn build_kidney(column: &[ColumnBone; COLUMN], values: &BodyValues, s
     kidney
 }
 
-/// A tube through places, each with its radius.
+/// A tube through points, with radii interpolated from one end to the other.
 fn build_tube(tube: &mut Solid, places: &[Place], radii: [f64; 2]) {
     let frame = Pose::leaning(Place::zeros(), 0.0);
     let last = (places.len() - 1) as f64;
@@ -187,7 +189,8 @@ fn build_tube(tube: &mut Solid, places: &[Place], radii: [f64; 2]) {
     }
 }
 
-/// A great vessel in front of the bodies down to where it divides, and one branch on each side.
+/// A great vessel in front of the vertebral bodies down to its bifurcation, and one branch on each
+/// side.
 pub(super) fn build_great_vessel(column: &[ColumnBone; COLUMN], x: f64, radius: f64, divides: usize) -> Solid {
     let before = |bone: &ColumnBone, x: f64, y: f64, radius: f64| {
         bone.pose.to_outer(Place::new(x, y, -0.5 * bone.values.depth - radius - 2.0))

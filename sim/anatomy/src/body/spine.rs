@@ -1,4 +1,4 @@
-//! The bones and where they stand: L3 upright, the others one after the other by discs and their angles.
+//! The bones and their positions: L3 upright, the others stacked by discs and their angles.
 
 use super::form::{Bounds, Form, Place, Pose, Solid};
 use super::part::{BodySide, Level};
@@ -6,9 +6,9 @@ use super::patient::BodyValues;
 use super::published::Dimension;
 use super::vertebra::{VertebraValues, build_vertebra, lean_of};
 
-/// Bones of the column, from the last thoracic vertebra to the sacrum.
+/// Number of bones of the column, from the last thoracic vertebra to the sacrum.
 pub(super) const COLUMN: usize = 7;
-/// Which of the column is the sacrum.
+/// Index of the sacrum in the column.
 pub(super) const SACRUM: usize = 6;
 
 /// A bone of the column.
@@ -20,7 +20,8 @@ pub(super) struct ColumnBone {
     bounds: Bounds,
 }
 
-/// A bone is not asked for its distance by whoever is farther than this from its bounds, in mm.
+/// Distance from a bone's bounds, in mm, beyond which the distance from the bounds replaces that
+/// from the bone.
 const ASIDE: f64 = 5.0;
 
 impl ColumnBone {
@@ -30,12 +31,12 @@ impl ColumnBone {
         if aside > ASIDE { aside } else { self.bone.distance(p) }
     }
 
-    /// The same by the bone's shape, however far the place is.
+    /// The signed distance from the bone's shape at any distance.
     pub(super) fn shape_distance(&self, p: &Place) -> f64 {
         self.bone.distance(p)
     }
 
-    /// A box that holds the bone.
+    /// A bounding box of the bone.
     pub(super) fn bounds(&self) -> Bounds {
         self.bounds
     }
@@ -45,7 +46,7 @@ impl ColumnBone {
         self.pose.to_outer(self.values.spinous_tip() + Place::new(0.0, 0.0, 3.0))
     }
 
-    /// The body's middle.
+    /// The middle of the vertebral body.
     pub(super) fn middle(&self) -> Place {
         self.pose.to_outer(Place::zeros())
     }
@@ -70,10 +71,11 @@ pub(super) fn build_column(values: &BodyValues) -> [ColumnBone; COLUMN] {
 
 fn lumbar(values: &BodyValues, level: Level) -> VertebraValues {
     let get = |dimension| values.get(dimension, level);
-    // The superior processes stand beside the canal; the inferior ones lie inside those of the next vertebra.
+    // The superior processes stand next to the canal; the inferior ones lie inside those of the
+    // next vertebra.
     let beside = |level: Level| 0.5 * values.get(Dimension::CanalWidth, level) + 4.5;
     let next = Level::ALL.get(level as usize + 1).map_or(beside(level) + 2.0, |next| beside(*next));
-    // 30.3 − 26.3 mm at L5 (read, see EndplateDepth); above, recalled.
+    // 30.3 − 26.3 mm at L5 (read, see EndplateDepth); recalled for the levels above.
     let wedge = [-1.2, -0.6, 0.4, 1.4, 4.0][level as usize];
     VertebraValues {
         width: get(Dimension::EndplateWidth),
@@ -93,7 +95,8 @@ fn lumbar(values: &BodyValues, level: Level) -> VertebraValues {
     }
 }
 
-/// The last thoracic vertebra, a little smaller than L1 and with short transverse processes. Judged.
+/// The last thoracic vertebra, slightly smaller than L1 and with short transverse processes.
+/// Estimated.
 fn thoracic(first: &VertebraValues) -> VertebraValues {
     VertebraValues {
         width: 0.95 * first.width,
@@ -105,7 +108,7 @@ fn thoracic(first: &VertebraValues) -> VertebraValues {
     }
 }
 
-/// S1: the crest stands in the place of a spinous process. Judged.
+/// S1: the crest takes the place of a spinous process. Estimated.
 fn sacral(last: &VertebraValues) -> VertebraValues {
     VertebraValues {
         height: 28.0,
@@ -132,7 +135,7 @@ fn wedge_angle(vertebra: &VertebraValues) -> f64 {
     vertebra.wedge / vertebra.depth
 }
 
-/// How each bone leans; L3 stands upright.
+/// Inclination of each bone; L3 is upright.
 fn lean_all(values: &BodyValues, vertebrae: &[VertebraValues; COLUMN]) -> [f64; COLUMN] {
     let mut leans = [0.0; COLUMN];
     let between = |above: usize| {
@@ -169,8 +172,8 @@ fn place_all(values: &BodyValues, vertebrae: &[VertebraValues; COLUMN], leans: &
     middles
 }
 
-/// Heights of the five sacral bodies, half their widths and depths, and by how many degrees each leans against the one above. Judged from
-/// anatomical plates.
+/// Heights of the five sacral bodies, half their widths and depths, and the inclination of each
+/// against the one above, in degrees. Estimated from anatomical plates.
 const SACRAL: [[f64; 4]; 5] = [
     [28.0, 25.0, 16.0, 0.0],
     [23.0, 20.0, 11.0, 8.0],
@@ -207,7 +210,7 @@ fn build_sacrum(values: &VertebraValues, first: &Pose) -> Solid {
     bone
 }
 
-/// Wing, lateral mass and the process that L5 rests on.
+/// The ala, the lateral mass and the process that supports L5.
 fn add_sacral_side(bone: &mut Solid, values: &VertebraValues, poses: &[Pose; 5], side: f64) {
     let at = |x: f64, y: f64, z: f64| Place::new(side * x, y, z);
     let wing = Form::Cone { from: at(22.0, 1.0, 4.0), to: at(42.0, -4.0, 8.0), from_radius: 13.0, to_radius: 13.5 };
@@ -223,7 +226,7 @@ fn add_sacral_side(bone: &mut Solid, values: &VertebraValues, poses: &[Pose; 5],
         to_radius: 6.0,
     };
     bone.add(process, &poses[0], 4.0);
-    // The holes that the dorsal nerves leave by.
+    // The foramina of the dorsal nerves.
     for (pose, [_, width, depth, _]) in poses.iter().zip(SACRAL).take(4) {
         let from = Place::new(side * 0.85 * width, -9.0, depth + 8.0);
         bone.cut(
@@ -234,7 +237,7 @@ fn add_sacral_side(bone: &mut Solid, values: &VertebraValues, poses: &[Pose; 5],
     }
 }
 
-/// Roof of the canal, crest, and the canal.
+/// The roof of the canal, the crest, and the canal.
 fn add_sacral_back(bone: &mut Solid, values: &VertebraValues, poses: &[Pose; 5]) {
     let back = values.canal_back();
     for (at, [height, width, depth, _]) in SACRAL.into_iter().enumerate().take(4) {
@@ -256,7 +259,8 @@ fn add_sacral_back(bone: &mut Solid, values: &VertebraValues, poses: &[Pose; 5])
     bone.cut(entry, &canal, 2.0);
 }
 
-/// Places on the crest of the ilium, and below each one on its wing, from behind to in front; against S1, right side. Judged.
+/// Points on the crest of the ilium, and below each one on its wing, from posterior to anterior;
+/// relative to S1, right side. Estimated.
 const ILIUM: [[[f64; 3]; 2]; 7] = [
     [[47.0, -30.0, 38.0], [50.0, -52.0, 24.0]],
     [[59.0, 4.0, 37.0], [60.0, -46.0, 8.0]],
@@ -266,7 +270,7 @@ const ILIUM: [[[f64; 3]; 2]; 7] = [
     [[118.0, 20.0, -64.0], [94.0, -48.0, -42.0]],
     [[116.0, -10.0, -82.0], [100.0, -44.0, -56.0]],
 ];
-/// The sacrum's lean in which [`ILIUM`] is told, in rad: 38°.
+/// Inclination of the sacrum for which [`ILIUM`] is given, in rad: 38°.
 const ILIUM_LEAN: f64 = -0.663;
 
 /// An ilium.
@@ -286,7 +290,7 @@ pub(super) fn build_ilium(sacrum: &ColumnBone, side: BodySide, size: f64) -> Sol
     bone
 }
 
-/// A rib of the last two: how far above T12 it begins, and its places against T12, right side. Judged.
+/// One of the last two ribs, as points relative to T12, right side. Estimated.
 pub(super) fn build_rib(thoracic: &ColumnBone, side: BodySide, eleventh: bool) -> Solid {
     const TWELFTH: [[f64; 3]; 4] = [[31.0, 0.0, 17.0], [50.0, -8.0, 24.0], [76.0, -26.0, 16.0], [98.0, -48.0, -4.0]];
     const ELEVENTH: [[f64; 3]; 5] =

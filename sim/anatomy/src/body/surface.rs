@@ -1,16 +1,19 @@
-//! Closed surfaces of shapes: surface nets (Gibson 1998) on a grid. One vertex in each cell through which the surface passes, at the
-//! mean of where it crosses the cell's edges; one quad around each crossed edge of the grid.
+//! Closed surfaces of shapes: surface nets (Gibson 1998) on a grid. One vertex in each cell that
+//! the surface crosses, at the mean of the crossings of the cell's edges; one quad around each
+//! crossed edge of the grid.
 //!
-//! Surface nets are a manifold where each cell holds one sheet. Cells with more are mended first: corners outside are taken inside, one
-//! after the other, until none is left. A corner that is taken inside never goes back, so this ends.
+//! Surface nets are manifold if each cell contains one sheet. Cells with more are repaired first:
+//! outer corners are marked inside one after the other until no such cell is left. A corner marked
+//! inside never changes back, so the repair terminates.
 
 use nalgebra::Point3;
 
 use super::form::{Bounds, Place};
 
-/// Cells of a block of the grid along each axis; a block without a surface is skipped by one sample.
+/// Number of cells of a block along each axis; a block without a surface is skipped after one
+/// sample.
 const BLOCK: usize = 6;
-/// A corner that was taken inside: just below the surface, in cells.
+/// Value of a corner marked inside: just below the surface, in cells.
 const TAKEN_INSIDE: f64 = -0.02;
 
 /// A closed surface of triangles, counter-clockwise seen from outside.
@@ -18,7 +21,7 @@ const TAKEN_INSIDE: f64 = -0.02;
 pub struct BodyMesh {
     /// Vertices, in m.
     pub vertices_m: Vec<Point3<f64>>,
-    /// Triangles by the indices of their corners.
+    /// Triangles, as indices of their vertices.
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -55,23 +58,25 @@ impl Grid {
         grid
     }
 
-    /// Blocks along each axis.
+    /// Number of blocks along each axis.
     fn blocks(&self) -> [usize; 3] {
         self.counts.map(|count| count.div_ceil(BLOCK))
     }
 
-    /// The block of a cell.
+    /// Index of the block of a cell.
     fn block(&self, at: [usize; 3]) -> usize {
         let ([x, y, z], blocks) = (at.map(|index| index / BLOCK), self.blocks());
         x + blocks[0] * (y + blocks[1] * z)
     }
 
-    /// Samples the corners of a block. Whether the surface may pass through its cells, whose far corners are the next block's.
+    /// Samples the corners of a block. Returns whether the surface may cross its cells, whose far
+    /// corners belong to the next block.
     fn sample_block(&mut self, distance: &dyn Fn(&Place) -> f64, first: [usize; 3]) -> bool {
         let half = 0.5 * (BLOCK as f64 + 1.0) * self.cell;
         let corner = self.place(first);
         let middle = distance(&corner.add_scalar(half));
-        // Half of the block's diagonal, and a third more for shapes that are steeper than a distance where they are joined.
+        // Half of the block's diagonal, times 1.3 for joined shapes, which are steeper than a
+        // distance.
         let empty = middle.abs() > half * 1.733 * 1.3;
         let last: [usize; 3] = std::array::from_fn(|axis| (first[axis] + BLOCK).min(self.counts[axis]));
         for z in first[2]..last[2] {
@@ -83,7 +88,7 @@ impl Grid {
                 }
             }
         }
-        // What is inside up to the border is closed there.
+        // Shapes that extend inside to the border are closed there.
         let at_border = (0..3).any(|axis| first[axis] == 0 || last[axis] + 1 >= self.counts[axis]);
         !empty || middle < 0.0 && at_border
     }
@@ -110,7 +115,7 @@ impl Grid {
         self.least + Place::new(at[0] as f64, at[1] as f64, at[2] as f64) * self.cell
     }
 
-    /// Cells of the blocks through which the surface may pass, by index.
+    /// The cells, by index, of the blocks that the surface may cross.
     fn cells(&self) -> impl Iterator<Item = [usize; 3]> {
         let [width, height, depth] = self.counts;
         let rows = (0..depth).flat_map(move |z| (0..height).map(move |y| [y, z]));
@@ -120,7 +125,7 @@ impl Grid {
         })
     }
 
-    /// Which corners of a cell are inside, as bits; none for a cell beyond the grid.
+    /// Bits of the corners of a cell that are inside; `None` for a cell beyond the grid.
     fn signs(&self, at: [usize; 3]) -> Option<u8> {
         (0..3).all(|axis| at[axis] + 1 < self.counts[axis]).then(|| {
             (0..8).fold(0, |bits, corner| {
@@ -135,7 +140,7 @@ impl Grid {
         self.index([at[0] + step[0], at[1] + step[1], at[2] + step[2]])
     }
 
-    /// Takes corners inside until each cell holds one sheet.
+    /// Marks corners inside until each cell contains one sheet.
     fn mend(&mut self) {
         let mut open: Vec<usize> = self.cells().map(|at| self.index(at)).collect();
         while let Some(cell) = open.pop() {
@@ -160,7 +165,7 @@ impl Grid {
         }
     }
 
-    /// The vertex of a cell: the mean of where its edges are crossed.
+    /// The vertex of a cell: the mean of the crossings of its edges.
     fn vertex(&self, at: [usize; 3]) -> Point3<f64> {
         let (mut sum, mut crossed) = (Place::zeros(), 0.0);
         for (from, to) in edges() {
@@ -170,7 +175,7 @@ impl Grid {
                     let step = corner_step(corner);
                     self.place([at[0] + step[0], at[1] + step[1], at[2] + step[2]])
                 };
-                // Not on a corner: two vertices would fall into one place.
+                // Kept away from corners: two vertices could coincide there.
                 sum += place(from).lerp(&place(to), (a / (a - b)).clamp(0.02, 0.98));
                 crossed += 1.0;
             }
@@ -179,14 +184,15 @@ impl Grid {
     }
 }
 
-/// The twelve edges of a cell, by their corners.
+/// The twelve edges of a cell, as pairs of corners.
 fn edges() -> impl Iterator<Item = (usize, usize)> {
     (0..8_usize).flat_map(|corner| {
         [1, 2, 4].into_iter().filter(move |step| corner & step == 0).map(move |step| (corner, corner | step))
     })
 }
 
-/// Whether the corners inside hang together along edges, so do those outside, and no face has them crosswise.
+/// Whether the inner corners are connected along edges, so are the outer ones, and no face has them
+/// diagonally opposite.
 fn is_one_sheet(signs: u8) -> bool {
     let crosswise = [(1, 2), (1, 4), (2, 4)].into_iter().any(|(one, two): (usize, usize)| {
         let normal = 7 & !(one | two);
@@ -230,7 +236,8 @@ pub(super) fn mesh_surface(distance: &dyn Fn(&Place) -> f64, bounds: &Bounds, ce
     mesh
 }
 
-/// The cells' vertices around an edge of the grid that leaves a corner along an axis, counter-clockwise seen from outside.
+/// The vertices of the cells around an edge of the grid that starts at a corner along an axis,
+/// counter-clockwise seen from outside.
 fn quad_around_edge(grid: &Grid, vertex_of: &[u32], at: [usize; 3], axis: usize) -> Option<[u32; 4]> {
     let mut next = at;
     next[axis] += 1;
@@ -252,7 +259,7 @@ fn quad_around_edge(grid: &Grid, vertex_of: &[u32], at: [usize; 3], axis: usize)
     Some(if here { quad } else { [quad[3], quad[2], quad[1], quad[0]] })
 }
 
-/// Cuts a quad along its shorter diagonal.
+/// Splits a quad along its shorter diagonal.
 fn split(quad: [u32; 4], mesh: &mut BodyMesh) {
     let [a, b, c, d] = quad;
     let apart = |from: u32, to: u32| (mesh.vertices_m[from as usize] - mesh.vertices_m[to as usize]).norm_squared();

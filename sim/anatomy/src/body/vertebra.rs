@@ -1,14 +1,14 @@
-//! A vertebra: drum, pedicles, articular pillars, laminae, spinous and transverse processes.
+//! A vertebra: body, pedicles, articular pillars, laminae, spinous and transverse processes.
 
 use super::form::{Form, Place, Pose, Solid};
 
-/// The numbers of one vertebra, in mm.
+/// The dimensions of one vertebra, in mm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VertebraValues {
     pub(super) width: f64,
     pub(super) depth: f64,
     pub(super) height: f64,
-    /// By how much the body is higher in front.
+    /// Excess of the anterior over the posterior height of the body.
     pub(super) wedge: f64,
     pub(super) canal_width: f64,
     pub(super) canal_depth: f64,
@@ -18,19 +18,19 @@ pub(super) struct VertebraValues {
     pub(super) spinous_height: f64,
     pub(super) spinous_half_width: f64,
     pub(super) transverse_span: f64,
-    /// From the midline to the superior articular process.
+    /// Distance from the midline to the superior articular process.
     pub(super) superior_x: f64,
-    /// From the midline to the inferior articular process.
+    /// Distance from the midline to the inferior articular process.
     pub(super) inferior_x: f64,
 }
 
 impl VertebraValues {
-    /// How far behind the body's middle the canal's middle lies.
+    /// Distance of the canal's middle behind the body's middle.
     pub(super) fn canal_middle(&self) -> f64 {
         0.5 * (self.depth + self.canal_depth)
     }
 
-    /// How far behind the body's middle the canal ends.
+    /// Distance of the canal's posterior end behind the body's middle.
     pub(super) fn canal_back(&self) -> f64 {
         0.5 * self.depth + self.canal_depth
     }
@@ -46,7 +46,7 @@ impl VertebraValues {
     }
 }
 
-/// Its bone, in a pose whose middle is that of the body.
+/// The bone, in a pose whose middle is that of the vertebral body.
 pub(super) fn build_vertebra(values: &VertebraValues, pose: &Pose) -> Solid {
     let mut bone = Solid::default();
     let half = Place::new(0.5 * values.width, 0.5 * values.height, 0.5 * values.depth);
@@ -63,7 +63,7 @@ pub(super) fn build_vertebra(values: &VertebraValues, pose: &Pose) -> Solid {
     bone
 }
 
-/// By how much a pose leans, in rad.
+/// Inclination of a pose, in rad.
 pub(super) fn lean_of(pose: &Pose) -> f64 {
     libm::atan2(pose.up().z, pose.up().y)
 }
@@ -129,7 +129,7 @@ fn add_spinous(bone: &mut Solid, values: &VertebraValues, pose: &Pose) {
     let half_width = 0.85 * values.spinous_half_width;
     let half = Place::new(half_width, 0.46 * values.spinous_height, 0.5 * (tip - root) - 1.5);
     bone.add(Form::Slab { half, rounding: (0.9 * half_width).min(2.6) }, &slope, 4.0);
-    // The tip is thicker than the plate, and hangs lower.
+    // The tip is thicker than the plate, and lower.
     let bulb = 1.25 * values.spinous_half_width;
     let reach = (0.5 * values.spinous_height - bulb).max(0.5);
     let end = values.spinous_tip() + Place::new(0.0, 0.0, 3.0 - bulb);

@@ -1,17 +1,18 @@
-//! The body: what is not outside.
+//! The body: all voxels not connected to the outside.
 
 use super::map::LabelMap;
 
-/// The label of the body in the map that [`LabelMap::body`] makes.
+/// Label of the body in the map returned by [`LabelMap::body`].
 pub const BODY: u16 = 1;
 
-/// What [`Flood`] marks voxels with besides 0 and 1.
+/// Marks used by [`Flood`] besides 0 and 1.
 const REACHED: u16 = 2;
 const LARGEST: u16 = 3;
 
 impl LabelMap {
-    /// The same image with one label, for the body: the largest piece of what no air from the image's ends reaches. What is labelled is body,
-    /// and so are holes within; what floats beside it, as the table does, is not.
+    /// Returns the same image with one label, for the body: the largest component not reached by
+    /// air from the image's ends. Labelled voxels and enclosed holes belong to the body; separate
+    /// objects, such as the table, do not.
     #[must_use]
     pub fn body(&self) -> Self {
         let marks = self.labels.iter().map(|label| u16::from(*label != 0)).collect();
@@ -27,7 +28,7 @@ impl LabelMap {
     }
 }
 
-/// Goes from voxel to voxel through faces.
+/// Flood fill through the faces of voxels.
 struct Flood {
     size: [usize; 3],
     open: Vec<usize>,
@@ -35,7 +36,7 @@ struct Flood {
 }
 
 impl Flood {
-    /// Keeps the largest piece of voxels marked 1.
+    /// Keeps the largest component of the voxels marked 1.
     fn keep_largest(&mut self) {
         let mut largest: Option<(usize, usize)> = None;
         for voxel in 0..self.marks.len() {
@@ -61,7 +62,7 @@ impl Flood {
         self.place(voxel).iter().zip(self.size).any(|(at, size)| *at == 0 || at + 1 == size)
     }
 
-    /// Turns a mark into another wherever it is reached, and counts.
+    /// Replaces a mark in a connected region, and returns the number of its voxels.
     fn fill(&mut self, start: usize, from: u16, to: u16) -> usize {
         let strides = [1, self.size[0], self.size[0] * self.size[1]];
         self.marks[start] = to;

@@ -1,24 +1,29 @@
-//! A closed surface around the cells that are more than half full: marching cubes (Lorensen and Cline 1987).
+//! A closed surface around the cells that are more than half full: marching cubes (Lorensen and
+//! Cline 1987).
 //!
-//! The table of cases is made here instead of copied. On a face whose corners are full crosswise, full corners are kept apart, on both
-//! sides of the face alike: so each piece of an outline is walked once each way, and around each vertex the four cubes of its edge make one
-//! fan. A polygon is cut into triangles by diagonals that lie in no face of its cube, or else from a middle of its own; so no two cubes
-//! share a diagonal. Hence the surface is closed, manifold and of one orientation, whatever the cells hold.
+//! The table of cases is generated here instead of copied. On a face with diagonally opposite full
+//! corners, the full corners are separated, identically on both sides of the face: so each piece of
+//! an outline is traversed once in each direction, and around each vertex the four cubes of its
+//! edge make one fan. A polygon is cut into triangles by diagonals that lie in no face of its cube,
+//! or otherwise from a central vertex; so no two cubes share a diagonal. Hence the surface is
+//! closed, manifold and consistently oriented for any content of the cells.
 
 use nalgebra::Vector3;
 
 use super::grid::Filling;
 
-/// Corners of a cube's faces, counter-clockwise seen from outside; bit 0 of a corner is x, bit 1 is y, bit 2 is z.
+/// Corners of a cube's faces, counter-clockwise seen from outside; bit 0 of a corner is x, bit 1 is
+/// y, bit 2 is z.
 const FACES: [[usize; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
 
-/// A vertex keeps this part of its edge from either end: two would fall together on a corner.
+/// Minimum distance of a vertex from either end of its edge, as a fraction of the edge: two would
+/// otherwise coincide at a corner.
 const KEEP: f64 = 0.05;
 
 /// No vertex yet.
 const NONE: u32 = u32::MAX;
 
-/// Vertices among the cells, and triangles.
+/// Vertices in cell coordinates, and triangles.
 #[derive(Default)]
 pub(super) struct Contour {
     pub vertices: Vec<Vector3<f64>>,
@@ -28,8 +33,8 @@ pub(super) struct Contour {
 /// An edge of a cube: its lower corner, and the axis along which it runs.
 type CubeEdge = (usize, usize);
 
-/// A polygon of a case: the edges that its corners lie on, and which corner all its diagonals leave from; none where it needs a
-/// middle.
+/// A polygon of a case: the edges that contain its corners, and the corner from which all its
+/// diagonals leave; `None` if it needs a central vertex.
 struct Polygon {
     edges: Vec<CubeEdge>,
     apex: Option<usize>,
@@ -39,7 +44,7 @@ fn edge_between(one: usize, other: usize) -> CubeEdge {
     (one.min(other), (one ^ other).trailing_zeros() as usize)
 }
 
-/// The polygons of every set of full corners.
+/// The polygons for every set of full corners.
 fn make_cases() -> Vec<Vec<Polygon>> {
     (0..256).map(polygons).collect()
 }
@@ -50,7 +55,7 @@ fn polygons(full: usize) -> Vec<Polygon> {
     for face in FACES {
         let step = |at: usize| (face[at % 4], face[(at + 1) % 4]);
         for start in (0..4).filter(|at| is_full(step(*at).1) && !is_full(step(*at).0)) {
-            // A run of full corners begins here; where does it end?
+            // A run of full corners begins here; find its end.
             let Some(end) = (start + 1..start + 4).find(|at| !is_full(step(*at).1)) else { continue };
             let edge = |at: usize| edge_between(step(at).0, step(at).1);
             ways.push((edge(start), edge(end)));
@@ -70,7 +75,7 @@ fn polygons(full: usize) -> Vec<Polygon> {
     found
 }
 
-/// No diagonal from a corner of the polygon lies in a face.
+/// Whether no diagonal from a corner of the polygon lies in a face.
 fn fans_freely(edges: &[CubeEdge], apex: usize) -> bool {
     let count = edges.len();
     (2..count - 1).all(|step| !share_a_face(edges[apex], edges[(apex + step) % count]))
@@ -82,7 +87,7 @@ fn share_a_face((one, along): CubeEdge, (other, across): CubeEdge) -> bool {
 
 /// The vertices on the edges of two neighbouring planes of cells.
 struct Slab {
-    /// By axis and by plane, above or below; edges along z stand in the first plane alone.
+    /// By axis and by plane, lower or upper; edges along z are stored in the first plane only.
     ids: [[Vec<u32>; 2]; 3],
 }
 
@@ -92,7 +97,7 @@ impl Slab {
         Self { ids: [plane(), plane(), plane()] }
     }
 
-    /// Goes one plane up.
+    /// Moves up by one plane.
     fn rise(&mut self) {
         for [below, above] in &mut self.ids {
             std::mem::swap(below, above);
@@ -146,7 +151,7 @@ impl March<'_> {
         }
     }
 
-    /// The vertex on an edge of the cube at a place.
+    /// The vertex on an edge of the cube at a position.
     fn vertex(&mut self, at: [usize; 3], (corner, axis): CubeEdge) -> u32 {
         let from = corner_of(at, corner);
         let plane = if axis == 2 { 0 } else { corner >> 2 };
@@ -181,7 +186,7 @@ fn corner_of(at: [usize; 3], corner: usize) -> [usize; 3] {
 
 #[cfg(test)]
 mod tests {
-    //! Would fail if a case left a hole, turned a triangle over or shared a diagonal with its neighbour.
+    //! Fails if a case leaves a hole, flips a triangle or shares a diagonal with its neighbour.
 
     use rand_core::{Rng, SeedableRng};
     use rand_pcg::Pcg64Mcg;
@@ -203,7 +208,7 @@ mod tests {
     }
 
     impl Filling {
-        /// Six cells each way, full or empty by chance within the rim.
+        /// Six cells along each axis, randomly full or empty within the rim.
         fn of_noise(next: &mut dyn FnMut() -> u32) -> Self {
             let size = [6; 3];
             let is_rim = |at: usize| [at % 6, at / 6 % 6, at / 36].iter().any(|c| *c == 0 || *c == 5);

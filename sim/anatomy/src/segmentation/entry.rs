@@ -1,4 +1,4 @@
-//! Where a needle enters a body, and the layers below.
+//! The entry of a needle into a body, and the layers below it.
 
 use law::structures::Surface;
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -6,45 +6,52 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::error::SegmentationError;
 use super::map::LabelMap;
 
-/// Widest gap between labels, in m, that is taken for a seam. Our choice.
+/// Widest gap between labels that counts as a seam, in m. Our choice.
 const WIDEST_SEAM_M: f64 = 5e-3;
-/// A stated entry may be so far from the skin, in m: a few voxels, or a point that somebody has clicked.
+/// Maximum distance of a stated entry from the skin, in m: a few voxels, or the precision of a
+/// clicked point.
 const NEAR_M: f64 = 0.02;
-/// The skin's direction is a mean over so much around the entry, in m: more than steps of voxels, less than a body's curvature.
+/// Radius around the entry over which the skin's direction is averaged, in m: larger than voxel
+/// steps, smaller than a body's curvature.
 const PATCH_M: f64 = 0.01;
-/// Cosine of the most that a stated direction may differ from the skin's own: 60°, as far as a needle may lean.
+/// Cosine of the maximum angle between a stated direction and the skin's own: 60°, the maximum
+/// inclination of a needle.
 const LEAST_COSINE: f64 = 0.5;
-/// Layers are looked for down to here, in m.
+/// Maximum depth of the search for layers, in m.
 const DEEPEST_M: f64 = 0.25;
-/// Depth is sampled at this part of a voxel's shortest edge.
+/// Sampling step of the depth, as a fraction of a voxel's shortest edge.
 const SAMPLE: f64 = 0.1;
-/// Rays about the entry's normal: in rings of so many radii, so that the steps of voxels average out.
+/// Number of rings of rays around the entry's normal, and of rays per ring, so that voxel steps
+/// average out.
 const RINGS: usize = 5;
 const RAYS_A_RING: usize = 12;
-/// The outermost ring, in edges of the longest voxel.
+/// Radius of the outermost ring, in edges of the longest voxel.
 const RING: f64 = 3.0;
-/// A layer thinner than this part of a voxel's shortest edge is a stair and no layer.
+/// Minimum thickness of a layer, as a fraction of a voxel's shortest edge: a thinner one is a voxel
+/// step.
 const LEAST_LAYER: f64 = 0.5;
 
-/// The patient frame of an entry: the origin on the skin, +z out of the body, +y towards the head as far as that is across z.
+/// The patient frame of an entry: the origin on the skin, +z out of the body, +y towards the head,
+/// projected perpendicular to z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EntryFrame {
     /// The origin in the world, in m.
     pub origin_m: Point3<f64>,
-    /// Rows are the axes of the patient frame in the world: it turns the world into the patient.
+    /// Rotation from the world to the patient frame: the rows are the axes of the patient frame in
+    /// the world.
     pub to_patient: Matrix3<f64>,
-    /// The skin's own direction out of the body there, in the world.
+    /// The skin's own outward direction at the entry, in the world.
     pub normal: Vector3<f64>,
-    /// Between that and +z, in radians.
+    /// Angle between that and +z, in radians.
     pub tilt_rad: f64,
 }
 
 impl EntryFrame {
-    /// The frame at the skin's place nearest to a stated one in the world, in m. +z is `up` (in the world), or the skin's own direction where
-    /// none is stated.
+    /// The frame at the point of the skin nearest to a stated one in the world, in m. +z is `up`
+    /// (in the world), or the skin's own direction if `up` is absent.
     ///
     /// # Errors
-    /// An entry far from the skin, or a direction that does not lead out.
+    /// If the entry is far from the skin, or the direction does not point outwards.
     pub fn new(
         (vertices_m, triangles): &Surface,
         at_m: Point3<f64>,
@@ -53,7 +60,7 @@ impl EntryFrame {
         let skin = Skin { vertices_m, triangles };
         let near_m = skin.nearest(&at_m);
         let away_m = (near_m - at_m).norm();
-        // A place that is no number is near nothing.
+        // Written so that a NaN distance fails.
         let is_near = away_m <= NEAR_M;
         if !is_near {
             return Err(SegmentationError::EntryAway { away_mm: away_m * 1e3, most_mm: NEAR_M * 1e3 });
@@ -73,7 +80,7 @@ impl EntryFrame {
         Ok(Self { origin_m, to_patient, normal, tilt_rad: libm::acos(cosine.clamp(-1.0, 1.0)) })
     }
 
-    /// A surface in the world, turned into the patient frame, in m.
+    /// Transforms a surface from the world to the patient frame, in m.
     #[must_use]
     pub fn place(&self, (vertices_m, triangles): &Surface) -> Surface {
         let place = |vertex: &Point3<f64>| Point3::from(self.to_patient * (vertex - self.origin_m));
@@ -91,13 +98,13 @@ impl Skin<'_> {
         self.triangles.iter().map(|triangle| triangle.map(|v| &self.vertices_m[v as usize]))
     }
 
-    /// The vertex nearest to a place.
+    /// The vertex nearest to a point.
     fn nearest(&self, at_m: &Point3<f64>) -> Point3<f64> {
         let squared = |vertex: &&Point3<f64>| (*vertex - at_m).norm_squared();
         self.vertices_m.iter().min_by(|one, other| squared(one).total_cmp(&squared(other))).copied().unwrap_or_default()
     }
 
-    /// The direction of the triangles about a place, by their areas.
+    /// Area-weighted mean normal of the triangles around a point.
     fn normal_about(&self, at_m: &Point3<f64>) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         for [a, b, c] in self.corners() {
@@ -109,7 +116,7 @@ impl Skin<'_> {
         sum.try_normalize(1e-15).unwrap_or_else(Vector3::z)
     }
 
-    /// Where the line through a place along a direction meets the skin nearest to the place.
+    /// The intersection of the skin with a line through a point, nearest to the point.
     fn crossing(&self, at_m: &Point3<f64>, along: &Vector3<f64>) -> Option<Point3<f64>> {
         let distances = self.corners().filter_map(|corners| crossing(corners, at_m, along));
         let nearest = distances.min_by(|one, other| one.abs().total_cmp(&other.abs()))?;
@@ -117,7 +124,7 @@ impl Skin<'_> {
     }
 }
 
-/// Where a line meets a triangle, along its direction (Möller and Trumbore 1997).
+/// Parameter along a line of its intersection with a triangle (Möller and Trumbore 1997).
 fn crossing([a, b, c]: [&Point3<f64>; 3], from: &Point3<f64>, along: &Vector3<f64>) -> Option<f64> {
     let (one, other) = (b - a, c - a);
     let normal = along.cross(&other);
@@ -136,30 +143,32 @@ pub struct MeasuredLayer {
     pub label: u16,
     /// Its thickness along the skin's normal, in m.
     pub thickness_m: f64,
-    /// The body, or the image, ends below it, or the search does.
+    /// Whether it is the last layer: the body, the image or the search ends below it.
     pub is_last: bool,
-    /// The label of what lies below it, where that has no name: the layers end there.
+    /// The label below it, if that is unnamed: the layers end there.
     pub unnamed_below: Option<u16>,
 }
 
-/// What a label is to whoever goes through it.
+/// Role of a label for a needle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LabelRole {
     /// A layer.
     Layer,
-    /// A structure, which lies within the layer around it.
+    /// A structure, which lies within a surrounding layer.
     Structure,
-    /// Nothing that was named.
+    /// Not named by the user.
     Unnamed,
 }
 
-/// The layers along the skin's normal at an entry, from the skin down, as far as labels have a name: what is not named may be anything, as
-/// the organs below the muscles of a back. Seams between labels, and structures, belong to the layer above.
+/// Measures the layers along the skin's normal at an entry, from the skin down, as far as labels
+/// are named: an unnamed label may be anything, such as the organs below the muscles of a back.
+/// Seams between labels, and structures, belong to the layer above.
 ///
-/// At each depth below the skin the label that most of 61 rays meet counts, all within three voxels of the normal.
+/// At each depth below the skin the most frequent label of 61 rays counts, all within three voxels
+/// of the normal.
 ///
 /// # Errors
-/// No layer at all.
+/// If there is no layer.
 #[expect(clippy::expect_used, reason = "the header's check refuses voxels that span no volume")]
 pub fn measure_layers(
     map: &LabelMap,
@@ -184,7 +193,7 @@ pub fn measure_layers(
             break;
         }
         match (role(most), runs.last_mut()) {
-            // What lies above the first layer belongs to it.
+            // Labels above the first layer belong to it.
             (LabelRole::Structure | LabelRole::Unnamed, None) => {}
             (LabelRole::Layer, None) => runs.push((most, step_m)),
             (LabelRole::Unnamed, Some(_)) => {
@@ -215,13 +224,13 @@ pub fn measure_layers(
     if count == 0 { Err(SegmentationError::NoLayers) } else { Ok(runs.into_iter().enumerate().map(layer).collect()) }
 }
 
-/// Where rays begin: on the normal, and in rings about it.
+/// Origins of the rays: on the normal, and in rings around it.
 fn rays_about(frame: &EntryFrame, voxel_m: f64) -> Vec<Point3<f64>> {
     let other = if frame.normal.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
     let one = frame.normal.cross(&other).normalize();
     let two = frame.normal.cross(&one);
     let on_ring = |ring: usize, at: usize| {
-        // Each ring is turned a little, lest rays stand in rows as voxels do.
+        // Each ring is rotated slightly, so that rays are not aligned with the voxels.
         let angle = (at as f64 + 0.37 * ring as f64) * 2.0 * std::f64::consts::PI / RAYS_A_RING as f64;
         let radius_m = RING * voxel_m * ring as f64 / RINGS as f64;
         frame.origin_m + (one * libm::cos(angle) + two * libm::sin(angle)) * radius_m
@@ -230,7 +239,7 @@ fn rays_about(frame: &EntryFrame, voxel_m: f64) -> Vec<Point3<f64>> {
     std::iter::once(frame.origin_m).chain(rings.map(|(ring, at)| on_ring(ring, at))).collect()
 }
 
-/// Where a ray enters the body: coming from outside, near its place.
+/// The point at which a ray enters the body from outside, near its origin.
 fn find_skin(
     map: &LabelMap,
     to_index: &Matrix3<f64>,
@@ -240,13 +249,14 @@ fn find_skin(
 ) -> Option<Point3<f64>> {
     let place = |step: usize| at_m + frame.normal * (NEAR_M - step as f64 * step_m);
     let steps = (2.0 * NEAR_M / step_m) as usize;
-    // From the last voxel of air near the entry, so that a fold or a drape further out does not count.
+    // Starts at the last voxel of air near the entry, so that a fold or a drape further out is
+    // ignored.
     let is_air = |step: &usize| map.label_at(to_index, &place(*step)) == 0;
     let last = (0..steps / 2 + steps / 8).rev().find(is_air)?;
     Some(place(last) - frame.normal * (0.5 * step_m))
 }
 
-/// The label that most have; of equals, the least.
+/// The most frequent label; the smallest of equally frequent ones.
 fn most_frequent(labels: impl Iterator<Item = u16>) -> Option<u16> {
     let mut all: Vec<u16> = labels.collect();
     all.sort_unstable();
@@ -258,7 +268,7 @@ fn most_frequent(labels: impl Iterator<Item = u16>) -> Option<u16> {
     .map(|run| run[0])
 }
 
-/// Gives what is thinner than a stair to the layer above it, and joins what then meets.
+/// Merges layers thinner than a voxel step into the layer above, and joins equal neighbours.
 fn drop_stairs(runs: Vec<(u16, f64)>, least_m: f64) -> Vec<(u16, f64)> {
     let mut kept: Vec<(u16, f64)> = Vec::new();
     for (label, thickness_m) in runs {

@@ -1,23 +1,23 @@
-//! How much of each cell of a grid a label fills.
+//! The fraction of each cell of a grid that a label fills.
 
 use nalgebra::Vector3;
 
 use super::map::LabelMap;
 use super::survey::LabelExtent;
 
-/// Samples of a label about its voxels, with an empty rim: so that what the image cuts is closed there.
+/// Samples of a label around its voxels, with an empty rim that closes structures cut by the image.
 pub(super) struct Filling {
     pub size: [usize; 3],
-    /// Part of each cell that the label fills, the first index fastest.
+    /// Fraction of each cell that the label fills, the first index fastest.
     pub parts: Vec<f32>,
-    /// Place of the first cell's centre among the voxels.
+    /// Position of the first cell's centre, in voxels.
     low: Vector3<f64>,
     /// Edge of a cell, in voxels.
     pub edge: usize,
 }
 
 impl Filling {
-    /// Cells of `edge` voxels each way.
+    /// Cells of `edge` voxels along each axis.
     pub fn new(map: &LabelMap, label: u16, extent: &LabelExtent, edge: usize) -> Self {
         let size = [0, 1, 2].map(|axis| (extent.high[axis] - extent.low[axis]) / edge + 3);
         let mut counts = vec![0_u32; size.iter().product()];
@@ -41,7 +41,7 @@ impl Filling {
         Self { size, parts, low, edge }
     }
 
-    /// The place among the voxels of a place among the cells.
+    /// Converts a position from cells to voxels.
     pub fn to_voxels(&self, cells: &Vector3<f64>) -> Vector3<f64> {
         self.low + cells * self.edge as f64
     }
@@ -49,7 +49,7 @@ impl Filling {
 
 #[cfg(test)]
 impl Filling {
-    /// Cells of one voxel, each so full.
+    /// Cells of one voxel with given fractions.
     pub fn of_parts(size: [usize; 3], parts: Vec<f32>) -> Self {
         Self { size, parts, low: Vector3::zeros(), edge: 1 }
     }

@@ -1,38 +1,40 @@
-//! The header of a NIfTI file: what the image's bytes mean, and where its voxels are.
+//! The header of a NIfTI file: the encoding of the image and the positions of its voxels.
 //!
-//! Fields, their places and the three methods of orientation are those of the standard (nifti1.h, R. Cox and others, 2003;
-//! nifti2.h, 2011). Orientation is taken from the sform where there is one, else from the qform, else voxels lie along the axes.
+//! Fields, offsets and the three methods of orientation are those of the standard (nifti1.h, R. Cox
+//! and others, 2003; nifti2.h, 2011). Orientation is taken from the sform if present, otherwise
+//! from the qform, otherwise voxels are aligned with the axes.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::error::SegmentationError;
 
-/// Most voxels along one axis.
+/// Maximum number of voxels along one axis.
 const MOST_ALONG: i64 = 4096;
-/// Most voxels in all: 512 × 512 × 512, which are 256 MiB of labels.
+/// Maximum number of voxels: 512 × 512 × 512, which are 256 MiB of labels.
 pub(super) const MOST_VOXELS: usize = 1 << 27;
-/// Bytes behind a header that say whether extensions follow.
+/// Number of bytes after a header that indicate extensions.
 const EXTENSION_FLAG: usize = 4;
-/// Bytes that may lie between header and image.
+/// Maximum number of bytes between header and image.
 const MOST_OFFSET: f64 = 1e6;
-/// Edges that a voxel may have, in m.
+/// Allowed edges of a voxel, in m.
 const EDGE_M: std::ops::RangeInclusive<f64> = 2e-5..=0.03;
-/// A voxel's volume is at least this part of its edges' product: a header that is flatter names a plane.
+/// Minimum volume of a voxel, as a fraction of the product of its edges: a flatter header describes
+/// a plane.
 const LEAST_SKEW: f64 = 0.1;
 
-/// What says how an image lies in the world.
+/// Source of an image's orientation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Orientation {
     /// The header's affine map.
     Sform,
     /// The header's quaternion.
     Qform,
-    /// Neither: indices are taken to run right, anterior and superior.
+    /// Neither: indices are assumed to run right, anterior and superior.
     Pixdim,
 }
 
 impl Orientation {
-    /// In words.
+    /// A description for the user.
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
@@ -43,7 +45,8 @@ impl Orientation {
     }
 }
 
-/// From indices of voxels to the world: right, anterior, superior, in m. Whole indices are centres of voxels.
+/// Transform from voxel indices to the world: right, anterior, superior, in m. Integer indices are
+/// centres of voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// A step of each index, as columns, in m.
@@ -52,7 +55,7 @@ pub struct Placement {
     pub origin_m: Vector3<f64>,
 }
 
-/// How a voxel's value is stored.
+/// Storage type of a voxel's value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Stored {
     Unsigned(usize),
@@ -68,23 +71,23 @@ impl Stored {
     }
 }
 
-/// What a header says.
+/// The decoded header.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Header {
     pub size: [usize; 3],
     pub stored: Stored,
     pub is_little: bool,
-    /// Bytes between the header that was read and the image.
+    /// Number of bytes between the header and the image.
     pub gap: usize,
     pub slope: f64,
     pub intercept: f64,
     pub placement: Placement,
     pub orientation: Orientation,
-    /// The header names no unit of length.
+    /// Whether the header names no unit of length.
     pub unit_is_assumed: bool,
 }
 
-/// Length of a header, in bytes, by its first four.
+/// Length of a header, in bytes, from its first four bytes.
 pub(super) fn header_length(first: [u8; 4]) -> Result<usize, SegmentationError> {
     match [u32::from_le_bytes(first), u32::from_be_bytes(first)] {
         [348, _] | [_, 348] => Ok(348),
@@ -120,7 +123,7 @@ pub(super) fn read_header(bytes: &[u8]) -> Result<Header, SegmentationError> {
 
 fn check_placement(placement: &Placement) -> Result<(), SegmentationError> {
     let edges = [0, 1, 2].map(|axis| placement.steps_m.column(axis).norm());
-    // Said so that what is no number fails.
+    // Written so that NaN fails.
     let is_near = placement.origin_m.iter().all(|c| c.abs() <= 10.0);
     let is_solid = placement.steps_m.determinant().abs() >= LEAST_SKEW * edges.iter().product::<f64>();
     if edges.iter().all(|edge| EDGE_M.contains(edge)) && is_near && is_solid {
@@ -133,7 +136,7 @@ fn check_placement(placement: &Placement) -> Result<(), SegmentationError> {
     })
 }
 
-/// The bytes of a header and how to read them. Places differ between the two versions.
+/// The bytes of a header and their decoding. Offsets differ between the two versions.
 struct Fields<'b> {
     bytes: &'b [u8],
     is_little: bool,
@@ -141,7 +144,7 @@ struct Fields<'b> {
 }
 
 impl Fields<'_> {
-    /// An unsigned number of so many bytes at a place.
+    /// An unsigned number of `count` bytes at an offset.
     fn unsigned(&self, at: usize, count: usize) -> u64 {
         decode_unsigned(&self.bytes[at..at + count], self.is_little)
     }
@@ -150,7 +153,7 @@ impl Fields<'_> {
         i64::from(self.unsigned(at, 2) as u16 as i16)
     }
 
-    /// A number that is `f32` in version 1 and `f64` in version 2, at its place in each.
+    /// A number that is `f32` in version 1 and `f64` in version 2, at its offset in each.
     fn real(&self, first: usize, second: usize) -> f64 {
         match self.is_second {
             true => f64::from_bits(self.unsigned(second, 8)),
@@ -158,7 +161,7 @@ impl Fields<'_> {
         }
     }
 
-    /// As [`Self::real`], of the number at a place in a row.
+    /// As [`Self::real`], for an element of an array.
     fn real_of(&self, first: usize, second: usize, at: usize) -> f64 {
         self.real(first + 4 * at, second + 8 * at)
     }
@@ -174,7 +177,7 @@ impl Fields<'_> {
         Err(SegmentationError::NotNifti(format!("its mark is {:?}", String::from_utf8_lossy(magic))))
     }
 
-    /// The edges of a voxel, and whether the qform mirrors the third.
+    /// The edges of a voxel, preceded by the sign with which the qform mirrors the third axis.
     fn steps(&self) -> [f64; 4] {
         [0, 1, 2, 3].map(|at| self.real_of(76, 104, at))
     }
@@ -229,7 +232,8 @@ impl Fields<'_> {
             false => f64::from(f32::from_bits(self.unsigned(108, 4) as u32)),
         };
         let length = self.bytes.len() as f64;
-        // Some programs leave it out, and mean right behind the header and its four bytes of extension.
+        // Some programs omit the offset and mean directly after the header and its four bytes of
+        // extension.
         if offset == 0.0 {
             return Ok(EXTENSION_FLAG);
         }
@@ -243,13 +247,13 @@ impl Fields<'_> {
         })
     }
 
-    /// A slope of 0, or one that is no number, means that values are as they stand.
+    /// A slope of 0 or NaN means that values are unscaled.
     fn scaling(&self) -> (f64, f64) {
         let (slope, intercept) = (self.real(112, 176), self.real(116, 184));
         if slope == 0.0 || !slope.is_finite() || !intercept.is_finite() { (1.0, 0.0) } else { (slope, intercept) }
     }
 
-    /// The unit of length in m, and whether it is only assumed: mm, where the header has none.
+    /// The unit of length in m, and whether it is assumed: mm, if the header has none.
     fn unit(&self) -> Result<(f64, bool), SegmentationError> {
         let code = if self.is_second { self.unsigned(500, 4) } else { self.unsigned(123, 1) } & 7;
         match code {
@@ -265,7 +269,7 @@ impl Fields<'_> {
         }
     }
 
-    /// How the image lies, in the header's unit.
+    /// Orientation and position of the image, in the header's unit.
     fn placement(&self, steps: [f64; 4]) -> Result<(Orientation, Placement), SegmentationError> {
         let code = |first, second| if self.is_second { self.unsigned(second, 4) as i64 } else { self.short(first) };
         if code(254, 348) > 0 {
@@ -285,10 +289,10 @@ impl Fields<'_> {
     }
 }
 
-/// The rotation of a quaternion whose real part is left to follow from the others.
+/// The rotation of a quaternion whose real part follows from the others.
 fn rotation([b, c, d]: [f64; 3]) -> Result<Matrix3<f64>, SegmentationError> {
     let rest = 1.0 - (b * b + c * c + d * d);
-    // Quaternions of half a turn are stored in 32 bits and may come out a little above 1.
+    // Quaternions of half a turn are stored in 32 bits and their norm may slightly exceed 1.
     let is_unit = rest >= -1e-5;
     if !is_unit {
         return Err(SegmentationError::Header {
@@ -313,7 +317,7 @@ fn rotation([b, c, d]: [f64; 3]) -> Result<Matrix3<f64>, SegmentationError> {
     ))
 }
 
-/// An unsigned number from at most eight bytes.
+/// Decodes an unsigned number of at most eight bytes.
 pub(super) fn decode_unsigned(bytes: &[u8], is_little: bool) -> u64 {
     let join = |number: u64, byte: &u8| number << 8 | u64::from(*byte);
     if is_little { bytes.iter().rev().fold(0, join) } else { bytes.iter().fold(0, join) }

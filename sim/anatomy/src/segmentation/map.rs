@@ -1,4 +1,4 @@
-//! A map of labels: a number for each voxel, read from a NIfTI file within bounds.
+//! A label map: one number per voxel, read from a NIfTI file within limits.
 
 use std::io::{BufReader, Read};
 
@@ -8,15 +8,16 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::error::SegmentationError;
 use super::header::{Header, MOST_VOXELS, Orientation, Placement, Stored, decode_unsigned, header_length, read_header};
 
-/// The first bytes of a file that gzip has packed.
+/// The first bytes of a gzip file.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
-/// So many voxels have room before the first is read: a header alone can ask for no more memory.
+/// Number of voxels allocated before the first is read, so that a header alone cannot allocate more
+/// memory.
 const FIRST_ROOM: usize = 1 << 20;
 
-/// How far from a whole number a label may be: slopes are stored in 32 bits.
+/// Maximum distance of a label from a whole number: slopes are stored in 32 bits.
 const WHOLE: f64 = 1e-3;
 
-/// Labels of voxels, and where they are. 0 is outside the body.
+/// The labels of voxels, and their positions. 0 is outside the body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelMap {
     pub(super) size: [usize; 3],
@@ -28,12 +29,13 @@ pub struct LabelMap {
 }
 
 impl LabelMap {
-    /// Reads a NIfTI-1 or NIfTI-2 file, packed by gzip or not, of at most 134 million voxels.
+    /// Reads a NIfTI-1 or NIfTI-2 file, compressed by gzip or not, of at most 134 million voxels.
     ///
-    /// Memory grows with what is read and never by what a header promises; nothing behind the last voxel is unpacked.
+    /// Memory grows with the data read and not with the size in the header; data after the last
+    /// voxel are not decompressed.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// If the file is invalid.
     pub fn read(source: impl Read) -> Result<Self, SegmentationError> {
         let mut source = BufReader::with_capacity(1 << 16, source);
         let mut first = [0; 2];
@@ -42,7 +44,7 @@ impl LabelMap {
         if first == GZIP { read_plain(MultiGzDecoder::new(BufReader::new(whole))) } else { read_plain(whole) }
     }
 
-    /// Voxels along each axis of the image.
+    /// Number of voxels along each axis of the image.
     #[must_use]
     pub fn size(&self) -> [usize; 3] {
         self.size
@@ -60,24 +62,25 @@ impl LabelMap {
         self.placement.steps_m.determinant().abs()
     }
 
-    /// What of the header said how the image lies.
+    /// The source of the image's orientation in the header.
     #[must_use]
     pub fn orientation(&self) -> Orientation {
         self.orientation
     }
 
-    /// Whether the header named no unit of length, so that mm were taken.
+    /// Whether the header names no unit of length, so that mm are assumed.
     #[must_use]
     pub fn unit_is_assumed(&self) -> bool {
         self.unit_is_assumed
     }
 
-    /// The place in the world of a place between voxels, in m.
+    /// Converts a position in voxels to the world, in m.
     pub(super) fn to_world_m(&self, index: &Vector3<f64>) -> Point3<f64> {
         Point3::from(self.placement.steps_m * index + self.placement.origin_m)
     }
 
-    /// The label at a place in the world, in m; 0 beyond the image. `to_index` is the inverse of the steps.
+    /// The label at a point in the world, in m; 0 outside the image. `to_index` is the inverse of
+    /// the steps.
     pub(super) fn label_at(&self, to_index: &Matrix3<f64>, place_m: &Point3<f64>) -> u16 {
         let index = to_index * (place_m.coords - self.placement.origin_m);
         let mut at = [0; 3];
@@ -120,18 +123,20 @@ fn read_plain(mut source: impl Read) -> Result<LabelMap, SegmentationError> {
     })
 }
 
-/// What fills an image around the body, where it is not 0: programs write what is no number, or one that no label is, as CT's −1024.
+/// The fill value of an image around the body, if not 0: programs write NaN, or a number that is
+/// not a label, such as CT's −1024.
 #[derive(Default)]
 struct Filling(Option<f64>);
 
 impl Filling {
-    /// Whether a value fills the image. The first negative number does, and no other: a label that is wrong is no filling.
+    /// Whether a value is the fill value: NaN, or the first negative number found. Any other
+    /// negative number is an invalid label.
     fn is(&mut self, value: f64) -> bool {
         value.is_nan() || value < 0.0 && value.is_finite() && (*self.0.get_or_insert(value) - value).abs() <= WHOLE
     }
 }
 
-/// Reads a row of voxels at a time.
+/// Reads the labels, one row of voxels at a time.
 fn read_labels(mut source: impl Read, header: &Header) -> Result<Vec<u16>, SegmentationError> {
     let [along, across, deep] = header.size;
     let voxels = along * across * deep;
@@ -151,7 +156,7 @@ fn read_labels(mut source: impl Read, header: &Header) -> Result<Vec<u16>, Segme
     Ok(labels)
 }
 
-/// The label that a voxel's bytes hold, or the number that is none.
+/// The label in a voxel's bytes, or the number that is not a label as the error.
 fn label_of(stored: &[u8], header: &Header) -> Result<u16, f64> {
     let bits = decode_unsigned(stored, header.is_little);
     let value = match header.stored {

@@ -10,41 +10,43 @@ use super::map::LabelMap;
 use super::smooth::{smooth, volume_and_area};
 use super::survey::LabelExtent;
 
-/// How a mesh is to be made.
+/// Parameters of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshRequest {
-    /// No vertex is moved by more than so many voxels, counted along the image's axes; 0 leaves the steps of the voxels.
+    /// Maximum displacement of a vertex by smoothing, in voxels along the image's axes; 0 keeps the
+    /// voxel steps.
     pub smoothing_voxels: f64,
-    /// Voxels are taken together until there are at most so many triangles.
+    /// Maximum number of triangles; voxels are merged until it is met.
     pub most_triangles: usize,
 }
 
-/// A closed mesh around the voxels of a label, and how it differs from them.
+/// A closed mesh around the voxels of a label, with its deviation from them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelMesh {
-    /// Corners in the world (right, anterior, superior), in m, and triangles, counter-clockwise seen from outside.
+    /// Vertices in the world (right, anterior, superior), in m, and triangles, counter-clockwise
+    /// seen from outside.
     pub surface: Surface,
     /// Volume of the voxels, in m³.
     pub voxels_m3: f64,
     /// Volume of the mesh, in m³.
     pub mesh_m3: f64,
-    /// The farthest that smoothing has moved a vertex, in m.
+    /// Maximum displacement of a vertex by smoothing, in m.
     pub moved_m: f64,
-    /// So many voxels each way were taken together.
+    /// Number of voxels merged along each axis.
     pub voxels_together: usize,
-    /// Pieces that do not hang together.
+    /// Number of connected components.
     pub pieces: usize,
 }
 
-/// Voxels are taken together up to so many each way.
+/// Maximum number of voxels merged along each axis.
 const MOST_TOGETHER: usize = 64;
-/// Triangles of a surface for each face of a voxel in it, about.
+/// Approximate number of triangles of a surface per face of a voxel in it.
 const TRIANGLES_A_FACE: f64 = 2.0;
 
-/// A closed, manifold mesh, seen from outside counter-clockwise, around the voxels of a label.
+/// Makes a closed, manifold mesh around the voxels of a label, counter-clockwise seen from outside.
 ///
 /// # Errors
-/// A label that no voxel has, or of which nothing is left once voxels are taken together.
+/// If no voxel has the label, or nothing is left of it after merging voxels.
 pub fn mesh_label(
     map: &LabelMap,
     label: u16,
@@ -91,7 +93,7 @@ fn finish(map: &LabelMap, filling: &Filling, mut found: Contour, smoothing: f64)
     }
 }
 
-/// Sets of vertices that triangles join.
+/// Number of connected components.
 fn count_pieces(vertices: usize, triangles: &[[u32; 3]]) -> usize {
     let mut leaders: Vec<u32> = (0..vertices as u32).collect();
     let mut pieces = vertices;

@@ -1,4 +1,5 @@
-//! From somebody else's map of labels to closed meshes, a frame for the patient, and the layers at an entry.
+//! Converts label maps from external segmentations to closed meshes, a patient frame, and the
+//! layers at an entry.
 
 mod body;
 mod contour;

@@ -1,23 +1,25 @@
-//! Takes the steps of voxels out of a surface, within a distance and without a change of volume.
+//! Removes the voxel steps from a surface, within a distance and at constant volume.
 //!
-//! Each vertex goes towards the middle of its neighbours and then a little back (Taubin 1995), so that curvature passes and steps do not.
-//! What volume is lost all the same is given back along the normals. No vertex leaves the ball about the place where the voxels put it.
+//! Each vertex moves towards the mean of its neighbours and then slightly back (Taubin 1995), a
+//! low-pass filter that keeps curvature and removes steps. The remaining loss of volume is
+//! compensated along the normals. No vertex leaves the ball around its original position.
 
 use nalgebra::Vector3;
 
 use super::contour::Contour;
 
-/// Part of the way to the neighbours' middle, and of the way back. Taubin's own choice is 0.33 and −0.34; larger steps need fewer rounds.
+/// Fraction of the distance to the neighbours' mean, and of the step back. Taubin's own choice is
+/// 0.33 and −0.34; larger steps need fewer rounds.
 const THERE: f64 = 0.6;
 const BACK: f64 = -0.62;
-/// Rounds there and back: enough for a step of one voxel in eight.
+/// Number of smoothing rounds: enough for a step of one voxel in eight.
 const ROUNDS: usize = 20;
-/// Rounds in which volume is given back.
+/// Rounds of volume compensation.
 const VOLUME_ROUNDS: usize = 6;
-/// A part of the volume this small need not be given back.
+/// Relative volume error that needs no compensation.
 const VOLUME_ENOUGH: f64 = 1e-6;
 
-/// Smooths a surface of cells by at most `most` cells, towards a volume of so many.
+/// Smooths a surface of cells by at most `most` cells, towards a volume in cells.
 pub(super) fn smooth(contour: &mut Contour, most: f64, volume: f64) {
     let before = contour.vertices.clone();
     let neighbours = Neighbours::new(contour);
@@ -56,7 +58,7 @@ pub(super) fn volume_and_area(contour: &Contour) -> (f64, f64) {
     })
 }
 
-/// Directions of length 1, or none where triangles about a vertex cancel each other.
+/// Unit normals, or zero where the triangles around a vertex cancel each other.
 fn vertex_normals(contour: &Contour) -> Vec<Vector3<f64>> {
     let mut normals = vec![Vector3::zeros(); contour.vertices.len()];
     for triangle in &contour.triangles {
@@ -67,9 +69,9 @@ fn vertex_normals(contour: &Contour) -> Vec<Vector3<f64>> {
     normals.iter().map(|normal: &Vector3<f64>| normal.try_normalize(1e-12).unwrap_or_default()).collect()
 }
 
-/// The vertices about each vertex, one behind the other.
+/// The neighbours of each vertex, concatenated.
 struct Neighbours {
-    /// Where those of a vertex begin.
+    /// Index of the first neighbour of each vertex.
     starts: Vec<usize>,
     others: Vec<u32>,
 }

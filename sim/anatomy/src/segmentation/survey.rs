@@ -1,17 +1,17 @@
-//! What a map holds of each label, in one pass.
+//! Statistics of each label of a map, in one pass.
 
 use std::collections::BTreeMap;
 
 use super::map::LabelMap;
 
-/// Where the voxels of a label are.
+/// Number and extent of the voxels of a label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LabelExtent {
-    /// How many voxels have it.
+    /// Number of voxels.
     pub voxels: u64,
-    /// Faces of them towards voxels of other labels, or towards the image's end.
+    /// Number of their faces towards voxels of other labels, or towards the image's end.
     pub faces: u64,
-    /// Some of them lie at the end of the image, where the structure is cut.
+    /// Whether some of them lie at the end of the image, which cuts the structure.
     pub is_cut: bool,
     pub(super) low: [usize; 3],
     pub(super) high: [usize; 3],
@@ -20,7 +20,7 @@ pub struct LabelExtent {
 const NOWHERE: LabelExtent = LabelExtent { voxels: 0, faces: 0, is_cut: false, low: [usize::MAX; 3], high: [0; 3] };
 
 impl LabelMap {
-    /// What it holds of each label.
+    /// Returns the extent of each label.
     #[must_use]
     pub fn survey(&self) -> BTreeMap<u16, LabelExtent> {
         let mut extents = vec![NOWHERE; 1 << 16];

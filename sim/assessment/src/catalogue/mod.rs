@@ -1,8 +1,9 @@
-//! The metric catalogue: what each version of each metric means, where it applies, which way is better, and whether a rubric
-//! should ask for it.
+//! The metric catalogue: for each version of each metric its definition, domain, favourable
+//! direction, and whether a rubric should use it.
 //!
-//! A changed definition is a new version beside the old one. Both are computed for every attempt, and a rubric line says which it
-//! means; one that says nothing means the first, since it was written when there was no other.
+//! A changed definition is added as a new version. All versions are computed for every attempt, and
+//! a rubric line states which one it uses; a line without a version uses the first, because it was
+//! written when there was no other.
 
 mod table;
 
@@ -14,7 +15,7 @@ pub use table::DEFINITIONS;
 
 use crate::absent::Absent;
 
-/// Which way is better.
+/// The favourable direction of a metric.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Direction {
@@ -22,7 +23,7 @@ pub enum Direction {
     Lower,
     /// Higher is better.
     Higher,
-    /// Near 0 is better, either side.
+    /// Values near 0 are better, on either side.
     Range,
 }
 
@@ -35,26 +36,26 @@ pub struct Metric {
     pub version: u32,
     /// Value in `unit`; absent outside the metric's domain, and never NaN or infinite.
     pub value: Option<f64>,
-    /// Unit; `count` for a count, `1` for a pure number.
+    /// Unit; `count` for a count, `1` for a dimensionless number.
     pub unit: String,
-    /// Which way is better.
+    /// Favourable direction.
     pub direction: Direction,
-    /// The metric applies to this attempt.
+    /// Whether the metric applies to this attempt.
     pub applies: bool,
-    /// Name in words, for people.
+    /// Human-readable name.
     #[serde(default)]
     pub label: String,
-    /// Why the metric does not apply, where it does not.
+    /// Reason why the metric does not apply, if it does not.
     #[serde(default, deserialize_with = "Absent::deserialize_field", skip_serializing_if = "Option::is_none")]
     pub absent: Option<Absent>,
 }
 
-/// What a metric is split by: the part of its id after the first full stop.
+/// The meaning of the suffix of a metric id, which follows the first full stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
     /// `.<layer>`, a layer's name in the scene.
     Layer,
-    /// `.<layer>.<tip|rim>`: the boundary at the top of a layer, and what went through it.
+    /// `.<layer>.<tip|rim>`: the boundary at the top of a layer, and the contactor that opened it.
     Boundary,
     /// `.<kind>`: target, vessel, nerve, bone or organ.
     Kind,
@@ -62,43 +63,45 @@ pub enum Split {
     Structure,
 }
 
-/// One row of the catalogue: shown to people as help, and the base of every metric.
+/// One row of the catalogue: the definition of a metric, also shown as help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Definition {
-    /// Id without what it is split by.
+    /// Id without suffix.
     pub id: &'static str,
     /// Version of the definition; a changed definition is a new version.
     pub version: u32,
-    /// Unit; `count` for a count, `1` for a pure number.
+    /// Unit; `count` for a count, `1` for a dimensionless number.
     pub unit: &'static str,
-    /// Which way is better.
+    /// Favourable direction.
     pub direction: Direction,
-    /// Name in words.
+    /// Human-readable name.
     pub label: &'static str,
     /// The definition, in one sentence.
     pub definition: &'static str,
-    /// Where it applies, in words.
+    /// Domain, in words.
     pub domain: &'static str,
-    /// What to do about it, for a trainee who lost points.
+    /// Advice for a trainee who lost points.
     pub advice: &'static str,
-    /// Where the definition, or what is not ours in it, comes from; empty where it is this simulator's own.
+    /// Source of the definition or of the parts that were adopted; empty if it is this simulator's
+    /// own.
     pub source: &'static str,
-    /// Why no rubric should ask for it; empty where one may. Rubrics that do are judged all the same.
+    /// Reason why no rubric should use this metric; empty if rubrics may. A rubric that uses it is
+    /// evaluated nevertheless.
     pub unoffered: &'static str,
-    /// The id without a suffix is a metric.
+    /// Whether the id without a suffix is a metric.
     pub plain: bool,
-    /// The id with a suffix is a metric.
+    /// The kind of suffix, if the metric may have one.
     pub split: Option<Split>,
 }
 
 impl Definition {
-    /// Name in words of the metric with a suffix, for example `peak force in muscle`.
+    /// Returns the name of the metric with a suffix, for example `peak force in muscle`.
     #[must_use]
     pub fn label_of(&self, suffix: &str) -> String {
         self.name_part(suffix).to_string()
     }
 
-    /// The name of the metric with a suffix, for whoever has another language.
+    /// Returns the translatable name of the metric with a suffix.
     #[must_use]
     pub fn name_part(&self, suffix: &str) -> Phrase {
         let metric = Phrase::sentence(self.label);
@@ -116,13 +119,14 @@ impl Definition {
     }
 }
 
-/// A version of the definition behind a metric id, plain or split.
+/// Returns a version of the definition of a metric id, with or without suffix.
 #[must_use]
 pub fn find_definition(metric_id: &str, version: u32) -> Option<&'static Definition> {
     definition_versions(metric_id).find(|definition| definition.version == version)
 }
 
-/// The newest definition behind a metric id, plain or split. All its versions have one label, unit and direction.
+/// Returns the newest definition of a metric id, with or without suffix. All versions share label,
+/// unit and direction.
 #[must_use]
 pub fn newest_definition(metric_id: &str) -> Option<&'static Definition> {
     definition_versions(metric_id).max_by_key(|definition| definition.version)
@@ -134,22 +138,23 @@ fn definition_versions(metric_id: &str) -> impl Iterator<Item = &'static Definit
     DEFINITIONS.iter().filter(move |d| d.id == base && if is_split { d.split.is_some() } else { d.plain })
 }
 
-/// The version that whoever names none means.
+/// Returns the default version.
 pub(crate) const fn first_version() -> u32 {
     1
 }
 
-/// A version of a metric, as the catalogue defines it.
+/// Finds a version of a metric, if its definition is current.
 pub(crate) fn find_metric<'a>(metrics: &'a [Metric], id: &str, version: u32) -> Option<&'a Metric> {
     metrics.iter().find(|metric| metric.id == id && metric.version == version && is_current(metric))
 }
 
-/// The attempt never reached the skin.
+/// Returns whether the attempt never touched the skin.
 pub(crate) fn is_untouched(metrics: &[Metric]) -> bool {
     metrics.iter().any(|metric| metric.absent == Some(Absent::Untouched))
 }
 
-/// The version of the metric is one of the catalogue's, and its reason for having no value is one of today's.
+/// Returns whether the catalogue defines this version of the metric and, for a metric without
+/// value, this version of the program knows the reason.
 fn is_current(metric: &Metric) -> bool {
     let defined = find_definition(&metric.id, metric.version).is_some();
     defined && (metric.value.is_some() || metric.absent.is_some_and(|absent| absent != Absent::OfAnotherVersion))
@@ -157,8 +162,8 @@ fn is_current(metric: &Metric) -> bool {
 
 #[cfg(test)]
 mod tests {
-    //! The catalogue holds what the specification lists, each row complete and found by its id.
-    //! Fails when a row is lost, doubled or left without words.
+    //! The catalogue contains the metrics of the specification; each row is unique, complete and
+    //! found by its id.
 
     use super::*;
 

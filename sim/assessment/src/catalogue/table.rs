@@ -1,4 +1,4 @@
-//! The rows of the catalogue, in the order in which they are shown.
+//! The rows of the catalogue, in display order.
 
 use super::Direction::{Higher, Lower, Range};
 use super::{Definition, Direction, Split};
@@ -32,7 +32,7 @@ impl Definition {
         Self { label, definition, advice, ..self }
     }
 
-    /// The next version of the row above: another definition of the same thing.
+    /// Derives version 2 from the row above, with another definition.
     const fn anew(self, definition: &'static str, source: &'static str) -> Self {
         Self { version: 2, definition, source, ..self }
     }

@@ -1,4 +1,4 @@
-//! Why points were lost, and why an attempt failed whatever its points: data, which [`crate::words`] says.
+//! Reasons for lost points and for failures, as data; [`crate::words`] formats them.
 
 pub mod words;
 
@@ -9,11 +9,12 @@ use crate::absent::Absent;
 use crate::catalogue::first_version;
 use crate::required::UnmetRequirement;
 
-/// Why a line of a rubric cost what it cost.
+/// The reason for the points lost on a rubric line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum DeductionCause {
-    /// The metric has a value; it costs nothing from `full` on, and everything from `zero` on. All in the metric's unit.
+    /// The metric has a value; `full` earns full marks, `zero` earns none. All in the metric's
+    /// unit.
     Measured {
         /// Value.
         value: f64,
@@ -24,24 +25,24 @@ pub enum DeductionCause {
     },
     /// The metric has no value.
     Absent {
-        /// Why.
+        /// The reason.
         reason: Absent,
     },
-    /// Nothing is earned: something that is required did not happen.
+    /// The line earns nothing: a requirement was not met.
     Required {
-        /// What.
+        /// The requirement.
         unmet: UnmetRequirement,
     },
     /// The scene has no such metric.
     NoSuchMetric,
-    /// Stored before there were causes.
+    /// Stored by a version that stored words only.
     Worded {
-        /// Its words, without the cost.
+        /// The words, without the points.
         words: String,
     },
 }
 
-/// Points lost on a rubric line, and why.
+/// Points lost on a rubric line, and the reason.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "StoredDeduction", from = "StoredDeduction")]
 pub struct Deduction {
@@ -49,13 +50,15 @@ pub struct Deduction {
     pub metric: String,
     /// Version of the metric's definition.
     pub version: u32,
-    /// Points lost, of 100; 0 is listed too, so that every line of the rubric is shown.
+    /// Points lost, of 100; lines that lost 0 points are listed too, so that every line of the
+    /// rubric is shown.
     pub points: f64,
-    /// Why.
+    /// The reason.
     pub cause: DeductionCause,
 }
 
-/// As it is written: with the cause in English beside the data, for whoever reads it.
+/// The serialised form: with the reason in English in addition to the data, for readers of the
+/// file.
 #[derive(Serialize, Deserialize)]
 struct StoredDeduction {
     metric: String,
@@ -77,24 +80,24 @@ impl From<Deduction> for StoredDeduction {
 impl From<StoredDeduction> for Deduction {
     fn from(stored: StoredDeduction) -> Self {
         let StoredDeduction { metric, version, points, cause, why } = stored;
-        // The cost stood at the end, and is said by whoever says the points.
+        // The points were part of the stored text; they are displayed separately now.
         let told = || why.strip_suffix(&words::cost_in_words(points)).unwrap_or(&why).to_owned();
         Self { metric, version, points, cause: cause.unwrap_or_else(|| DeductionCause::Worded { words: told() }) }
     }
 }
 
-/// Why an attempt failed whatever its points.
+/// The reason for a failure regardless of the score.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum FailureCause {
-    /// Something that is required did not happen.
+    /// A requirement was not met.
     Required {
-        /// What.
+        /// The requirement.
         unmet: UnmetRequirement,
     },
     /// A metric is above its limit. Both in the metric's unit.
     Limit {
-        /// The author's words, in their languages.
+        /// The author's message, in the languages of the document.
         words: Wording,
         /// Metric id.
         metric: String,
@@ -102,25 +105,26 @@ pub enum FailureCause {
         version: u32,
         /// Value.
         value: f64,
-        /// Largest that is allowed.
+        /// Largest allowed value.
         limit: f64,
     },
-    /// Stored before there were causes.
+    /// Stored by a version that stored words only.
     Worded {
-        /// Its words.
+        /// The words.
         words: String,
     },
 }
 
-/// A failure, as an assessment carries it.
+/// A hard failure in an assessment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "StoredFailure", from = "StoredFailure")]
 pub struct HardFailure {
-    /// Why.
+    /// The reason.
     pub cause: FailureCause,
 }
 
-/// As it is written: with the cause in English beside the data; or words alone, as it was before there were causes.
+/// The serialised form: with the reason in English in addition to the data; or words alone, as
+/// earlier versions stored it.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum StoredFailure {
@@ -147,7 +151,8 @@ impl From<StoredFailure> for HardFailure {
 
 #[cfg(test)]
 mod tests {
-    //! What was stored comes back as it was, from this program and from those before, and says its words to whoever reads the file.
+    //! Stored data is read back unchanged, from this version and earlier ones, and contains its
+    //! words for readers of the file.
 
     use super::*;
 

@@ -1,35 +1,35 @@
-//! Causes in words that a trainee can act on: as phrases, which a page and the window say in their reader's language, and in English.
+//! Formats reasons as advice to the trainee: as translatable phrases, and in English.
 
 use phrase::{Phrase, phrase};
 
 use crate::catalogue::{Direction, find_definition, newest_definition};
 use crate::cause::{Deduction, DeductionCause, FailureCause, HardFailure};
 
-/// Why a rubric line cost what it cost, for example `1.9 mm too deep: −12 points`.
+/// Formats a deduction in English, for example `1.9 mm too deep: −12 points`.
 #[must_use]
 pub fn deduction_in_words(deduction: &Deduction) -> String {
     deduction_with_cost(deduction).to_string()
 }
 
-/// Why a rubric line cost what it cost, and how much that was.
+/// Formats a deduction with the points lost.
 #[must_use]
 pub fn deduction_with_cost(deduction: &Deduction) -> Phrase {
     let why = deduction_phrase(deduction, deduction.points > 0.0);
     phrase!("{why}: {cost}", why = why, cost = cost_phrase(deduction.points))
 }
 
-/// What a line cost, as it ends a sentence: `: −12 points`.
+/// Formats the points lost as the end of a sentence: `: −12 points`.
 pub(crate) fn cost_in_words(points: f64) -> String {
     format!(": {}", cost_phrase(points))
 }
 
-/// Why an attempt failed: the author's words, and the figures.
+/// Formats a failure in English: the author's message and the values.
 #[must_use]
 pub fn failure_in_words(failure: &HardFailure) -> String {
     failure_phrase(failure).to_string()
 }
 
-/// Name of a metric by its id; one that the catalogue has not, by the id.
+/// Returns the name of a metric; for an unknown one, its id.
 #[must_use]
 pub fn name_metric(id: &str) -> Phrase {
     match (newest_definition(id), id.split_once('.')) {
@@ -39,7 +39,7 @@ pub fn name_metric(id: &str) -> Phrase {
     }
 }
 
-/// Why points were lost; with advice also what earns full marks and how.
+/// Formats the reason for lost points; if `advised`, adds the value for full marks and the advice.
 #[must_use]
 pub fn deduction_phrase(deduction: &Deduction, advised: bool) -> Phrase {
     let metric = || name_metric(&deduction.metric);
@@ -60,11 +60,12 @@ pub fn deduction_phrase(deduction: &Deduction, advised: bool) -> Phrase {
     }
 }
 
-/// A value; where it cost something, also what earns full marks, whether more than that does, and advice.
+/// Formats a value; with `full`, adds the value for full marks, whether larger values earn them
+/// too, and the advice.
 fn measured(deduction: &Deduction, value: f64, full: Option<(f64, bool)>) -> Phrase {
     let definition = find_definition(&deduction.metric, deduction.version);
     let unit = definition.map_or("", |definition| definition.unit);
-    // A range metric says to which side.
+    // For a range metric, state the side.
     if definition.is_some_and(|definition| definition.direction == Direction::Range) {
         let found = figure_phrase(value.abs(), unit);
         return if value >= 0.0 {
@@ -87,7 +88,7 @@ fn metric_with_value(metric: &str, value: f64, unit: &str) -> Phrase {
     phrase!("{metric} {value}", metric = name_metric(metric), value = figure_phrase(value, unit))
 }
 
-/// Why an attempt failed whatever its points: the author's words, and the figures.
+/// Formats a failure: the author's message and the values.
 #[must_use]
 pub fn failure_phrase(failure: &HardFailure) -> Phrase {
     match &failure.cause {
@@ -101,13 +102,13 @@ pub fn failure_phrase(failure: &HardFailure) -> Phrase {
     }
 }
 
-/// What a line cost.
+/// Formats the points lost.
 #[must_use]
 pub fn cost_phrase(points: f64) -> Phrase {
     if points <= 0.0 {
         return phrase!("no points lost");
     }
-    // What was lost is never shown as nothing.
+    // A loss must never be rounded to nothing.
     let shown = round_decimals(points.max(0.1), if points < 9.95 { 1 } else { 0 });
     if shown == "1" {
         phrase!("−{points} point", points = Phrase::Number(shown))
@@ -120,7 +121,7 @@ fn figure_phrase(value: f64, unit: &str) -> Phrase {
     Phrase::Number(say_figure(value, unit))
 }
 
-/// A value with its unit, to a precision that a trainee can use.
+/// Formats a value with its unit, to a precision that is useful to a trainee.
 #[must_use]
 pub fn say_figure(value: f64, unit: &str) -> String {
     let decimals = match value.abs() {
@@ -137,7 +138,7 @@ pub fn say_figure(value: f64, unit: &str) -> String {
     }
 }
 
-/// Fixed decimals without trailing zeros, and without a negative zero.
+/// Rounds to fixed decimals, without trailing zeros and without a negative zero.
 fn round_decimals(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let short = if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
@@ -146,8 +147,8 @@ fn round_decimals(value: f64, decimals: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Figures and costs read as a person would write them.
-    //! Fails when a loss rounds to nothing, a zero carries a sign, or a figure shows digits that nobody can use.
+    //! Values and points must be readable: a loss is not rounded to nothing, zero has no sign, and
+    //! there are no useless digits.
 
     use super::*;
 

@@ -1,10 +1,11 @@
-//! The absorbing chain of an LC-CUSUM: its states are the values that S can reach.
+//! The absorbing Markov chain of an LC-CUSUM: its states are the values that S can reach.
 
 use std::collections::BTreeMap;
 
 use super::REACHED;
 
-/// The values that S can reach within a number of attempts, in order, and where a success and a failure lead from each.
+/// The values that S can reach within a number of attempts, in order, and the successor states
+/// after a success and a failure.
 pub(super) struct Chain {
     values: Vec<f64>,
     after_success: Vec<usize>,
@@ -13,8 +14,9 @@ pub(super) struct Chain {
 }
 
 impl Chain {
-    /// The chain of a success's gain and a failure's loss, both above 0. Since S restarts at exactly 0, a value is told
-    /// by the successes and failures since then; the same pair is the same state, bit for bit.
+    /// Builds the chain for the gain of a success and the loss of a failure, both above 0. Since S
+    /// restarts at exactly 0, the number of successes and failures since then determines the value;
+    /// the same pair is the same state, bit for bit.
     pub(super) fn new(gain: f64, loss: f64, attempts: u32) -> Self {
         let value = |(successes, failures): (u32, u32)| f64::from(successes) * gain - f64::from(failures) * loss;
         let mut pairs = vec![(0, 0)];
@@ -24,7 +26,7 @@ impl Chain {
         }
         pairs.sort_by(|a, b| value(*a).total_cmp(&value(*b)));
         let at: BTreeMap<(u32, u32), usize> = pairs.iter().enumerate().map(|(i, pair)| (*pair, i)).collect();
-        // A pair beyond the last attempt is never entered in time; where it would lead does not matter.
+        // A pair beyond the last attempt is never reached in time, so its successor is irrelevant.
         let state = |pair: (u32, u32)| if value(pair) > REACHED { at.get(&pair).copied().unwrap_or(0) } else { 0 };
         Self {
             values: pairs.iter().map(|&pair| value(pair)).collect(),
@@ -34,17 +36,18 @@ impl Chain {
         }
     }
 
-    /// The smallest value with P(max S ≥ value within the attempts | failure rate) ≤ `probability`.
+    /// Returns the smallest value with P(max S ≥ value within the attempts | failure rate) ≤
+    /// `probability`.
     pub(super) fn limit(&self, failure_rate: f64, probability: f64) -> Option<f64> {
-        // A higher limit is never easier to reach, so the states split in two.
+        // The probability decreases with the limit, so binary search applies.
         let states: Vec<usize> = (1..self.values.len()).collect();
         let at = states.partition_point(|&state| self.reached(state, failure_rate) > probability);
         states.get(at).map(|&state| self.values[state])
     }
 
-    /// Probability that S reaches the value of a state within the attempts.
+    /// Returns the probability that S reaches the value of a state within the attempts.
     fn reached(&self, limit: usize, failure_rate: f64) -> f64 {
-        // Values that differ by rounding only are one value.
+        // Values that differ only by rounding are equal.
         let limit = self.values.partition_point(|v| *v < self.values[limit] - REACHED);
         let mut now = vec![0.0; limit];
         now[0] = 1.0;

@@ -3,7 +3,7 @@
 use super::{REACHED, check_share, count_steps};
 use crate::statistics::NotComputable;
 
-/// What a CUSUM tells apart, and how often it may be wrong.
+/// The failure rates that a CUSUM distinguishes, and its error probabilities.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct CusumParams {
     /// Acceptable failure rate, 0–1.
@@ -16,38 +16,39 @@ pub struct CusumParams {
     pub beta: f64,
 }
 
-/// A CUSUM: each failure adds 1 − s, each success takes s; after a crossing the count restarts.
+/// A CUSUM: each failure adds 1 − s, each success subtracts s; after a crossing the count restarts.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Cusum {
-    /// What a success takes from the count.
+    /// Amount that a success subtracts from the count.
     pub s: f64,
-    /// Distance of the lower line below the start.
+    /// Distance of the lower limit below the start.
     pub h0: f64,
-    /// Distance of the upper line above the start.
+    /// Distance of the upper limit above the start.
     pub h1: f64,
 }
 
-/// A line that was crossed.
+/// A limit that was crossed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Crossing {
-    /// The lower line: the failure rate is acceptable.
+    /// The lower limit: the failure rate is acceptable.
     Acceptable,
-    /// The upper line: the failure rate is unacceptable.
+    /// The upper limit: the failure rate is unacceptable.
     Unacceptable,
 }
 
-/// The count after one attempt.
+/// The count after an attempt.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct CusumPoint {
     /// The count since the start or the last crossing.
     pub count: f64,
-    /// The line that this attempt crossed; the next one starts from 0.
+    /// The limit that this attempt crossed; the next attempt starts from 0.
     pub crossed: Option<Crossing>,
 }
 
 impl Cusum {
-    /// P = ln(p1/p0), Q = ln((1−p0)/(1−p1)), s = Q/(P+Q), h0 = ln((1−α)/β)/(P+Q), h1 = ln((1−β)/α)/(P+Q).
+    /// Computes P = ln(p1/p0), Q = ln((1−p0)/(1−p1)), s = Q/(P+Q), h0 = ln((1−α)/β)/(P+Q), h1 =
+    /// ln((1−β)/α)/(P+Q).
     ///
     /// # Errors
     /// For a rate or an error outside 0–1, `p1` not above `p0`, or errors that sum to 1 or more.
@@ -64,7 +65,7 @@ impl Cusum {
         Ok(Self { s: q / (p + q), h0, h1 })
     }
 
-    /// The point after an attempt, from a count.
+    /// Returns the point after an attempt that started with `count`.
     #[must_use]
     pub fn step(&self, count: f64, failed: bool) -> CusumPoint {
         let count = if failed { count + 1.0 - self.s } else { count - self.s };
@@ -78,7 +79,7 @@ impl Cusum {
         CusumPoint { count, crossed }
     }
 
-    /// The points of a run of attempts; `true` is a failure.
+    /// Returns the points of consecutive attempts; `true` is a failure.
     #[must_use]
     pub fn run(&self, failures: &[bool]) -> Vec<CusumPoint> {
         let mut count = 0.0;
@@ -90,7 +91,7 @@ impl Cusum {
         failures.iter().map(step).collect()
     }
 
-    /// Straight successes that take a count to the lower line.
+    /// Returns the number of consecutive successes until the count reaches the lower limit.
     #[must_use]
     pub fn successes_needed(&self, count: f64) -> u32 {
         count_steps(count + self.h0, self.s)

@@ -1,5 +1,5 @@
-//! When an exercise of a course counts as mastered: one rule for the service, which keeps it, and for the simulator, which may have to go
-//! by what lies on its own disk.
+//! Mastery of a course's exercise: one rule for the service, which stores it, and for the
+//! simulator, which may have to use the attempts on its own disk.
 
 use std::sync::LazyLock;
 
@@ -9,74 +9,77 @@ use serde::{Deserialize, Serialize};
 use super::{CusumParams, LearningCurve, Rule, Standing, learning_curve};
 use crate::statistics::NotComputable;
 
-/// The rule by which an exercise of a course counts as mastered.
+/// The mastery rule of an exercise in a course.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mastery {
-    /// Passes among attempts in a row.
+    /// A number of passes among consecutive attempts.
     Passes {
-        /// How many passes.
+        /// Required number of passes.
         passes: u32,
-        /// Among how many attempts.
+        /// Number of consecutive attempts considered.
         of: u32,
     },
     /// A learning curve.
     Curve(CurveRule),
 }
 
-/// How far attempts at an exercise have come. Attempts are counted from 0.
+/// Progress towards mastery. Attempts are counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reached {
-    /// The rule was met.
+    /// The rule is met.
     Mastered {
-        /// By this attempt.
+        /// The attempt that met it.
         by: usize,
     },
-    /// A learning curve said competent, and says no longer.
+    /// The learning curve declared competence, and has revoked it.
     Regressing {
-        /// Declared by this attempt.
+        /// The attempt after which competence was declared.
         by: usize,
-        /// Lost by this attempt.
+        /// The attempt after which it was revoked.
         since: usize,
     },
     /// Not mastered yet.
     Open {
-        /// Passes among the attempts that the rule looks at.
+        /// Number of passes among the attempts considered by the rule.
         passes: u32,
     },
 }
 
-/// A learning curve as a rule: what the course states, and the lines that follow from it.
+/// A learning curve as a rule: the parameters of the course, and the limits derived from them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurveRule {
-    /// Rates and errors as the course states them.
+    /// Rates and error probabilities of the course.
     pub params: CusumParams,
-    /// Attempts within which the error of an LC-CUSUM holds; absent for a CUSUM.
+    /// Number of attempts for which the error of an LC-CUSUM holds; absent for a CUSUM.
     pub within: Option<u32>,
-    /// Weights and lines.
+    /// Weights and limits.
     pub rule: Rule,
 }
 
-/// What a course with another rule is watched by: 20 % of failures are acceptable and 40 % are not; who still fails at 40 % is called
-/// competent within 50 attempts in 5 % of cases at most.
+/// The curve shown for courses with another rule: 20 % of failures are acceptable and 40 % are not;
+/// a trainee who still fails at 40 % is declared competent within 50 attempts in at most 5 % of
+/// cases.
 static EXAMPLE: LazyLock<Option<CurveRule>> =
     LazyLock::new(|| CurveRule::new(CusumParams { p0: 0.2, p1: 0.4, alpha: 0.05, beta: 0.1 }, Some(50)).ok());
 
 impl CurveRule {
-    /// Rates and errors with the lines that follow from them. The limit of an LC-CUSUM takes its time.
+    /// Derives the limits from rates and error probabilities. Computing the limit of an LC-CUSUM is
+    /// slow.
     ///
     /// # Errors
-    /// When no limit is rare enough for the stated error, or the parameters have no meaning.
+    /// If no limit is rare enough for the error probability, or if the parameters are out of range.
     fn new(params: CusumParams, within: Option<u32>) -> Result<Self, NotComputable> {
         Ok(Self { params, within, rule: Rule::new(&params, within)? })
     }
 
-    /// An example, for a course that states no rates: it tells and decides nothing.
+    /// Returns an example curve for a course that gives no rates; it is shown for information and
+    /// decides nothing.
     #[must_use]
     pub fn example() -> Option<Self> {
         *EXAMPLE
     }
 
-    /// The curve over attempts in order of time; `true` is a pass.
+    /// Computes the curve of attempts in order of time; `true` is a pass.
     #[must_use]
     pub fn over(&self, passed: &[bool]) -> LearningCurve {
         let failures: Vec<bool> = passed.iter().map(|passed| !passed).collect();
@@ -85,10 +88,10 @@ impl CurveRule {
 }
 
 impl Mastery {
-    /// A course's rule. The limit of an LC-CUSUM takes its time, so this is done once.
+    /// Builds a course's rule. Computing the limit of an LC-CUSUM is slow, so build it once.
     ///
     /// # Errors
-    /// When no limit is rare enough for the stated error, or the parameters have no meaning.
+    /// If no limit is rare enough for the error probability, or if the parameters are out of range.
     pub fn from_rule(rule: &MasteryRule) -> Result<Self, NotComputable> {
         match *rule {
             MasteryRule::Passes { passes, of } => Ok(Self::Passes { passes, of }),
@@ -98,7 +101,8 @@ impl Mastery {
         }
     }
 
-    /// How far attempts in order of time have come, `true` for a pass, and the curve where the rule is one. Void attempts are none.
+    /// Evaluates attempts in order of time, `true` for a pass; returns the progress and, if the
+    /// rule is a curve, the curve. Void attempts must be left out.
     #[must_use]
     pub fn judge(&self, passed: &[bool]) -> (Reached, Option<LearningCurve>) {
         match self {
@@ -111,7 +115,8 @@ impl Mastery {
     }
 }
 
-/// Mastered while the curve says competent. What a curve has declared opens the next exercise for good, as with passes.
+/// Evaluates a curve: mastered while it declares competence. Once declared, the next exercise stays
+/// unlocked, as with passes.
 fn master_by_curve(passed: &[bool], curve: &LearningCurve) -> Reached {
     let lost = || curve.points.iter().rposition(|p| p.standing == Standing::Competent).map_or(0, |last| last + 1);
     match (curve.standing, curve.competent_at) {
@@ -125,8 +130,9 @@ fn count_passes(passed: &[bool]) -> u32 {
     passed.iter().map(|passed| u32::from(*passed)).sum()
 }
 
-/// Mastered by the first attempt that completes `needed` passes among `of` in a row. Once reached it stays: what comes after shows as a
-/// decline, and an exercise that opened another is not closed again under a trainee's hands.
+/// Evaluates passes: mastered by the first attempt that completes `needed` passes among `of`
+/// consecutive ones. Mastery is never revoked: later failures are shown as a decline, and an
+/// unlocked exercise stays unlocked.
 fn master_by_passes(passed: &[bool], needed: u32, of: u32) -> Reached {
     let of = of as usize;
     let completes = |by: &usize| count_passes(&passed[(by + 1).saturating_sub(of)..=*by]) >= needed;

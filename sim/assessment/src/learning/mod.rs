@@ -1,4 +1,5 @@
-//! Learning curves: CUSUM and LC-CUSUM over passes and failures, what they say about a trainee, and when an exercise is mastered.
+//! Learning curves: CUSUM and LC-CUSUM over passes and failures, the resulting status of a trainee,
+//! and mastery of an exercise.
 
 mod chain;
 mod cusum;
@@ -13,17 +14,18 @@ pub use standing::{LearningCurve, LearningPoint, Rule, Standing, learning_curve}
 
 use crate::statistics::NotComputable;
 
-/// A sum that reaches a line but for rounding has reached it.
+/// Tolerance for rounding when a sum is compared with a limit.
 const REACHED: f64 = 1e-9;
 
-/// Straight steps of one length that a distance takes; 0 when it is covered already.
+/// Returns the number of steps that cover a distance; 0 if it is covered already.
 fn count_steps(distance: f64, step: f64) -> u32 {
     let steps = libm::ceil((distance - REACHED) / step);
-    // In range: distances and steps are finite, and a step has a least size by the parameters' ranges.
+    // In range: distances and steps are finite, and the parameters' ranges give a step a minimum
+    // size.
     if steps > 0.0 { steps as u32 } else { 0 }
 }
 
-/// Refuses a share outside 0–1, its ends excluded.
+/// Refuses a value outside the open interval 0–1.
 fn check_share(value: f64) -> Result<(), NotComputable> {
     if value > 0.0 && value < 1.0 { Ok(()) } else { Err(NotComputable::OutOfRange) }
 }

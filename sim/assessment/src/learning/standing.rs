@@ -1,34 +1,36 @@
-//! Competent, not yet, regressing: what a learning curve says after each attempt.
+//! The learning status after each attempt: not yet competent, competent, or regressing.
 
 use super::{Crossing, Cusum, CusumParams, LcCusum, LcCusumParams};
 use crate::statistics::NotComputable;
 
-/// What a curve says about a trainee.
+/// The learning status of a trainee.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Standing {
-    /// Competence has not been shown.
+    /// Competence has not been demonstrated.
     NotYet,
-    /// Competence was shown and nothing speaks against it.
+    /// Competence was demonstrated, and no decline was detected since.
     Competent,
-    /// Competence was shown, and failures have become too many since.
+    /// Competence was demonstrated, but there were too many failures since.
     Regressing,
 }
 
-/// A rule ready to judge: a CUSUM alone, or an LC-CUSUM that declares competence and a CUSUM that watches it afterwards.
+/// A rule with its limits: a CUSUM alone, or an LC-CUSUM that declares competence and a CUSUM that
+/// monitors it afterwards.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Rule {
-    /// Declares competence; absent: the CUSUM's lower line does.
+    /// Declares competence; if absent, the CUSUM's lower limit does.
     pub learning: Option<LcCusum>,
-    /// Watches it.
+    /// Monitors competence.
     pub monitor: Cusum,
 }
 
 impl Rule {
-    /// Builds a rule; with `within` attempts it is an LC-CUSUM of δ = p1 − p0 whose stated probability is `alpha`.
+    /// Builds a rule; with `within` attempts it uses an LC-CUSUM with δ = p1 − p0 and the
+    /// probability `alpha`.
     ///
     /// # Errors
-    /// When a parameter is out of range, or no limit is rare enough.
+    /// If a parameter is out of range, or if no limit is rare enough.
     pub fn new(params: &CusumParams, within: Option<u32>) -> Result<Self, NotComputable> {
         let CusumParams { p0, p1, alpha, .. } = *params;
         let learning =
@@ -37,42 +39,42 @@ impl Rule {
     }
 }
 
-/// A curve after one attempt.
+/// A curve after an attempt.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct LearningPoint {
     /// S of the LC-CUSUM while `learning`, else the count of the CUSUM.
     pub value: f64,
-    /// The LC-CUSUM was in charge.
+    /// Whether the LC-CUSUM was active.
     pub learning: bool,
-    /// This attempt crossed a line; the next one starts from 0.
+    /// The limit that this attempt crossed; the next attempt starts from 0.
     pub crossed: Option<Crossing>,
-    /// What the curve says after it.
+    /// Status after the attempt.
     pub standing: Standing,
 }
 
-/// A whole curve and what it says now.
+/// A curve and the current status.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct LearningCurve {
-    /// One point an attempt.
+    /// One point for each attempt.
     pub points: Vec<LearningPoint>,
-    /// What it says now.
+    /// Current status.
     pub standing: Standing,
-    /// More straight successes until it says competent; 0 when it does.
+    /// Number of consecutive successes until competence is declared; 0 if it is declared already.
     pub successes_needed: u32,
-    /// The first attempt after which it said competent, from 0.
+    /// The first attempt after which competence was declared, from 0.
     pub competent_at: Option<usize>,
 }
 
-/// Where a curve is between two attempts.
+/// State of a curve between two attempts.
 struct State {
     value: f64,
     learning: bool,
     standing: Standing,
 }
 
-/// The curve of attempts in order of time; `true` is a failure.
+/// Computes the curve of attempts in order of time; `true` is a failure.
 ///
-/// After a regression an LC-CUSUM learns anew from 0: competence has to be shown again.
+/// After a regression an LC-CUSUM restarts at 0: competence must be demonstrated again.
 #[must_use]
 pub fn learning_curve(rule: &Rule, failures: &[bool]) -> LearningCurve {
     let mut state = State { value: 0.0, learning: rule.learning.is_some(), standing: Standing::NotYet };

@@ -1,4 +1,4 @@
-//! Depth and aim: where the needle went in, how deep, and how far from the target it ended.
+//! Depth and aim: entry, depth, and distance from the target.
 
 use recording::Contactor;
 
@@ -36,11 +36,12 @@ fn entry_error_mm(attempt: &Attempt) -> Outcome {
 fn angle_error_deg(attempt: &Attempt) -> Outcome {
     let axis = attempt.insertion_at(attempt.confirmed()?.t_s)?.axis;
     let planned = attempt.bundle.exercise.axis();
-    // The arc tangent tells small angles apart, where the arc cosine has lost half of its digits.
+    // The arc tangent resolves small angles; the arc cosine loses half of its digits there.
     Ok(libm::atan2(axis.cross(&planned).norm(), axis.dot(&planned)).to_degrees())
 }
 
-/// The tip opens the first boundary once per track; a way back into an open track is no new puncture.
+/// The tip opens the first boundary once per track; re-entering an open track is not a new
+/// puncture.
 fn skin_entries(attempt: &Attempt) -> Outcome {
     attempt.touched()?;
     Ok(attempt.ruptures.iter().filter(|r| r.boundary == 0 && r.contactor == Contactor::Tip).count() as f64)

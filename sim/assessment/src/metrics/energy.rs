@@ -1,4 +1,4 @@
-//! The energy ledger's parts, as the recording last stated them.
+//! The parts of the energy ledger, from its last entry in the recording.
 
 use super::MetricSheet;
 use crate::absent::Absent;
@@ -11,7 +11,7 @@ pub(super) fn measure_energy(attempt: &Attempt, sheet: &mut MetricSheet) {
     put_energy(attempt, sheet, "lateral_work_mj", 3);
 }
 
-/// Puts down one of [`layer_works_mj`], summed over the layers and for each.
+/// Records one of the parts of [`layer_works_mj`]: the sum over the layers, and the value of each.
 fn put_energy(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, part: usize) {
     let parts = layer_works_mj(attempt);
     let part_of = |layer: Option<usize>| -> Outcome {
@@ -24,7 +24,7 @@ fn put_energy(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, part: usize)
     }
 }
 
-/// Rupture, cutting, friction and lateral work of each layer, in mJ.
+/// Returns rupture, cutting, friction and lateral work of each layer, in mJ.
 fn layer_works_mj(attempt: &Attempt) -> Result<Vec<[f64; 4]>, Absent> {
     attempt.touched()?;
     let energy = attempt.recording.energies.last().ok_or(Absent::NoLedger)?;

@@ -13,7 +13,8 @@ use crate::absent::Absent;
 use crate::attempt::{Attempt, Outcome, RecordedRupture};
 use crate::signal::{RATE_HZ, derivative};
 
-/// How near to a rupture the force rate is not looked at, in s: what a fall leaves in the filter is gone by then.
+/// Time around a rupture in which the force rate is ignored, in s: the filter's response to the
+/// drop has decayed by then.
 const BESIDE_RUPTURE_S: f64 = 0.05;
 
 pub(super) fn measure_force(attempt: &Attempt, sheet: &mut MetricSheet) {
@@ -29,12 +30,12 @@ pub(super) fn measure_force(attempt: &Attempt, sheet: &mut MetricSheet) {
     put_by_layer(attempt, sheet, "max_lateral_force_n", &layer_peaks_n(attempt, &layers, &lateral_n));
 }
 
-/// Puts down the largest of a column of forces, in N, one for each sample.
+/// Records the largest of a column of forces, in N, one for each sample.
 fn put_largest(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, column_n: &[f64]) {
     sheet.put(id, attempt.touched().map(|_| column_n.iter().copied().fold(0.0, f64::max)));
 }
 
-/// Puts down the peak of each layer, in N; none of a layer that the tip has not met.
+/// Records the peak in each layer, in N; absent for a layer that the tip has not reached.
 fn put_by_layer(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, peaks_n: &[Option<f64>]) {
     for (layer, peak_n) in attempt.bundle.scene.layers.iter().zip(peaks_n) {
         let outcome = attempt.touched().and_then(|_| peak_n.ok_or(absent_if_not_reached(attempt)));
@@ -46,7 +47,7 @@ fn absent_if_not_reached(attempt: &Attempt) -> Absent {
     attempt.inside().err().unwrap_or(Absent::LayerNotReached)
 }
 
-/// Trapezia between samples.
+/// Integrates the force with the trapezoidal rule.
 fn impulse_ns(attempt: &Attempt, axial_n: &[f64]) -> Outcome {
     attempt.touched()?;
     let samples = attempt.timeline.samples();
@@ -54,14 +55,14 @@ fn impulse_ns(attempt: &Attempt, axial_n: &[f64]) -> Outcome {
     Ok(pairs.map(|(s, f)| (s[1].t_s - s[0].t_s) * (f[0] + f[1]) / 2.0).sum())
 }
 
-/// Magnitude of the lateral force of each sample, in N.
+/// Returns the magnitude of the lateral force of each sample, in N.
 fn lateral_n(attempt: &Attempt) -> Vec<f64> {
     let square = |s: &&Sample| s.lateral_n.iter().map(|n| f64::from(*n) * f64::from(*n)).sum::<f64>();
     attempt.timeline.samples().iter().map(square).map(f64::sqrt).collect()
 }
 
-/// Rate of the force without its steps at ruptures, and only away from them: a fall, and what the filter makes of the
-/// rest of it, is no rise of the hand's making.
+/// Returns the peak rate of the force without its steps at ruptures, and only away from them: the
+/// drop, and the filter's response to it, is not caused by the hand.
 fn rate_peak_n_per_s(attempt: &Attempt, axial_n: &[f64]) -> Outcome {
     attempt.touched()?;
     attempt.motion()?;
@@ -97,8 +98,9 @@ fn without_falls(attempt: &Attempt, axial_n: &[f64]) -> Vec<f64> {
     steady.collect()
 }
 
-/// Raises the sample before each rupture to the force just before it: the contactor's own force as the event states it,
-/// and the other parts as last recorded. Without it a peak would be lower the slower the recording.
+/// Raises the sample before each rupture to the force just before it: the contactor's own force
+/// from the event, and the other parts as last recorded. Otherwise the peak would depend on the
+/// recording's rate.
 fn raise_before_ruptures(attempt: &Attempt, mut axial_n: Vec<f64>) -> Vec<f64> {
     let samples = attempt.timeline.samples();
     for rupture in &attempt.ruptures {
@@ -108,13 +110,14 @@ fn raise_before_ruptures(attempt: &Attempt, mut axial_n: Vec<f64>) -> Vec<f64> {
     axial_n
 }
 
-/// The layer at which the tip is in each sample, as [`TipWay::layer`] finds it.
+/// Returns the layer of the tip in each sample, as [`TipWay::layer`] determines it.
 fn tip_layers(attempt: &Attempt) -> Vec<Option<usize>> {
     let mut tip = TipWay::new(attempt);
     attempt.ticks().map(|(sample, insertion)| insertion.and_then(|insertion| tip.layer(sample, insertion))).collect()
 }
 
-/// The largest of a column of forces, in N, one for each sample, while the tip is at each layer.
+/// Returns the largest of a column of forces, in N, one for each sample, while the tip is in each
+/// layer.
 fn layer_peaks_n(attempt: &Attempt, layers: &[Option<usize>], column_n: &[f64]) -> Vec<Option<f64>> {
     let mut peaks: Vec<Option<f64>> = vec![None; attempt.thickness_m.len()];
     for (layer, force_n) in layers.iter().zip(column_n) {
@@ -125,12 +128,12 @@ fn layer_peaks_n(attempt: &Attempt, layers: &[Option<usize>], column_n: &[f64]) 
     peaks
 }
 
-/// Follows the tip through the layers, sample by sample.
+/// Tracks the tip through the layers, sample by sample.
 struct TipWay<'a> {
     skin: &'a Skin,
     thickness_m: &'a [f64],
     ruptures: Peekable<Iter<'a, RecordedRupture>>,
-    /// How many boundaries the tip has opened, by track.
+    /// Number of boundaries that the tip has opened, by track.
     opened: BTreeMap<u32, usize>,
 }
 
@@ -144,7 +147,7 @@ impl<'a> TipWay<'a> {
         }
     }
 
-    /// The layer whose boundary the tip tents, or in which it is; `None` where it touches nothing.
+    /// Returns the layer whose boundary the tip tents, or in which it is; `None` without contact.
     fn layer(&mut self, sample: &Sample, insertion: &Insertion) -> Option<usize> {
         let opened = self.opened.entry(insertion.track).or_default();
         while let Some(rupture) = self.ruptures.next_if(|r| r.t_s <= sample.t_s) {
@@ -159,7 +162,7 @@ impl<'a> TipWay<'a> {
         (depth_m > 0.0).then(|| self.layer_at(depth_m))
     }
 
-    /// The layer j with D_j < s ≤ D_{j+1}; the last one below it.
+    /// Returns the layer j with D_j < s ≤ D_{j+1}; below the last boundary, the last layer.
     fn layer_at(&self, depth_m: f64) -> usize {
         let mut bottom_m = 0.0;
         let below = self.thickness_m.iter().position(|thickness_m| {

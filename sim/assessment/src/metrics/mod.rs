@@ -13,11 +13,11 @@ use crate::absent::Absent;
 use crate::attempt::{Attempt, Outcome};
 use crate::catalogue::{DEFINITIONS, Direction, Metric};
 
-/// Which version of which metric.
+/// A metric id with its version.
 #[derive(Clone, Copy)]
 struct Id<'a> {
     base: &'a str,
-    /// What it is split by; empty for a plain one.
+    /// Suffix; empty for none.
     suffix: &'a str,
     version: u32,
 }
@@ -36,29 +36,29 @@ impl<'a> Id<'a> {
     }
 }
 
-/// Collects what the themes measure.
+/// Collects the results of the themes.
 #[derive(Default)]
 struct MetricSheet {
     rows: Vec<(usize, Metric)>,
 }
 
 impl MetricSheet {
-    /// Puts down the first version of a plain metric.
+    /// Records the first version of a metric without suffix.
     fn put(&mut self, id: &str, outcome: Outcome) {
         self.enter(Id::first(id), outcome);
     }
 
-    /// Puts down the second version of a plain metric.
+    /// Records the second version of a metric without suffix.
     fn put_anew(&mut self, id: &str, outcome: Outcome) {
         self.enter(Id::second(id), outcome);
     }
 
-    /// Puts down the first version of a metric that is split by a suffix.
+    /// Records the first version of a metric with a suffix.
     fn put_for(&mut self, id: &str, suffix: &str, outcome: Outcome) {
         self.enter(Id::first(id).by(suffix), outcome);
     }
 
-    /// Turns the metric just put down the other way.
+    /// Changes the favourable direction of the metric recorded last.
     fn turn(&mut self, direction: Direction) {
         if let Some((_, metric)) = self.rows.last_mut() {
             metric.direction = direction;
@@ -89,7 +89,8 @@ impl MetricSheet {
     }
 }
 
-/// Every version of every metric of the catalogue, in its order; the plain form first, then the scene's layers or structures.
+/// Returns every version of every metric of the catalogue, in its order; the form without suffix
+/// first, then the scene's layers or structures.
 pub(crate) fn measure_attempt(attempt: &Attempt) -> Vec<Metric> {
     let mut sheet = MetricSheet::default();
     depth::measure_depth(attempt, &mut sheet);

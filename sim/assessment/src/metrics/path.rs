@@ -10,10 +10,10 @@ use crate::motion::TipMotion;
 use crate::signal::RATE_HZ;
 use crate::sparc::{SPARC_HZ, spectral_arc_length};
 
-/// A change of direction is a turn by more than this, in rad.
+/// Smallest turn that counts as a change of direction, in rad.
 const REDIRECTED_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-/// A direction is held while the axis turns slower than this, in rad/s.
+/// Angular speed below which a direction counts as held, in rad/s.
 const HELD_RAD_PER_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 pub(super) fn measure_path(attempt: &Attempt, sheet: &mut MetricSheet) {
@@ -33,7 +33,7 @@ pub(super) fn measure_path(attempt: &Attempt, sheet: &mut MetricSheet) {
     sheet.put("smoothness_sparc", smoothness_sparc(attempt));
 }
 
-/// Both ends of the step that leads to a grid point are in tissue.
+/// Returns whether both ends of the step to grid point `k` are in tissue.
 fn step_inside(motion: &TipMotion, k: usize) -> bool {
     motion.inside[k - 1] && motion.inside[k]
 }
@@ -61,10 +61,11 @@ fn sweep_area_mm2(skin: &Skin, motion: &TipMotion) -> f64 {
     (1..motion.len()).filter(|k| step_inside(motion, *k)).map(swept).sum::<f64>() * 1e6
 }
 
-/// The shaft inside the body: from where it crosses the skin to the tip.
+/// Returns the shaft inside the body: from its intersection with the skin to the tip.
 ///
-/// It moves with the needle, while the entry that the simulation latched does not: a needle shifted sideways sweeps a
-/// rectangle. The tip alone outside the body, and for a shaft so nearly parallel to the skin that it has no crossing to speak of.
+/// It moves with the needle, while the entry that the simulation latched does not: a needle shifted
+/// sideways sweeps a rectangle. Returns only the tip outside the body, and for a shaft that is too
+/// nearly parallel to the skin to have a well-defined intersection.
 fn shaft_in_body(skin: &Skin, tip_m: Point3<f64>, axis: &Vector3<f64>) -> (Point3<f64>, Point3<f64>) {
     let steep = axis.dot(&skin.outward(&tip_m)) < -0.05;
     let way_m = match skin {
@@ -79,7 +80,8 @@ fn triangle_area_m2(a: Point3<f64>, b: Point3<f64>, c: Point3<f64>) -> f64 {
     (b - a).cross(&(c - a)).norm() / 2.0
 }
 
-/// Counts each time the axis leaves the direction it held; the next direction is the one in which it comes to be held.
+/// Counts how often the axis leaves the held direction; the next direction is the one in which it
+/// is held again.
 fn redirections(motion: &TipMotion) -> f64 {
     let turning_rad_per_s = motion.turning_rad_per_s();
     let mut held = None;
@@ -114,7 +116,8 @@ fn path_deviation_sd_mm(attempt: &Attempt) -> Outcome {
     Ok(variance.sqrt() * 1e3)
 }
 
-/// Log dimensionless jerk (Balasubramanian and others, "On the analysis of movement smoothness", 2015).
+/// Returns the log dimensionless jerk (Balasubramanian and others, "On the analysis of movement
+/// smoothness", 2015).
 fn smoothness_ldlj(attempt: &Attempt) -> Outcome {
     attempt.inside()?;
     let motion = attempt.motion()?;
@@ -126,8 +129,9 @@ fn smoothness_ldlj(attempt: &Attempt) -> Outcome {
     Ok(-libm::log(duration_s * duration_s * duration_s / (peak * peak) * squares / RATE_HZ))
 }
 
-/// From the first moment in tissue to the last. The speed behind 4 Hz has next to nothing above 25 Hz: every fifth point of the grid
-/// tells all of it, and an hour of it fits.
+/// Evaluates the time from the first moment in tissue to the last. The speed low-passed at 4 Hz has
+/// almost no content above 25 Hz, so every fifth grid point is sufficient, and an hour fits in
+/// memory.
 fn smoothness_sparc(attempt: &Attempt) -> Outcome {
     attempt.inside()?;
     let intent = attempt.intent()?;

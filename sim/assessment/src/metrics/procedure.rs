@@ -1,4 +1,4 @@
-//! What was done of what a puncture is made of: reached, confirmed, withdrawn.
+//! Steps of the procedure: reached, confirmed, withdrawn.
 
 use ::attempt::is_inserted;
 use recording::Contactor;

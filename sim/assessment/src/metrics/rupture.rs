@@ -1,4 +1,4 @@
-//! What each rupture cost: the force before it, the advance after it, the time to stop.
+//! Metrics of ruptures: the force before, the advance after, and the time to stop.
 
 use recording::Contactor;
 
@@ -7,13 +7,13 @@ use crate::absent::Absent;
 use crate::attempt::{Attempt, Outcome, RecordedRupture};
 use crate::signal::{RATE_HZ, derivative};
 
-/// How long after a rupture its advance is watched, in s.
+/// Time after a rupture in which the advance is measured, in s.
 const WATCHED_S: f64 = 1.0;
 
 /// Axial speed at which the needle counts as stopped, in m/s.
 const STOPPED_M_PER_S: f64 = 0.5e-3;
 
-/// A needle stands while its advance stays within this, in m, for so long, in s.
+/// A needle is at rest while its advance stays within this band, in m, for this time, in s.
 const BAND_M: f64 = 0.1e-3;
 const STANDS_S: f64 = 0.2;
 
@@ -28,7 +28,7 @@ pub(super) fn measure_ruptures(attempt: &Attempt, sheet: &mut MetricSheet) {
     put_largest(attempt, sheet, Id::second("stop_time_s"), &stop);
 }
 
-/// Puts down the largest over all ruptures, and over those of each boundary and contactor.
+/// Records the largest value over all ruptures, and over those of each boundary and contactor.
 fn put_largest(attempt: &Attempt, sheet: &mut MetricSheet, id: Id<'_>, of: &dyn Fn(&RecordedRupture) -> Outcome) {
     sheet.enter(id, largest_over_ruptures(attempt, of, |_| true));
     let rim = attempt.bundle.scene.needle.tip_to_rim_mm > 0.0;
@@ -41,7 +41,7 @@ fn put_largest(attempt: &Attempt, sheet: &mut MetricSheet, id: Id<'_>, of: &dyn 
     }
 }
 
-/// The largest over the chosen ruptures; one of them without a value leaves the whole without.
+/// Returns the largest value over the chosen ruptures; if one of them has none, there is no result.
 fn largest_over_ruptures(
     attempt: &Attempt,
     of: &dyn Fn(&RecordedRupture) -> Outcome,
@@ -52,7 +52,7 @@ fn largest_over_ruptures(
     values?.into_iter().reduce(f64::max).ok_or(Absent::NoRupture)
 }
 
-/// A recording that ends sooner is watched to its end.
+/// If the recording ends earlier, the advance is measured up to its end.
 fn over_insertion_mm(attempt: &Attempt, rupture: &RecordedRupture) -> f64 {
     let samples = attempt.timeline.samples();
     let until_s = rupture.t_s + WATCHED_S;
@@ -62,8 +62,8 @@ fn over_insertion_mm(attempt: &Attempt, rupture: &RecordedRupture) -> f64 {
     (furthest_m - rupture.x_m).max(0.0) * 1e3
 }
 
-/// From the rupture to where the speed, linear between grid points, falls to the limit. A needle that turns back has
-/// stopped on the way, though no grid point may have seen it.
+/// Returns the time from the rupture until the speed, linear between grid points, falls to the
+/// limit. A needle that reverses has stopped in between, even if at no grid point.
 fn stop_time_s(attempt: &Attempt, speed_m_per_s: &[f64], rupture: &RecordedRupture) -> Outcome {
     let since_s = rupture.t_s - attempt.timeline.start_s();
     let from = (since_s * RATE_HZ).ceil().max(0.0) as usize;
@@ -79,8 +79,9 @@ fn stop_time_s(attempt: &Attempt, speed_m_per_s: &[f64], rupture: &RecordedRuptu
     stop.map(|stop_s| stop_s - since_s).ok_or(Absent::NeverStopped)
 }
 
-/// Whether the needle stands from each grid point on: the largest and the least advance of the time that follows lie within the
-/// band. A point with less than that time after it tells nothing, and counts as moving.
+/// Returns for each grid point whether the needle is at rest from there on: the largest and
+/// smallest advance during the following time differ by at most the band. Points without enough
+/// time after them count as moving.
 fn find_standstills(attempt: &Attempt) -> Result<Vec<bool>, Absent> {
     let advance_m = &attempt.intent()?.axial_m;
     let within = |window: &[f64]| {

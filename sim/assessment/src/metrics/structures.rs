@@ -1,4 +1,4 @@
-//! Structures hit, and how close the shaft came to each.
+//! Structures hit, and the clearance of the shaft from each.
 
 use ::attempt::{Insertion, is_inserted};
 use documents::{SceneStructure, StructureKind};
@@ -10,7 +10,7 @@ use crate::attempt::{Attempt, Outcome};
 use crate::catalogue::Direction;
 use crate::distance::{MeasuredStructure, Segment, resolution_m};
 
-/// What is to be avoided, and then what is to be met.
+/// Kinds to avoid, and last the kind to reach.
 const KINDS: [StructureKind; 5] =
     [StructureKind::Vessel, StructureKind::Nerve, StructureKind::Bone, StructureKind::Organ, StructureKind::Target];
 
@@ -29,7 +29,8 @@ pub(super) fn measure_structures(attempt: &Attempt, sheet: &mut MetricSheet) {
     }
 }
 
-/// A hit of a structure that the scene does not know has no kind, and counts against the trainee.
+/// Counts hits. A hit of a structure that the scene does not contain has no kind and counts against
+/// the trainee.
 fn count_structure_hits(attempt: &Attempt, counts: impl Fn(Option<StructureKind>) -> bool) -> Outcome {
     attempt.touched()?;
     let kind = |index: Option<u32>| {
@@ -40,14 +41,14 @@ fn count_structure_hits(attempt: &Attempt, counts: impl Fn(Option<StructureKind>
     Ok(hits.filter(|e| counts(kind(e.structure))).count() as f64)
 }
 
-/// The second version of hits: contacts, each structure's its own.
+/// Records the second version of hits: contacts, counted for each structure.
 fn measure_contacts(attempt: &Attempt, sheet: &mut MetricSheet) {
     let structures = &attempt.bundle.scene.structures;
     let contacts: Vec<usize> = (0..structures.len()).map(|index| count_contacts(attempt, index)).collect();
     let of_kinds = |counts: &dyn Fn(StructureKind) -> bool| -> usize {
         structures.iter().zip(&contacts).filter(|(s, _)| counts(s.kind())).map(|(_, contacts)| contacts).sum()
     };
-    // As in the first version, what the scene does not know counts.
+    // As in the first version, hits of unknown structures count.
     let unknown = hits(attempt).filter(|index| index.is_none_or(|index| index >= structures.len())).count();
     let all = of_kinds(&|kind| kind != StructureKind::Target) + unknown;
     sheet.put_anew("structure_hits", attempt.touched().map(|_| all as f64));
@@ -57,13 +58,13 @@ fn measure_contacts(attempt: &Attempt, sheet: &mut MetricSheet) {
     }
 }
 
-/// Index of the structure of each hit.
+/// Returns the index of the structure of each hit.
 fn hits(attempt: &Attempt) -> impl Iterator<Item = Option<usize>> {
     let hits = attempt.recording.events.iter().filter(|e| e.kind == EventKind::StructureHit);
     hits.map(|e| usize::try_from(e.structure?).ok())
 }
 
-/// Hits of a structure that the needle had left before.
+/// Counts the hits of a structure that the needle had left before.
 fn count_contacts(attempt: &Attempt, index: usize) -> usize {
     let Some(structure) = attempt.bundle.scene.structures.get(index) else { return 0 };
     let of_structure = |e: &&recording::Event| {
@@ -86,15 +87,15 @@ fn count_contacts(attempt: &Attempt, index: usize) -> usize {
     contacts
 }
 
-/// A needle that has been clear by so much, in m, has left a structure.
+/// Distance at which a needle has left a structure, in m.
 const CLEAR_M: f64 = 0.5e-3;
-/// One that has been clear for so long, in s, has too.
+/// Time without contact after which it has left, too, in s.
 const CLEAR_S: f64 = 0.3;
 
-/// Whether a needle has left a structure since it last met it.
+/// Detects whether a needle has left a structure since the last contact.
 struct Clearing<'a> {
     measured: MeasuredStructure<'a>,
-    /// Where the needle was when its distance, in m, was last looked for.
+    /// The needle and its distance, in m, when the distance was last computed.
     looked: Option<(Segment, f64)>,
     clear_since_s: Option<f64>,
     has_left: bool,
@@ -115,7 +116,8 @@ impl<'a> Clearing<'a> {
         self.has_left = self.has_left || distance_m >= CLEAR_M || t_s - since_s >= CLEAR_S;
     }
 
-    /// A needle that was far needs no second look before it can be near.
+    /// Returns the distance or a lower bound: a needle that was far away cannot be near before it
+    /// has moved that far.
     fn distance_m(&mut self, needle: Segment) -> f64 {
         if let Some((seen, distance_m)) = &self.looked {
             let at_least_m = distance_m - seen.moved_m(&needle);
@@ -128,21 +130,22 @@ impl<'a> Clearing<'a> {
         distance_m
     }
 
-    /// The needle meets the structure: whether it had left it.
+    /// Registers a new contact; returns whether the needle had left the structure.
     fn begin_anew(&mut self) -> bool {
         self.clear_since_s = None;
         std::mem::take(&mut self.has_left)
     }
 }
 
-/// The needle as hits are told in the simulation: from the entry to the tip, outside the body its tip alone.
+/// Returns the needle as the simulation uses it for hits: from the entry to the tip; outside the
+/// body only the tip.
 fn needle_at(sample: &Sample, insertion: Option<&Insertion>) -> Segment {
     let to = Point3::from(sample.tip_m());
     Segment { from: insertion.filter(|_| is_inserted(sample)).map_or(to, |insertion| insertion.entry_m), to }
 }
 
-/// The least distance over all samples. A segment cannot come closer to anything by more than its ends have moved, so
-/// most samples need no look at the structure at all.
+/// Returns the smallest distance over all samples. A segment cannot come closer by more than its
+/// ends have moved, so most samples need no distance query.
 fn clearance_mm(attempt: &Attempt, structure: &SceneStructure) -> f64 {
     let measured = MeasuredStructure::new(&structure.spec);
     let resolution_m = resolution_m(&structure.spec.shape);

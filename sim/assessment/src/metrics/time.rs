@@ -6,17 +6,17 @@ use crate::attempt::{Attempt, Outcome};
 use crate::motion::TipMotion;
 use crate::signal::RATE_HZ;
 
-/// Slower than this is idle, in m/s.
+/// Speed below which the needle is idle, in m/s.
 const IDLE_M_PER_S: f64 = 0.2e-3;
-/// Slower than this is idle behind 4 Hz, in m/s.
+/// Speed below which the intended motion (low-passed at 4 Hz) is idle, in m/s.
 const IDLE_INTENT_M_PER_S: f64 = 0.5e-3;
-/// Faster than this is a translational action, in m/s.
+/// Speed above which a translational action is in progress, in m/s.
 const MOVING_M_PER_S: f64 = 5e-3;
-/// Faster than this is a translational action to PerkTutor, in m/s.
+/// The same threshold in PerkTutor, in m/s.
 const PERKTUTOR_M_PER_S: f64 = 50e-3;
-/// Faster than this is a rotational action, in rad/s.
+/// Angular speed above which a rotational action is in progress, in rad/s.
 const TURNING_RAD_PER_S: f64 = 50.0 * std::f64::consts::PI / 180.0;
-/// An action lasts longer than this, in s.
+/// Minimum duration of an action, in s.
 const ACTION_S: f64 = 0.2;
 
 pub(super) fn measure_times(attempt: &Attempt, sheet: &mut MetricSheet) {
@@ -39,7 +39,7 @@ fn time_total_s(attempt: &Attempt) -> Outcome {
     if attempt.timeline.samples().len() < 2 { Err(Absent::TooShort) } else { Ok(attempt.timeline.duration_s()) }
 }
 
-/// A step across the skin counts by half: to within half a tick.
+/// A step across the skin counts half, which is accurate to half a tick.
 fn time_in_tissue_s(attempt: &Attempt) -> Outcome {
     attempt.inside()?;
     let share = |depth_m: f32| if depth_m > 0.0 { 0.5 } else { 0.0 };
@@ -53,15 +53,17 @@ fn idle_fraction(motion: &TipMotion, below_m_per_s: f64) -> f64 {
     in_tissue().filter(|(speed, _)| **speed < below_m_per_s).count() as f64 / in_tissue().count() as f64
 }
 
-/// Runs of grid points above a limit; n points span n − 1 steps.
+/// Counts runs of grid points above a limit that are longer than [`ACTION_S`]; n points span n − 1
+/// steps.
 fn time_above(column: &[f64], above: f64) -> f64 {
     let runs = column.chunk_by(|a, b| (*a > above) == (*b > above));
     let long = |run: &&[f64]| run[0] > above && (run.len() - 1) as f64 / RATE_HZ > ACTION_S;
     runs.filter(long).count() as f64
 }
 
-/// How often a column came to be above a limit, as PerkTutor counts: a state is given up for the other once that has lasted longer
-/// than [`ACTION_S`], so that neither a twitch nor a short pause counts.
+/// Counts how often a column rises above a limit, as PerkTutor does: the state changes after the
+/// other one has lasted longer than [`ACTION_S`], so that neither a twitch nor a short pause
+/// counts.
 fn count_debounced(column: &[f64], above: f64) -> f64 {
     let (mut active, mut lasts, mut count) = (false, 0_usize, 0_u32);
     for value in column {

@@ -1,4 +1,4 @@
-//! Answers: read from what a form sends, within what the scale allows.
+//! Parses answers from form values and checks them against the response scale.
 
 use std::fmt::{self, Formatter};
 
@@ -7,21 +7,21 @@ use phrase::{Phrase, phrase};
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// An answer to an item. The answers of a response stand in the order of the instrument's items, none where nothing
-/// was said.
+/// An answer to an item. The answers of a response are in the order of the instrument's items,
+/// `None` for items without an answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Answer {
-    /// A point, a mark or a number, in the scale's own unit.
+    /// A point, a mark or a number, in the scale's unit.
     Number(f64),
-    /// The id of an option or of an item, or a text as it was typed.
+    /// The id of an option or of an item, or a free text.
     Text(String),
     /// Ids of options.
     Several(Vec<String>),
 }
 
 impl Answer {
-    /// As a number, where it is one.
+    /// Returns the number of a numeric answer.
     #[must_use]
     pub const fn number(&self) -> Option<f64> {
         match self {
@@ -30,7 +30,7 @@ impl Answer {
         }
     }
 
-    /// The words that a condition compares with.
+    /// Returns the texts that a condition is compared with.
     fn words(&self) -> Vec<String> {
         match self {
             Self::Number(number) => vec![number.to_string()],
@@ -40,8 +40,8 @@ impl Answer {
     }
 }
 
-/// Read by hand: a derived reader of an untagged choice copies each value before it looks at it, and results read
-/// hundreds of thousands.
+/// Implemented by hand: the derived implementation for an untagged enum copies each value first,
+/// and results contain hundreds of thousands.
 impl<'de> Deserialize<'de> for Answer {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         from.deserialize_any(AnswerReader)
@@ -86,38 +86,38 @@ impl<'de> Visitor<'de> for AnswerReader {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}", self.phrase())]
 pub struct Refused {
-    /// What was said, shortened; of a text that is too long, its length.
+    /// The value, shortened; for a text that is too long, its length.
     pub found: Found,
-    /// What is allowed.
+    /// The allowed values.
     pub allowed: Allowed,
 }
 
-/// What was said and refused.
+/// The refused value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Found {
-    /// The beginning of it, in quotes.
+    /// Its beginning, in quotes.
     Said(String),
-    /// So many characters.
+    /// Its length in characters.
     Characters(usize),
 }
 
-/// What a scale allows.
+/// The values that a scale allows.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Allowed {
-    /// A whole number from 1 to this.
+    /// An integer from 1 to this.
     Points(u32),
-    /// Least, most, and the steps between.
+    /// Minimum, maximum and step.
     Steps(f64, f64, f64),
-    /// Least, most, and their unit.
+    /// Minimum, maximum and unit.
     Range(f64, f64, String),
-    /// One of these.
+    /// One of these options.
     OneOf(Vec<String>),
-    /// At most so many characters.
+    /// A text of at most this many characters.
     Characters(usize),
 }
 
 impl Refused {
-    /// In words, for whoever has another language.
+    /// Returns the translatable message.
     #[must_use]
     pub fn phrase(&self) -> Phrase {
         phrase!("{found}; allowed: {allowed}", found = self.found.phrase(), allowed = self.allowed.phrase())
@@ -130,7 +130,7 @@ impl Refused {
     }
 }
 
-/// A bound as the instrument's author wrote it, with its unit.
+/// Formats a bound as the instrument's author wrote it, with its unit.
 fn stated(value: f64, unit: &str) -> Phrase {
     let number = value.to_string();
     Phrase::Number(match unit {
@@ -166,10 +166,10 @@ impl Allowed {
     }
 }
 
-/// Reads an answer from the values that a form sends for an item; none where nothing was said.
+/// Parses an answer from an item's form values; `None` for an empty answer.
 ///
 /// # Errors
-/// When the scale does not allow it.
+/// If the scale does not allow it.
 pub fn read_answer(item: &Item, scale: &ScaleKind, said: &[&str]) -> Result<Option<Answer>, Refused> {
     let said: Vec<&str> = said.iter().copied().filter(|value| !value.trim().is_empty()).collect();
     let Some(first) = said.first() else { return Ok(None) };
@@ -192,7 +192,7 @@ pub fn read_answer(item: &Item, scale: &ScaleKind, said: &[&str]) -> Result<Opti
 }
 
 fn parse_finite(said: &str) -> Option<f64> {
-    // Half of Europe writes a comma.
+    // Accept a decimal comma, as used in much of Europe.
     said.trim().replace(',', ".").parse::<f64>().ok().filter(|number| number.is_finite())
 }
 
@@ -225,7 +225,7 @@ fn read_one_option<'a>(said: &str, ids: impl Iterator<Item = &'a str> + Clone) -
 }
 
 fn read_text_answer(said: &str, most: usize) -> Result<Answer, Refused> {
-    // A form sends line ends as CRLF, which would count twice against the limit.
+    // Forms send line breaks as CRLF, which would count twice against the limit.
     let plain = said.replace("\r\n", "\n");
     let length = plain.chars().count();
     if length > most {
@@ -234,7 +234,7 @@ fn read_text_answer(said: &str, most: usize) -> Result<Answer, Refused> {
     Ok(Answer::Text(plain))
 }
 
-/// Whether a condition holds: always where there is none.
+/// Returns whether a condition holds; `true` without a condition.
 #[must_use]
 pub fn is_asked(instrument: &Instrument, when: Option<&Condition>, answers: &[Option<Answer>]) -> bool {
     let Some(when) = when else { return true };
@@ -242,7 +242,8 @@ pub fn is_asked(instrument: &Instrument, when: Option<&Condition>, answers: &[Op
     given.is_some_and(|answer| answer.words().iter().any(|word| when.is.contains(word)))
 }
 
-/// The pages that are asked, given the answers so far: the place of each, and the places of its items that are asked.
+/// Returns the pages to show, given the answers so far: the index of each, and the indices of its
+/// items to ask.
 #[must_use]
 pub fn asked_pages(instrument: &Instrument, answers: &[Option<Answer>]) -> Vec<(usize, Vec<usize>)> {
     let asked = |when: Option<&Condition>| is_asked(instrument, when, answers);

@@ -1,4 +1,5 @@
-//! Questionnaires: what an answer may be, which questions are asked, and scores from answers by the instrument's own key.
+//! Questionnaires: validation of answers, conditional questions, and scores by the instrument's
+//! key.
 
 mod answer;
 mod score;

@@ -1,36 +1,36 @@
-//! Scores: the instrument's key, carried out.
+//! Computes scores by the instrument's key.
 
 use documents::instrument::{Combine, Instrument, Missing, ScoreKey};
 
 use super::Answer;
 
-/// Why there is no score.
+/// The reason why there is no score.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoScore {
-    /// Items without an answer, by id; the key does without none, or not without so many.
+    /// Ids of items without an answer that the key requires.
     #[error("no answer to {}", .0.join(", "))]
     Missing(Vec<String>),
 }
 
-/// An item as a score counts it: where its answer stands, and what becomes of it.
+/// An item of a score: the index of its answer, and its reversal.
 struct Counted<'a> {
     id: &'a str,
-    /// Place of the item; none where it has no number.
+    /// Index of the item; `None` if its scale is not numeric.
     at: Option<usize>,
-    /// The item counts as `turn` − answer where the key reverses it.
+    /// If the key reverses the item, it counts as `turn` − answer.
     turn: Option<f64>,
 }
 
-/// A scoring key whose items have been found in the instrument, ready for any number of responses.
+/// A scoring key with its items resolved, for any number of responses.
 pub struct Scorer<'a> {
     key: &'a ScoreKey,
     items: Vec<Counted<'a>>,
-    /// Id and place of each pair.
+    /// Id and index of each pair.
     pairs: Vec<(&'a String, Option<usize>)>,
 }
 
 impl<'a> Scorer<'a> {
-    /// Looks the key's items up.
+    /// Resolves the key's items.
     #[must_use]
     pub fn new(instrument: &'a Instrument, key: &'a ScoreKey) -> Self {
         let counted = |id: &'a String| {
@@ -43,7 +43,7 @@ impl<'a> Scorer<'a> {
         Self { key, items: key.items.iter().map(counted).collect(), pairs: key.pairs.iter().map(place).collect() }
     }
 
-    /// Those of an instrument, in the order of its scores.
+    /// Returns the scorers of an instrument, in the order of its scores.
     #[must_use]
     pub fn all(instrument: &'a Instrument) -> Vec<Self> {
         instrument.scores.iter().map(|key| Self::new(instrument, key)).collect()
@@ -54,16 +54,17 @@ impl<'a> Scorer<'a> {
         Some(item.turn.map_or(answer, |turn| turn - answer) + self.key.shift)
     }
 
-    /// What each item of the score counts, in the order of the key: reversed where it says so, and shifted.
+    /// Returns the contribution of each item, in the order of the key: reversed if the key demands
+    /// it, and shifted.
     #[must_use]
     pub fn item_counts(&self, answers: &[Option<Answer>]) -> Vec<Option<f64>> {
         self.items.iter().map(|item| self.count(item, answers)).collect()
     }
 
-    /// The score of a response, in the key's own unit.
+    /// Computes the score of a response, in the key's unit.
     ///
     /// # Errors
-    /// When an item is missing and the key's policy does not do without it.
+    /// If an item is missing that the key's policy requires.
     pub fn score(&self, answers: &[Option<Answer>]) -> Result<f64, NoScore> {
         let key = self.key;
         let counted = self.item_counts(answers);
@@ -85,7 +86,7 @@ impl<'a> Scorer<'a> {
         Ok(combined * key.factor + key.offset)
     }
 
-    /// Σ w r / Σ w, where an item's weight is how often the pairs chose it.
+    /// Computes Σ w r / Σ w, where an item's weight is the number of pairs in which it was chosen.
     fn pair_weighted(&self, counted: &[f64], answers: &[Option<Answer>]) -> Result<f64, NoScore> {
         let mut chosen: Vec<&String> = Vec::new();
         let mut missing = Vec::new();
@@ -104,15 +105,15 @@ impl<'a> Scorer<'a> {
     }
 }
 
-/// The score of one response by its key, in the key's own unit.
+/// Computes the score of one response by its key, in the key's unit.
 ///
 /// # Errors
-/// When an item is missing and the key's policy does not do without it.
+/// If an item is missing that the key's policy requires.
 pub fn score_response(instrument: &Instrument, key: &ScoreKey, answers: &[Option<Answer>]) -> Result<f64, NoScore> {
     Scorer::new(instrument, key).score(answers)
 }
 
-/// The least and the largest that a score can be.
+/// Returns the smallest and largest possible score.
 #[must_use]
 pub fn score_range(instrument: &Instrument, key: &ScoreKey) -> (f64, f64) {
     let ranges = key.items.iter().filter_map(|id| instrument.scale(instrument.item(id)?.1)?.range());

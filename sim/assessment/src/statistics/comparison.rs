@@ -1,35 +1,39 @@
-//! Two groups beside each other: whether they differ, by how much, and what asking often does to the answer.
+//! Comparison of two groups: significance, effect size, and correction for multiple tests.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::rank::ranks;
 use super::{Estimate, NotComputable, arithmetic_mean, check_sample, count_as_number, sample_variance};
 
-/// With as many observations altogether the distribution of the rank sum is counted; above, it is normal to four digits.
+/// Largest total number of observations for which the distribution of the rank sum is enumerated;
+/// above, the normal approximation is accurate to four digits.
 const COUNTED: usize = 40;
 
 /// The Mann–Whitney test of two independent groups.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct RankSumTest {
-    /// Pairs in which the first group's value is the larger, ties by half: 0 to n₁·n₂.
+    /// Number of pairs in which the first group's value is the larger, ties count half: 0 to n₁·n₂.
     pub u: f64,
-    /// Two-sided probability of a U at least as far from its middle where the groups do not differ, 0–1.
+    /// Two-sided p-value: probability of a U at least as far from its mean if the groups do not
+    /// differ, 0–1.
     pub p: f64,
-    /// The probability was counted over all ways to deal the values out; otherwise it is approximated.
+    /// Whether the p-value is exact (enumerated) or approximated.
     pub exact: bool,
-    /// Values of the first group.
+    /// Size of the first group.
     pub first_n: usize,
-    /// Values of the second group.
+    /// Size of the second group.
     pub second_n: usize,
 }
 
-/// Mann and Whitney (1947), "On a test of whether one of two random variables is stochastically larger than the other", Annals of
-/// Mathematical Statistics 18, 50–60. Up to 40 values the probability is counted over all ways to deal the values (ties
-/// included) out to the groups, twice the smaller tail; above, by the normal distribution with the correction for ties and for
+/// Mann and Whitney (1947), "On a test of whether one of two random variables is stochastically
+/// larger than the other", Annals of Mathematical Statistics 18, 50–60. For up to 40 values the
+/// p-value is exact: enumerated over all assignments of the values (including ties) to the groups,
+/// twice the smaller tail; above, by the normal distribution with corrections for ties and for
 /// continuity.
 ///
 /// # Errors
-/// With fewer than two values on either side, where all values are equal, or with a value that is not finite.
+/// With fewer than two values on either side, if all values are equal, or with a value that is not
+/// finite.
 pub fn mann_whitney(first: &[f64], second: &[f64]) -> Result<RankSumTest, NotComputable> {
     check_sample(first, 2)?;
     check_sample(second, 2)?;
@@ -45,13 +49,14 @@ pub fn mann_whitney(first: &[f64], second: &[f64]) -> Result<RankSumTest, NotCom
     Ok(RankSumTest { u: rank_sum - n * (n + 1.0) / 2.0, p, exact, first_n: first.len(), second_n: second.len() })
 }
 
-/// Twice the smaller tail of the rank sum of the first `taken`, counted over all ways to take as many of the ranks.
+/// Returns twice the smaller tail of the rank sum of the first `taken`, enumerated over all subsets
+/// of that size.
 fn counted_tail(ranks: &[f64], taken: usize) -> f64 {
-    // Mean ranks are halves: twice a rank is a whole number.
+    // Mean ranks are multiples of one half, so twice a rank is an integer.
     let doubled: Vec<usize> = ranks.iter().map(|rank| (rank * 2.0) as usize).collect();
     let observed: usize = doubled[..taken].iter().sum();
     let most: usize = doubled.iter().sum();
-    // `ways[k][s]`: how many ways there are to take k ranks whose doubles make s.
+    // `ways[k][s]`: number of subsets of k ranks whose doubled ranks sum to s.
     let mut ways = vec![vec![0.0; most + 1]; taken + 1];
     ways[0][0] = 1.0;
     for rank in doubled {
@@ -68,7 +73,7 @@ fn counted_tail(ranks: &[f64], taken: usize) -> f64 {
     (2.0 * below.min(above) / all).min(1.0)
 }
 
-/// The same by the normal distribution.
+/// Returns the same by the normal approximation.
 fn normal_tail(ranks: &[f64], taken: usize) -> f64 {
     let (n, m) = (count_as_number(taken), count_as_number(ranks.len() - taken));
     let all = n + m;
@@ -85,12 +90,14 @@ fn normal_tail(ranks: &[f64], taken: usize) -> f64 {
     libm::erfc(z / std::f64::consts::SQRT_2)
 }
 
-/// The difference of two groups' means in standard deviations of the pool, corrected for small samples: positive where the first
-/// is the larger. Hedges (1981), "Distribution theory for Glass's estimator of effect size and related estimators", Journal
-/// of Educational Statistics 6, 107–128; its interval by the standard error √((n+m)/(n·m) + g²/(2(n+m))) and Student's t.
+/// Difference of two groups' means in units of the pooled standard deviation, corrected for small
+/// samples; positive if the first is larger. Hedges (1981), "Distribution theory for Glass's
+/// estimator of effect size and related estimators", Journal of Educational Statistics 6, 107–128;
+/// interval from the standard error √((n+m)/(n·m) + g²/(2(n+m))) and Student's t.
 ///
 /// # Errors
-/// With fewer than two values on either side, without variance in either group, or with a value that is not finite.
+/// With fewer than two values on either side, without variance within the groups, or with a value
+/// that is not finite.
 pub fn hedges_g(first: &[f64], second: &[f64]) -> Result<Estimate, NotComputable> {
     check_sample(first, 2)?;
     check_sample(second, 2)?;
@@ -107,8 +114,9 @@ pub fn hedges_g(first: &[f64], second: &[f64]) -> Result<Estimate, NotComputable
     Ok(Estimate { value, low: value - half, high: value + half, n: first.len() + second.len() })
 }
 
-/// Probabilities of several tests, raised so that the chance of any false alarm among them stays what it is for one: Holm (1979),
-/// "A simple sequentially rejective multiple test procedure", Scandinavian Journal of Statistics 6, 65–70. In the order given.
+/// Adjusts p-values for multiple tests, so that the familywise error rate stays at that of a single
+/// test: Holm (1979), "A simple sequentially rejective multiple test procedure", Scandinavian
+/// Journal of Statistics 6, 65–70. Returns them in the given order.
 #[must_use]
 pub fn holm_adjusted(probabilities: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..probabilities.len()).collect();

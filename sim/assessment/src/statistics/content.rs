@@ -1,4 +1,5 @@
-//! Content validity: the share of experts who call an item relevant (Lynn 1986; Polit and Beck 2006).
+//! Content validity: the share of experts who rate an item as relevant (Lynn 1986; Polit and Beck
+//! 2006).
 
 use super::{NotComputable, count_as_number};
 
@@ -7,9 +8,9 @@ use super::{NotComputable, count_as_number};
 pub struct ContentValidity {
     /// The share.
     pub value: f64,
-    /// For an item the experts who rated it; for a scale its items.
+    /// For an item the number of experts who rated it; for a scale the number of its items.
     pub n: usize,
-    /// Ratings (of a scale: items) that are missing.
+    /// Number of missing ratings (for a scale: unrated items).
     pub missing: usize,
 }
 
@@ -30,7 +31,8 @@ pub fn content_validity(ratings: &[Option<u8>]) -> Result<ContentValidity, NotCo
     Ok(ContentValidity { value, n: given.len(), missing: ratings.len() - given.len() })
 }
 
-/// S-CVI/Ave: the mean of the items' I-CVI. An item that nobody rated is left out and counted as missing.
+/// S-CVI/Ave: the mean of the items' I-CVI. An item without ratings is left out and counted as
+/// missing.
 ///
 /// # Errors
 /// Without a rated item, or with a rating outside 1–4.

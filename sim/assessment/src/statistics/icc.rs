@@ -1,35 +1,36 @@
-//! Agreement of raters: intraclass correlations (Shrout and Fleiss 1979, Psychological Bulletin 86, 420–428). Intervals of
-//! those with raters drawn from many after McGraw and Wong 1996, Psychological Methods 1, 30–46, table 7.
+//! Agreement of raters: intraclass correlations (Shrout and Fleiss 1979, Psychological Bulletin 86,
+//! 420–428). Intervals for random raters after McGraw and Wong 1996, Psychological Methods 1,
+//! 30–46, table 7.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::table::Complete;
 use super::{NotComputable, ROUNDING, arithmetic_mean, count_as_number};
 
-/// Nearer than this to its pole, ICC(2,k) is rounding.
+/// Distance from its pole below which ICC(2,k) is dominated by rounding.
 const POLE: f64 = 1e-9;
 
-/// Intraclass correlations of one table, without a unit; each may be negative.
+/// Intraclass correlations of one table, dimensionless; each may be negative.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct IntraclassCorrelation {
-    /// ICC(2,1): raters drawn from many, a single rating.
+    /// ICC(2,1): random raters, single rating.
     pub single_random: f64,
-    /// ICC(2,k): raters drawn from many, the mean of their ratings; absent where they agree less than by chance, so much that no
-    /// number of them would do.
+    /// ICC(2,k): random raters, mean of their ratings; absent if the raters agree so much less than
+    /// by chance that it is undefined.
     pub average_random: Option<f64>,
-    /// Ends of the 95 % interval of ICC(2,1); absent where the raters agree to the last digit.
+    /// 95 % interval of ICC(2,1); absent if the raters agree exactly.
     pub single_random_95: Option<(f64, f64)>,
-    /// Ends of the 95 % interval of ICC(2,k), where both can be computed.
+    /// 95 % interval of ICC(2,k), if both ends can be computed.
     pub average_random_95: Option<(f64, f64)>,
-    /// ICC(3,1): these raters and no others, a single rating.
+    /// ICC(3,1): fixed raters, single rating.
     pub single_fixed: f64,
-    /// ICC(3,k): these raters and no others, the mean of their ratings.
+    /// ICC(3,k): fixed raters, mean of their ratings.
     pub average_fixed: f64,
-    /// Complete rows: what was rated.
+    /// Number of complete rows (rated objects).
     pub n: usize,
-    /// Raters.
+    /// Number of raters.
     pub raters: usize,
-    /// Rows left out because a rating is missing.
+    /// Number of rows left out because a rating is missing.
     pub missing: usize,
 }
 
@@ -40,11 +41,12 @@ struct MeanSquares {
     error: f64,
 }
 
-/// Intraclass correlations of the complete rows: one row for each thing rated, one column for each rater.
+/// Computes intraclass correlations of the complete rows: one row for each rated object, one column
+/// for each rater.
 ///
 /// # Errors
-/// With fewer than two raters or complete rows, where nothing rated differs from the rest, or for rows of different
-/// lengths.
+/// With fewer than two raters or complete rows, if the rated objects do not differ, or for rows of
+/// different lengths.
 pub fn intraclass_correlation(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCorrelation, NotComputable> {
     let table = Complete::from_rows(rows)?;
     table.at_least_two()?;
@@ -69,7 +71,8 @@ pub fn intraclass_correlation(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCor
     })
 }
 
-/// The interval of ICC(2,1), with Satterthwaite's degrees of freedom for what raters and error share.
+/// Returns the interval of ICC(2,1), with Satterthwaite's degrees of freedom for the combined
+/// variance of raters and error.
 fn icc_interval(squares: &MeanSquares, single: f64, n: f64, k: f64) -> Option<(f64, f64)> {
     let MeanSquares { rows: msr, columns: msc, error: mse } = *squares;
     let a = k * single / (n * (1.0 - single));
@@ -85,7 +88,8 @@ fn icc_interval(squares: &MeanSquares, single: f64, n: f64, k: f64) -> Option<(f
     (low.is_finite() && high.is_finite()).then_some((low, high))
 }
 
-/// What the mean of `k` ratings gains over one (Spearman and Brown); none at the pole, −1/(k − 1), and below it.
+/// Returns the reliability of the mean of `k` ratings (Spearman and Brown); `None` at or below the
+/// pole, −1/(k − 1).
 fn icc_of_mean(single: f64, k: f64) -> Option<f64> {
     let share = 1.0 + (k - 1.0) * single;
     (share > POLE).then(|| k * single / share)

@@ -4,7 +4,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::{Estimate, NotComputable, arithmetic_mean, check_sample, count_as_number, sample_variance};
 
-/// The mean with Student's t interval. Without variance the interval has no width.
+/// Computes the mean with Student's t interval. Without variance the interval has no width.
 ///
 /// # Errors
 /// With fewer than two values, or one that is not finite.

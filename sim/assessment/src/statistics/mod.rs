@@ -1,6 +1,7 @@
 //! Statistics of proportions, scores, ratings and questionnaires.
 //!
-//! Whatever cannot be computed says why ([`NotComputable`]); it is never 0 and never NaN. Intervals are of 95 %.
+//! A value that cannot be computed is an error with a reason ([`NotComputable`]), never 0 and never
+//! NaN. Intervals are 95 % intervals.
 
 use phrase::{Phrase, phrase};
 
@@ -26,38 +27,38 @@ pub use reliability::{ItemAnalysis, Reliability, cronbach_alpha, item_analysis};
 /// The standard normal quantile of 97.5 %.
 const Z_95: f64 = 1.959_963_984_540_054;
 
-/// Differences below this share of the largest value are rounding, not variance.
+/// Differences below this fraction of the largest value are rounding, not variance.
 const ROUNDING: f64 = 1e-12;
 
-/// Why a figure cannot be computed.
+/// The reason why a statistic cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, thiserror::Error)]
 #[serde(rename_all = "snake_case", tag = "reason")]
 #[error("{}", self.in_words())]
 pub enum NotComputable {
-    /// Fewer observations (people, pairs, attempts) than the figure needs.
+    /// Fewer observations (people, pairs, attempts) than required.
     TooFew {
-        /// How many there are.
+        /// Number found.
         found: usize,
-        /// How many it takes.
+        /// Number required.
         needed: usize,
     },
-    /// Fewer items or raters than the figure needs.
+    /// Fewer items or raters than required.
     TooFewItems {
-        /// How many there are.
+        /// Number found.
         found: usize,
-        /// How many it takes.
+        /// Number required.
         needed: usize,
     },
     /// All values are equal.
     NoVariance,
     /// The rows of a table have different numbers of columns.
     Ragged,
-    /// A value is outside what the figure is defined for, or not a number.
+    /// A value is outside the domain of the statistic, or not a number.
     OutOfRange,
 }
 
 impl NotComputable {
-    /// For people.
+    /// Returns the translatable message.
     #[must_use]
     pub fn in_words(&self) -> Phrase {
         match self {
@@ -74,25 +75,25 @@ impl NotComputable {
     }
 }
 
-/// A figure with its 95 % interval.
+/// An estimate with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Estimate {
-    /// The figure, in the unit of what it is of.
+    /// The estimate, in the unit of the observations.
     pub value: f64,
     /// Lower end of the interval, in the same unit.
     pub low: f64,
     /// Upper end of the interval, in the same unit.
     pub high: f64,
-    /// Observations it is of.
+    /// Number of observations.
     pub n: usize,
 }
 
-/// A count as a number.
+/// Converts a count to a float.
 fn count_as_number(n: usize) -> f64 {
     n as f64
 }
 
-/// Refuses too few values, and any that is not finite.
+/// Refuses too few values, and values that are not finite.
 fn check_sample(values: &[f64], needed: usize) -> Result<(), NotComputable> {
     if values.len() < needed {
         return Err(NotComputable::TooFew { found: values.len(), needed });
@@ -100,12 +101,12 @@ fn check_sample(values: &[f64], needed: usize) -> Result<(), NotComputable> {
     if values.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(NotComputable::OutOfRange) }
 }
 
-/// Arithmetic mean; the caller sees to it that there are values.
+/// Returns the arithmetic mean; the caller must ensure that there are values.
 fn arithmetic_mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / count_as_number(values.len())
 }
 
-/// Sample variance (divided by n − 1); exactly 0 where the values differ by rounding only.
+/// Returns the sample variance (divided by n − 1); exactly 0 if the values differ only by rounding.
 fn sample_variance(values: &[f64]) -> f64 {
     let centre = arithmetic_mean(values);
     let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));

@@ -2,7 +2,8 @@
 
 use super::{Estimate, NotComputable, Z_95, count_as_number};
 
-/// Wilson's score interval for `successes` among `trials` (Wilson 1927, without continuity correction).
+/// Wilson's score interval for `successes` among `trials` (Wilson 1927, without continuity
+/// correction).
 ///
 /// # Errors
 /// Without trials, or with more successes than trials.

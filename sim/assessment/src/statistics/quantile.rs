@@ -2,25 +2,26 @@
 
 use super::{NotComputable, check_sample, count_as_number};
 
-/// Five numbers that describe a sample, in its unit.
+/// Minimum, quartiles and maximum of a sample, in its unit.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Summary {
-    /// How many values.
+    /// Number of values.
     pub n: usize,
-    /// The least value.
+    /// Minimum.
     pub min: f64,
-    /// The quantile of 25 %.
+    /// 25 % quantile.
     pub lower_quartile: f64,
-    /// The quantile of 50 %.
+    /// 50 % quantile.
     pub median: f64,
-    /// The quantile of 75 %.
+    /// 75 % quantile.
     pub upper_quartile: f64,
-    /// The greatest value.
+    /// Maximum.
     pub max: f64,
 }
 
-/// The quantile of a share (0–1) of the values: the value at rank 1 + (n − 1)·share of the sorted sample, linear
-/// between its neighbours. This is definition 7 of Hyndman and Fan (1996), the default of R and NumPy.
+/// Returns the quantile of a share (0–1) of the values: the value at rank 1 + (n − 1)·share of the
+/// sorted sample, linear between its neighbours. This is definition 7 of Hyndman and Fan (1996),
+/// the default of R and NumPy.
 ///
 /// # Errors
 /// Without values, with one that is not finite, or for a share outside 0–1.
@@ -28,7 +29,7 @@ pub fn quantile(values: &[f64], share: f64) -> Result<f64, NotComputable> {
     of_sorted(&sorted(values)?, share)
 }
 
-/// Minimum, quartiles and maximum, with [`quantile`]'s definition.
+/// Returns minimum, quartiles and maximum, with [`quantile`]'s definition.
 ///
 /// # Errors
 /// Without values, or with one that is not finite.
@@ -56,7 +57,7 @@ fn of_sorted(sorted: &[f64], share: f64) -> Result<f64, NotComputable> {
         return Err(NotComputable::OutOfRange);
     }
     let rank = share * count_as_number(sorted.len() - 1);
-    // Not negative, and at most the last place: cutting it off rounds it down.
+    // Not negative, and at most the last index: the cast rounds down.
     let below = (rank as usize).min(sorted.len() - 1);
     let above = (below + 1).min(sorted.len() - 1);
     Ok(sorted[below] + (rank - count_as_number(below)) * (sorted[above] - sorted[below]))

@@ -6,38 +6,39 @@ use super::rank::pearson;
 use super::table::Complete;
 use super::{NotComputable, count_as_number, sample_variance};
 
-/// Cronbach's α and what it is of.
+/// Cronbach's α with the size of its data.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Reliability {
-    /// α, without a unit; may be negative.
+    /// α, dimensionless; may be negative.
     pub alpha: f64,
     /// Lower end of its 95 % interval.
     pub low: f64,
     /// Upper end of its 95 % interval.
     pub high: f64,
-    /// Items of the scale.
+    /// Number of items of the scale.
     pub items: usize,
-    /// Complete rows it is computed from.
+    /// Number of complete rows used.
     pub n: usize,
-    /// Rows left out because an item is missing.
+    /// Number of rows left out because an item is missing.
     pub missing: usize,
 }
 
-/// What one item does to its scale.
+/// Contribution of one item to its scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ItemAnalysis {
     /// Pearson's correlation of the item with the sum of the others, −1 to 1.
     pub rest_correlation: Result<f64, NotComputable>,
-    /// α of the scale without it.
+    /// α of the scale without the item.
     pub alpha_without: Result<f64, NotComputable>,
 }
 
-/// Cronbach's α = k/(k−1)·(1 − Σs²ᵢ/s²ₓ) over the complete rows: one row a respondent, one column an item. Its interval is that of
-/// Feldt (1965), "The approximate sampling distribution of Kuder–Richardson reliability coefficient twenty", Psychometrika 30,
-/// 357–370.
+/// Computes Cronbach's α = k/(k−1)·(1 − Σs²ᵢ/s²ₓ) over the complete rows: one row per respondent,
+/// one column per item. Interval after Feldt (1965), "The approximate sampling distribution of
+/// Kuder–Richardson reliability coefficient twenty", Psychometrika 30, 357–370.
 ///
 /// # Errors
-/// With fewer than two items or complete rows, with no variance of the sums, or rows of different lengths.
+/// With fewer than two items or complete rows, with no variance of the sums, or rows of different
+/// lengths.
 pub fn cronbach_alpha(rows: &[Vec<Option<f64>>]) -> Result<Reliability, NotComputable> {
     let table = Complete::from_rows(rows)?;
     let alpha = table_alpha(&table)?;
@@ -49,10 +50,11 @@ pub fn cronbach_alpha(rows: &[Vec<Option<f64>>]) -> Result<Reliability, NotCompu
     Ok(Reliability { alpha, low, high, items: table.columns, n: table.rows.len(), missing: table.missing })
 }
 
-/// Each item of a scale against the others, over the complete rows, in the order of the columns.
+/// Compares each item of a scale with the others, over the complete rows, in the order of the
+/// columns.
 ///
 /// # Errors
-/// As [`cronbach_alpha`]; a figure of one item says for itself why there is none.
+/// As [`cronbach_alpha`]; a statistic that is undefined for a single item has its own error.
 pub fn item_analysis(rows: &[Vec<Option<f64>>]) -> Result<Vec<ItemAnalysis>, NotComputable> {
     let table = Complete::from_rows(rows)?;
     table_alpha(&table)?;
@@ -66,7 +68,7 @@ pub fn item_analysis(rows: &[Vec<Option<f64>>]) -> Result<Vec<ItemAnalysis>, Not
     Ok((0..table.columns).map(analysis).collect())
 }
 
-/// α of complete rows.
+/// Returns α of complete rows.
 fn table_alpha(table: &Complete) -> Result<f64, NotComputable> {
     table.at_least_two()?;
     let of_sums = sample_variance(&row_sums(table));

@@ -1,19 +1,19 @@
-//! Rows of answers or ratings, some of them incomplete.
+//! Tables of answers or ratings, some of them incomplete.
 
 use super::NotComputable;
 
-/// The complete rows of a table, all of one length.
+/// The complete rows of a table, all of the same length.
 pub(super) struct Complete {
-    /// One row a person, one column an item or a rater.
+    /// One row per person, one column per item or rater.
     pub rows: Vec<Vec<f64>>,
-    /// Columns of each row.
+    /// Number of columns.
     pub columns: usize,
-    /// Rows left out because something is missing in them.
+    /// Number of rows left out because a value is missing.
     pub missing: usize,
 }
 
 impl Complete {
-    /// Takes the complete rows.
+    /// Collects the complete rows.
     pub(super) fn from_rows(rows: &[Vec<Option<f64>>]) -> Result<Self, NotComputable> {
         let columns = rows.first().map_or(0, Vec::len);
         if rows.iter().any(|row| row.len() != columns) {
@@ -35,12 +35,12 @@ impl Complete {
         }
     }
 
-    /// One column.
+    /// Returns one column.
     pub(super) fn column(&self, at: usize) -> Vec<f64> {
         self.rows.iter().map(|row| row[at]).collect()
     }
 
-    /// The table without one column.
+    /// Returns the table without one column.
     pub(super) fn without_column(&self, at: usize) -> Self {
         let kept =
             |row: &Vec<f64>| row.iter().enumerate().filter(|(column, _)| *column != at).map(|(_, v)| *v).collect();

@@ -1,4 +1,5 @@
-//! Bodies from numbers beside what is published: dimensions, the way between the spinous processes, and how deep the flavum lies.
+//! Generated bodies compared with published data: dimensions, the path between the spinous
+//! processes, and the depth of the ligamentum flavum.
 
 use std::path::{Path, PathBuf};
 
@@ -13,11 +14,12 @@ use super::{Subject, measured_on};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 
-/// Bodies whose numbers are drawn, bodies whose midline paths are tried, and bodies whose surface is measured.
+/// Number of bodies whose dimensions are drawn, whose midline paths are evaluated, and whose
+/// surface is measured.
 const WHOLE: Counts = Counts { drawn: 1000, tried: 1000, measured: 40 };
-/// The same to see that it works.
+/// The same for a shortened report.
 const SHORTENED: Counts = Counts { drawn: 1000, tried: 10, measured: 2 };
-/// Weights at which the depth of the flavum is told, in kg.
+/// Weights at which the depth of the flavum is reported, in kg.
 const WEIGHTS_KG: [f64; 4] = [50.0, 70.0, 90.0, 110.0];
 const AGES_YEARS: [f64; 2] = [20.0, 80.0];
 
@@ -27,7 +29,7 @@ struct Counts {
     measured: u64,
 }
 
-/// Means and standard deviations over bodies.
+/// Mean and standard deviation over bodies.
 #[derive(Clone, Copy)]
 struct Moments {
     mean: f64,
@@ -49,34 +51,35 @@ impl Moments {
     }
 }
 
-/// A dimension at a level, as published and as bodies have it.
+/// A dimension at a level: published, and in generated bodies.
 struct DimensionRow {
     published: PublishedDimension,
-    /// How bodies come by it: `drawn`, or `surface` where it was measured from the shape.
+    /// Source of the bodies' values: `drawn`, or `surface` if measured on the shape.
     from: &'static str,
     bodies: Moments,
 }
 
-/// In how many bodies the flavum of an interspace is reached by a straight midline path.
+/// Number of bodies in which a straight midline path reaches the flavum of an interspace.
 struct PathRow {
     posture: Posture,
     level: Level,
     free: usize,
     tried: usize,
-    /// From skin to flavum across the line from one spinous tip to the other, in mm, where that path is free.
+    /// Distance from skin to flavum, perpendicular to the line between the two spinous tips, in mm,
+    /// if that path is free.
     to_flavum: Moments,
 }
 
-/// How deep the flavum of L3/4 lies at a weight.
+/// Depth of the flavum of L3/4 at a weight.
 struct DepthRow {
     weight_kg: f64,
     to_flavum: Moments,
 }
 
-/// Measures bodies, and writes `anatomy.{csv,md}`; returns the files written.
+/// Measures bodies and writes `anatomy.{csv,md}`; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses.
+/// On an I/O error.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let counts = if quick { SHORTENED } else { WHOLE };
     let postures = Posture::ALL.len() as u64;
@@ -93,7 +96,8 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     Ok(vec![table, text])
 }
 
-/// The body of a seed: adults of 70 kg whose ages spread evenly about 50 years, about which the published dimensions are.
+/// Returns the parameters of the body for a seed: adults of 70 kg with ages evenly spread around 50
+/// years, for which the published dimensions hold.
 fn order(seed: u64, posture: Posture) -> BodyOrder {
     let [least, most] = AGES_YEARS;
     let age_years = least + (most - least) * (seed * 7 % 61) as f64 / 60.0;
@@ -113,7 +117,7 @@ fn drawn_dimensions(bodies: u64) -> Result<Vec<DimensionRow>, BenchError> {
     Ok(Dimension::ALL.into_iter().flat_map(list_published).map(row).collect())
 }
 
-/// What is measured from a shape, which published dimension it is, and how.
+/// A published dimension and its measurement on the shape.
 type SurfaceDimension = (Dimension, fn(&BodyMeasure) -> f64);
 const SURFACE: [SurfaceDimension; 3] = [
     (Dimension::EndplateWidth, |measure| measure.body_width_mm),
@@ -218,7 +222,8 @@ fn standing_in_words(standing: Standing) -> &'static str {
     }
 }
 
-/// A row for each dimension, a column for each level: as published, then as bodies have it.
+/// Returns a table with a row for each dimension and a column for each level: published values,
+/// then those of the bodies.
 fn dimension_sheet(rows: &[&DimensionRow]) -> ReportSheet {
     let mut sheet = ReportSheet::new(["dimension"].into_iter().chain(Level::ALL.map(Level::name)));
     for levels in rows.chunks(Level::ALL.len()) {
@@ -249,7 +254,8 @@ fn path_sheet(paths: &[PathRow], free: fn(&PathRow) -> usize) -> ReportSheet {
     sheet
 }
 
-/// By how much deeper the flavum lies for each kg more, in mm, as a line through the weights has it.
+/// Returns the increase of the flavum's depth per kg, in mm, from the least-squares line through
+/// the weights.
 fn slope_mm_per_kg(depths: &[DepthRow]) -> f64 {
     let count = depths.len() as f64;
     let weight = depths.iter().map(|row| row.weight_kg).sum::<f64>() / count;

@@ -1,4 +1,5 @@
-//! Fits of curves whose truth is known: how often a 95 % interval holds it, how often there is none, and wrong minima.
+//! Fits of curves with known parameters: how often a 95 % interval contains the truth, how often
+//! there is no interval, and wrong minima.
 
 use std::path::{Path, PathBuf};
 
@@ -15,21 +16,23 @@ use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 use trials::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 
-/// Curves of a group of random layers, of shipped scenes under a trocar, which take seconds each, and of seven layers, which take a
-/// minute; a shortened report has this part of them.
+/// Number of curves of a group of random layers, of shipped scenes under a trocar, which take
+/// seconds each, and of seven layers, which take a minute each. A shortened report divides these by
+/// [`QUICK_PART`].
 const CURVES: u64 = 240;
 const SHIPPED_CURVES: u64 = 60;
 const DEEP_CURVES: u64 = 24;
-/// Curves with times: every tissue and noise a dozen times.
+/// Number of timed curves: a dozen for every tissue and noise level.
 const TIMED_CURVES: u64 = 144;
 const QUICK_PART: u64 = 120;
-/// From which seed: none on which a number of the fit was chosen.
+/// First seed; no setting of the fit was tuned on these seeds.
 pub(super) const FIRST_SEED: u64 = 2000;
-/// The least share of intervals that must hold the truth, and the largest of a group's curves whose minimum may be wrong without a word.
+/// Smallest share of intervals that must contain the truth, and largest share of a group's curves
+/// that may end in an unreported wrong minimum.
 const COVERAGE: f64 = 0.9;
 const SILENT: f64 = 0.02;
 
-/// Curves of one kind.
+/// A group of similar curves.
 struct Group {
     name: &'static str,
     curves: u64,
@@ -37,13 +40,13 @@ struct Group {
     from: From,
 }
 
-/// Where a group's layers come from.
+/// Source of a group's layers.
 enum From {
     Random { tip_to_rim_m: f64 },
     Shipped(Vec<AxialSpec>),
 }
 
-/// What came of a curve: the fit beside the truth, or why there is none.
+/// The result of a curve: the fit compared with the truth, or an error.
 struct CalibrationRow {
     group: &'static str,
     seed: u64,
@@ -53,7 +56,7 @@ struct CalibrationRow {
     outcome: Result<Trialled, String>,
 }
 
-/// How often a parameter's interval held the truth.
+/// Counts how often a parameter's interval contained the truth.
 #[derive(Default)]
 pub(super) struct IntervalTally {
     held: usize,
@@ -72,22 +75,22 @@ impl IntervalTally {
         }
     }
 
-    /// How many have an effect on the curve.
+    /// Returns the number of parameters that affect the curve.
     pub fn seen(&self) -> usize {
         self.given() + self.open
     }
 
-    /// How many of these have an interval.
+    /// Returns the number of those that have an interval.
     pub fn given(&self) -> usize {
         self.held + self.missed
     }
 
-    /// How many of them have none.
+    /// Returns the number of those that have none.
     pub fn open(&self) -> usize {
         self.open
     }
 
-    /// The share of intervals that hold the truth; none without an interval.
+    /// Returns the share of intervals that contain the truth; `None` without an interval.
     pub fn coverage(&self) -> Option<f64> {
         let given = self.given();
         (given > 0).then(|| self.held as f64 / given as f64)
@@ -104,11 +107,12 @@ impl CalibrationRow {
     }
 }
 
-/// Fits, and writes `calibrate.{csv,md,svg}`, `calibrate-timed.csv` and `calibrate-fits.svg`; returns the files written.
+/// Fits the curves and writes `calibrate.{csv,md,svg}`, `calibrate-timed.csv` and
+/// `calibrate-fits.svg`; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses, and, once the report is written, when intervals of undisturbed curves hold the truth too seldom or too many of
-/// their wrong minima were not said.
+/// On an I/O error, and, after the report has been written, if intervals of undisturbed curves
+/// contain the truth too rarely or too many of their wrong minima are not reported.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let curves = |group: &Group| if quick { group.curves / QUICK_PART } else { group.curves };
     let groups = groups()?;
@@ -136,7 +140,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     if failed.is_empty() { Ok(vec![table, timed_table, text, picture, fits]) } else { Err(BenchError::Work(failed)) }
 }
 
-/// The curves of a group, in the order of their seeds.
+/// Fits the curves of a group in parallel; returns them in the order of their seeds.
 fn at_once(group: &Group, curves: u64, progress: &MeasurementProgress) -> Result<Vec<CalibrationRow>, BenchError> {
     let fit = |seed| {
         let row = row(group, seed);
@@ -173,7 +177,7 @@ fn groups() -> Result<Vec<Group>, BenchError> {
     ])
 }
 
-/// A curve of a group; none where no scene serves.
+/// Fits a curve of a group; `None` if no scene is suitable.
 fn row(group: &Group, seed: u64) -> Option<CalibrationRow> {
     let measurement = Measurement::of_seed(seed, group.disturbance);
     let origin = match &group.from {
@@ -231,7 +235,8 @@ fn csv(rows: &[CalibrationRow]) -> ReportSheet {
     sheet
 }
 
-/// Layer, parameter, truth, value, interval and whether it holds, of each number.
+/// Returns layer, parameter, truth, value, interval, and whether the interval contains the truth,
+/// for each parameter.
 pub(super) fn rows_of_numbers(parameters: &[Judged]) -> impl Iterator<Item = [String; 7]> {
     let end = |number: Option<f64>| number.map_or_else(String::new, full);
     parameters.iter().map(move |judged| {
@@ -329,12 +334,13 @@ fn parameters(groups: &[Group], rows: &[CalibrationRow]) -> ReportSheet {
     sheet
 }
 
-/// Rows whose fit says that it has converged.
+/// Selects the rows whose fit reports convergence.
 fn settled<'r>(rows: &[&'r CalibrationRow]) -> Vec<&'r CalibrationRow> {
     rows.iter().copied().filter(|row| row.trialled().is_some_and(|trialled| trialled.fit.converged)).collect()
 }
 
-/// What undisturbed curves must not show. A shortened report has too few curves to judge shares.
+/// Returns the failed requirements on undisturbed curves. A shortened report has too few curves to
+/// evaluate shares.
 fn failures(groups: &[Group], rows: &[CalibrationRow], quick: bool) -> Vec<String> {
     let mut failed = Vec::new();
     for group in groups.iter().filter(|group| group.disturbance == Disturbance::None) {
@@ -356,7 +362,8 @@ fn failures(groups: &[Group], rows: &[CalibrationRow], quick: bool) -> Vec<Strin
     failed
 }
 
-/// Why the intervals of a quantity are not enough, if they are not: too few hold the truth, or none is given where some must be.
+/// Returns why the intervals of a quantity are insufficient, if they are: too few contain the
+/// truth, or none exists where required.
 fn uncovered(tally: &IntervalTally, quantity: Quantity, may_be_open: bool) -> Option<String> {
     let name = quantity.words();
     match tally.coverage() {
@@ -368,7 +375,8 @@ fn uncovered(tally: &IntervalTally, quantity: Quantity, may_be_open: bool) -> Op
     }
 }
 
-/// How narrow the intervals of undisturbed random layers are, by the noise: the median of half their width as a share of the value.
+/// Plots the width of the intervals of undisturbed random layers against the noise: the median of
+/// half the width, relative to the value.
 fn picture_of(groups: &[Group], rows: &[CalibrationRow]) -> Chart {
     let random = groups.iter().find(|group| matches!(group.from, From::Random { .. }));
     let rows = random.map_or_else(Vec::new, |group| settled(&of_group(rows, group)));
@@ -403,7 +411,7 @@ pub(super) fn percent(part: f64) -> String {
     format!("{:.1} %", 100.0 * part)
 }
 
-/// Every digit.
+/// Formats a number with every digit.
 pub(super) fn full(number: f64) -> String {
     format!("{number:?}")
 }

@@ -1,4 +1,4 @@
-//! Fits plotted over the curves that they are fits of.
+//! Plots of fits over their curves.
 
 use std::path::Path;
 
@@ -16,18 +16,18 @@ use trials::timed_calibration::{
     DEEPEST_M, HOLD_S, SampledTimedCurve, TimedNoise, TimedTissue, insertion, sample_timed, try_timed_fit,
 };
 
-/// The literature's profile of an epidural insertion, and the shipped scene that was fitted to it.
+/// A published profile of an epidural insertion, and the shipped scene that was fitted to it.
 const PROFILE: &str = include_str!("../../../../tests/data/calibrate/epidural-71kg.csv");
 const PROFILED: &str = "epidural-71kg";
-/// Panels, in rows of so many, and their size.
+/// Panels per row, and their size.
 const COLUMNS: usize = 3;
 const PANEL: (u32, u32) = (420, 330);
-/// Among so many curves with times one is looked for.
+/// Number of timed curves searched for one to plot.
 const SEARCHED: usize = 96;
-/// A curve is shown by at most so many samples.
+/// Maximum number of samples plotted for a curve.
 const SHOWN: usize = 300;
 
-/// A curve, and the law's force along it.
+/// A curve, and the fitted law's force along it.
 struct FitPanel {
     title: String,
     x: &'static str,
@@ -35,10 +35,10 @@ struct FitPanel {
     fitted: Vec<(f64, f64)>,
 }
 
-/// Draws one curve of every kind.
+/// Plots one curve of every kind.
 ///
 /// # Errors
-/// When a curve that the report has fitted is not, or the disk refuses.
+/// If a curve cannot be fitted, or on an I/O error.
 pub(super) fn draw(path: &Path) -> Result<(), BenchError> {
     let mut panels = vec![random("random layers, needle", 0.0)?, random("random layers, trocar", 0.002)?, profile()?];
     for tissue in TimedTissue::ALL {
@@ -47,7 +47,7 @@ pub(super) fn draw(path: &Path) -> Result<(), BenchError> {
     chart::finish(picture(path, &panels), path)
 }
 
-/// Two random layers under a needle or a trocar.
+/// Returns the panel of two random layers under a needle or a trocar.
 fn random(name: &str, tip_to_rim_m: f64) -> Result<FitPanel, BenchError> {
     let measurement = Measurement { noise_n: 0.04, spacing_m: 0.1e-3, withdraws: true, disturbance: Disturbance::None };
     let sampled = sample(Origin::Blind { layers: 2, tip_to_rim_m }, measurement, calibrate::FIRST_SEED)
@@ -56,7 +56,7 @@ fn random(name: &str, tip_to_rim_m: f64) -> Result<FitPanel, BenchError> {
     Ok(along_depth(format!("{name}, noise 40 mN"), sampled.samples, &spec))
 }
 
-/// The epidural profile under the scene as it is shipped.
+/// Returns the panel of the epidural profile with the shipped scene.
 fn profile() -> Result<FitPanel, BenchError> {
     let scene = dossier::read_shipped_scenes()?.into_iter().find(|scene| scene.id == PROFILED);
     let scene = scene.ok_or_else(|| BenchError::work(format_args!("{PROFILED} is not shipped")))?;
@@ -76,7 +76,8 @@ fn along_depth(title: String, samples: Vec<(f64, f64)>, spec: &AxialSpec) -> Fit
     FitPanel { title, x: "depth, mm", measured, fitted }
 }
 
-/// The first curve of a tissue that the report fits, at its largest noise, to which a sound scene fits.
+/// Returns the panel of the first curve of a tissue, at its largest noise, whose fit yields a sound
+/// scene.
 fn timed(tissue: TimedTissue) -> Result<FitPanel, BenchError> {
     let seeds = calibrate_timed::FIRST_SEED..;
     let of = |seed| sample_timed(seed).ok().filter(|sampled| sampled.tissue == tissue && sampled.noise_n > 0.03);

@@ -1,4 +1,5 @@
-//! Fits of curves with times whose truth is known: how often a 95 % interval of an option holds it.
+//! Fits of timed curves with known parameters: how often a 95 % interval of an option contains the
+//! truth.
 
 use law::axial::ParamError;
 use tissue::calibrate::{CalibrateError, Quantity};
@@ -10,13 +11,13 @@ use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 use trials::timed_calibration::{SampledTimedCurve, TimedTissue, TimedTrial, sample_timed, try_timed_fit};
 
-/// From which seed: none on which a number of the fit was chosen.
+/// First seed; no setting of the fit was tuned on these seeds.
 pub(super) const FIRST_SEED: u64 = 20_000;
-/// The least and the greatest share of all intervals that may hold the truth.
+/// Smallest and largest share of all intervals that may contain the truth.
 const COVERAGE: [f64; 2] = [0.93, 0.97];
 /// Two-sided 95 % quantile of the normal distribution.
 const NORMAL_95: f64 = 1.96;
-/// What a curve with times may tell, in the order of the table.
+/// Quantities that a timed curve can determine, in the order of the table.
 const FITTED: [Quantity; 12] = [
     Quantity::Thickness,
     Quantity::Stiffness,
@@ -32,7 +33,7 @@ const FITTED: [Quantity; 12] = [
     Quantity::Breakaway,
 ];
 
-/// What came of a curve.
+/// The result of a curve.
 pub(super) struct TimedRow {
     seed: u64,
     sampled: SampledTimedCurve,
@@ -40,16 +41,16 @@ pub(super) struct TimedRow {
 }
 
 impl TimedRow {
-    /// The fit, where it says that it describes the curve.
+    /// Returns the fit if it reports convergence.
     fn settled(&self) -> Option<&TimedTrial> {
         self.outcome.as_ref().ok().filter(|trial| trial.fit.converged)
     }
 }
 
-/// Fits so many curves, in the order of their seeds.
+/// Fits the curves in parallel; returns them in the order of their seeds.
 ///
 /// # Errors
-/// When a thread stopped by a defect.
+/// If a thread panicked.
 pub(super) fn fit_all(curves: u64, progress: &MeasurementProgress) -> Result<Vec<TimedRow>, BenchError> {
     let row = |seed| {
         let sampled = sample_timed(seed)?;
@@ -60,7 +61,7 @@ pub(super) fn fit_all(curves: u64, progress: &MeasurementProgress) -> Result<Vec
     each_seed(FIRST_SEED..FIRST_SEED + curves, row)?.into_iter().collect::<Result<_, _>>().map_err(BenchError::work)
 }
 
-/// Every number of every curve.
+/// Returns a table of every parameter of every curve.
 pub(super) fn csv(rows: &[TimedRow]) -> ReportSheet {
     let of_curve = ["tissue", "seed", "noise_n", "converged"];
     let of_number = ["layer", "parameter", "truth", "value", "low_95", "high_95", "holds"];
@@ -76,7 +77,7 @@ pub(super) fn csv(rows: &[TimedRow]) -> ReportSheet {
     sheet
 }
 
-/// The section of the report.
+/// Returns the section of the report.
 pub(super) fn markdown(rows: &[TimedRow]) -> String {
     format!(
         "\n## Curves with times\n\nA needle goes 10 mm in at 4 mm/s, rests for 4 s and comes out; the law makes the curve in ticks of 1 ms, and every \
@@ -89,7 +90,7 @@ pub(super) fn markdown(rows: &[TimedRow]) -> String {
     )
 }
 
-/// Why the intervals are not of 95 %, if they are not.
+/// Returns a failure if the intervals' coverage is not about 95 %.
 pub(super) fn failures(rows: &[TimedRow]) -> Vec<String> {
     let [least, most] = COVERAGE;
     let share = tally(rows.iter(), |_| true).coverage();
@@ -110,7 +111,8 @@ fn tally<'r>(rows: impl Iterator<Item = &'r TimedRow>, is_counted: impl Fn(Quant
     tally
 }
 
-/// Intervals, the share that holds, its band, and the share of numbers without one.
+/// Returns number of intervals, share that contains the truth, its band, and share of parameters
+/// without an interval.
 fn cells(tally: &IntervalTally) -> [String; 4] {
     let given = tally.given();
     let half = NORMAL_95 * (0.95 * 0.05 / given.max(1) as f64).sqrt();

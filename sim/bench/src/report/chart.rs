@@ -1,4 +1,4 @@
-//! Line charts in SVG, in one style.
+//! Line charts in SVG, in a uniform style.
 
 use std::error::Error;
 use std::fmt::Display;
@@ -12,14 +12,15 @@ use plotters::prelude::*;
 use crate::error::BenchError;
 use crate::machine::{self, Machine};
 
-/// What drawing returns: plotters' errors depend on the backend's type.
+/// Result of a drawing function; boxed because plotters' errors depend on the backend's type.
 pub type Drawn = Result<(), Box<dyn Error>>;
 
-/// The viewer's own sans-serif face.
+/// The viewer's default sans-serif font.
 pub const FONT: &str = "sans-serif";
-/// Lines and labels that are not data.
+/// Colour of lines and labels that are not data.
 pub const INK: RGBColor = RGBColor(60, 60, 60);
-/// Colours that stay apart for colour-blind readers (Okabe and Ito), the yellow left out as too light on white.
+/// Colours that colour-blind readers can distinguish (Okabe and Ito), without yellow, which is too
+/// light on white.
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -31,30 +32,31 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(128, 128, 128),
 ];
 const SIZE: (u32, u32) = (960, 500);
-/// Width of the list of what is drawn, beside the plot, where it hides nothing.
+/// Width of the legend next to the plot.
 const KEY_WIDTH: i32 = 260;
-/// A line of no more points than this shows each of them.
+/// Lines with fewer points than this show a marker at each.
 const FEW: usize = 40;
 
-/// One line.
+/// A line of a chart.
 pub struct ChartCurve {
-    /// For the legend; an empty name is not listed.
+    /// Name in the legend; an empty name is not listed.
     pub name: String,
-    /// Points in order, in the axes' units. Those that are not positive have no place on logarithmic axes.
+    /// Points in order, in the axes' units. Points that are not positive are not shown on
+    /// logarithmic axes.
     pub points: Vec<(f64, f64)>,
 }
 
 impl ChartCurve {
-    /// The points that logarithmic axes have a place for.
+    /// Returns the points that logarithmic axes can show.
     fn shown(&self) -> impl Iterator<Item = (f64, f64)> + Clone + '_ {
         self.points.iter().copied().filter(|&(x, y)| x > 0.0 && y > 0.0)
     }
 }
 
-/// A chart with two logarithmic axes: speed and error span powers of ten.
+/// A chart with two logarithmic axes, because speed and error span powers of ten.
 #[derive(Default)]
 pub struct Chart {
-    /// What it shows.
+    /// Title.
     pub title: String,
     /// Label of the horizontal axis, with its unit.
     pub x: String,
@@ -62,17 +64,17 @@ pub struct Chart {
     pub y: String,
     /// Lines.
     pub curves: Vec<ChartCurve>,
-    /// Lines of others: dashed, with squares.
+    /// Lines of other solvers: dashed, with square markers.
     pub beside: Vec<ChartCurve>,
-    /// Points that stand out: a ring around each.
+    /// Highlighted points, each with a ring.
     pub rings: Vec<ChartCurve>,
 }
 
 impl Chart {
-    /// Draws it.
+    /// Draws the chart.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn draw(&self, path: &Path) -> Result<(), BenchError> {
         finish(self.picture(path), path)
     }
@@ -119,7 +121,7 @@ impl Chart {
         Ok(())
     }
 
-    /// Says beside the plot what is drawn in it.
+    /// Draws the legend next to the plot.
     fn list(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Drawn {
         let lines = self.curves.iter().map(|curve| (curve, false)).chain(self.beside.iter().map(|curve| (curve, true)));
         let mut y = 30;
@@ -147,7 +149,7 @@ impl Chart {
         Ok(())
     }
 
-    /// Whole powers of ten that hold every positive value.
+    /// Returns the smallest range of whole powers of ten that contains every positive value.
     fn range(&self, of: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) {
         let values = self
             .curves
@@ -166,7 +168,7 @@ impl Chart {
     }
 }
 
-/// Numbers as people write them, from thousandths to thousands, else in powers of ten.
+/// Formats an axis label: plain decimals from thousandths up to 100 000, otherwise a power of ten.
 fn label(value: &f64) -> String {
     if (0.000_999..100_000.5).contains(value) {
         format!("{}", (value * 1e6).round() / 1e6)
@@ -175,20 +177,20 @@ fn label(value: &f64) -> String {
     }
 }
 
-/// The colour of a line.
+/// Returns the colour of a line.
 pub fn colour(index: usize) -> RGBColor {
     COLOURS[index % COLOURS.len()]
 }
 
-/// A line's sign in the legend.
+/// Returns a line's symbol in the legend.
 pub fn key(index: usize) -> impl Fn((i32, i32)) -> PathElement<(i32, i32)> {
     move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour(index).stroke_width(2))
 }
 
-/// Signs a picture with the program and the machine, or says which could not be drawn.
+/// Adds program and machine to a picture.
 ///
 /// # Errors
-/// When it could not.
+/// If the picture could not be drawn or written.
 pub fn finish(drawn: Drawn, path: &Path) -> Result<(), BenchError> {
     let cannot = |error: &dyn Display| BenchError::work(format_args!("{}: {error}", path.display()));
     drawn.map_err(|error| cannot(&error))?;
@@ -197,7 +199,7 @@ pub fn finish(drawn: Drawn, path: &Path) -> Result<(), BenchError> {
     fs::write(path, signed(&svg, &who)).map_err(|error| cannot(&error))
 }
 
-/// A picture with who made it in the lower left corner.
+/// Returns a picture with its origin in the lower left corner.
 fn signed(svg: &str, who: &str) -> String {
     let who = who.replace('&', "&amp;").replace('<', "&lt;");
     let line = format!(

@@ -1,4 +1,5 @@
-//! Coupling: how far the force that the field carries is off that of the law, against the rate of the field.
+//! Coupling: the error of the field's force compared with that of the law, against the rate of the
+//! field.
 
 use std::path::{Path, PathBuf};
 
@@ -12,14 +13,14 @@ use crate::error::BenchError;
 
 const RATES_HZ: [f64; 8] = [15.0, 30.0, 60.0, 120.0, 240.0, 333.0, 500.0, 1000.0];
 const SPEEDS_MM_PER_S: [f64; 3] = [2.0, 10.0, 30.0];
-/// The insertions go to this depth, in m.
+/// Depth of the insertions, in m.
 const DEPTH_M: f64 = 0.03;
-/// Amplitude of the tremor, in m: what an intermediate hand has.
+/// Amplitude of the tremor, in m, as of an intermediate hand.
 const TREMOR_M: f64 = 1e-4;
-/// The field runs at this rate unless told otherwise, in Hz.
+/// Default rate of the field, in Hz.
 const FIELD_HZ: f64 = 120.0;
 
-/// One insertion at one rate.
+/// An insertion at one rate.
 struct CouplingRow {
     speed_mm_per_s: f64,
     tremor_mm: f64,
@@ -27,10 +28,10 @@ struct CouplingRow {
     error: HandOver,
 }
 
-/// Measures on the training scene, and writes `coupling.{csv,md,svg}`; returns the files written.
+/// Measures the training scene and writes `coupling.{csv,md,svg}`; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses.
+/// On an I/O error.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let params = AxialParams::new(specimen::nominal_axial_spec(&specimen::read_training_exercise()?.scene))
         .map_err(BenchError::work)?;
@@ -62,7 +63,7 @@ fn csv(rows: &[CouplingRow]) -> ReportSheet {
     sheet
 }
 
-/// The steady insertion at 10 mm/s.
+/// Plots the insertion at 10 mm/s without tremor.
 fn chart(rows: &[CouplingRow]) -> Chart {
     let curve = |name: &str, of: fn(&HandOver) -> f64| {
         let steady = rows.iter().filter(|row| (row.speed_mm_per_s, row.tremor_mm) == (10.0, 0.0));

@@ -1,4 +1,4 @@
-//! Force against depth at 2 mm/s, beside the ruptures in closed form: the picture of the paper.
+//! Force against depth at 2 mm/s, with the closed-form ruptures: the figure of the paper.
 
 use std::path::{Path, PathBuf};
 
@@ -23,10 +23,10 @@ const SIZE: (u32, u32) = (960, 540);
 /// Displacement in mm, axial force and its elastic part in N.
 type Point = (f64, f64, f64);
 
-/// Draws each scene, and writes what is drawn as CSV; returns the files written.
+/// Plots each scene and writes the data as CSV; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses.
+/// On an I/O error.
 pub fn draw(out: &Path, scenes: &[&Scene]) -> Result<Vec<PathBuf>, BenchError> {
     let mut written = Vec::new();
     for scene in scenes {
@@ -70,7 +70,7 @@ fn sheet(points: &[Point]) -> ReportSheet {
 fn picture(path: &Path, scene: &Scene, spec: &AxialSpec, points: &[Point]) -> Drawn {
     let root = SVGBackend::new(path, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
-    // The upper third is for the labels of the ruptures.
+    // Leave the upper third for the labels of the ruptures.
     let top_n = points.iter().fold(0.0_f64, |top, point| top.max(point.1)) * 1.45;
     let mut canvas = ChartBuilder::on(&root)
         .caption(format!("{}, constant 2 mm/s", scene.title), (FONT, 22))
@@ -113,10 +113,10 @@ fn picture(path: &Path, scene: &Scene, spec: &AxialSpec, points: &[Point]) -> Dr
     Ok(())
 }
 
-/// The points where a line bends. The picture's coordinates are whole pixels: a straight piece drawn through all of its
-/// points would have steps, and ten times the bytes.
+/// Returns the points at which a line bends. The picture's coordinates are whole pixels: a straight
+/// segment drawn through all of its points would have steps, and ten times the bytes.
 fn visible(points: &[Point]) -> Vec<Point> {
-    /// A bend is a change of either rise per tick by more than this, in N.
+    /// Smallest change of either slope per tick that counts as a bend, in N.
     const BEND_N: f64 = 1e-6;
     let rise = |pair: &[Point]| (pair[1].1 - pair[0].1, pair[1].2 - pair[0].2);
     let mut shown: Vec<Point> = points.first().copied().into_iter().collect();
@@ -132,7 +132,7 @@ fn visible(points: &[Point]) -> Vec<Point> {
     shown
 }
 
-/// A layer as the tip would meet it undeformed.
+/// A layer at its undeformed depth.
 struct Band {
     name: String,
     area: Rectangle<(f64, f64)>,
@@ -156,7 +156,7 @@ fn bands(scene: &Scene, spec: &AxialSpec, top_n: f64) -> Vec<Band> {
     bands
 }
 
-/// A light colour that people expect of a tissue.
+/// Returns a light colour for a tissue's texture.
 fn tint(texture: &str) -> RGBColor {
     match texture {
         "skin" => RGBColor(252, 226, 210),
@@ -166,7 +166,7 @@ fn tint(texture: &str) -> RGBColor {
     }
 }
 
-/// A rupture in closed form: a dashed line with its name and position at the upper end.
+/// A closed-form rupture: a dashed line with a label at its upper end.
 struct Mark {
     line: [(f64, f64); 2],
     label: String,
@@ -177,7 +177,7 @@ fn marks(spec: &AxialSpec, top_n: f64) -> Vec<Mark> {
     let ruptures = closed_form::predict_ruptures(spec);
     let marks = ruptures.iter().enumerate().map(|(index, rupture)| {
         let x_mm = rupture.x_m * 1e3;
-        // Neighbouring labels would overlap on one line: four heights take turns.
+        // Labels of neighbouring ruptures would overlap on one line: cycle through four heights.
         let height_n = top_n * (0.985 - 0.05 * (index % 4) as f64);
         let layer = &spec.layers[rupture.boundary].name;
         let label = format!("{layer}, {} {x_mm:.3} mm", rupture.contactor.name());

@@ -1,4 +1,5 @@
-//! What an encoder's steps make of the force: both versions of the law on the same insertion, ideal and in steps.
+//! Effect of an encoder's resolution on the force: several versions of the law on the same
+//! insertion, ideal and quantised.
 
 use std::path::{Path, PathBuf};
 
@@ -12,20 +13,22 @@ use crate::error::BenchError;
 
 const SPEED_M_PER_S: f64 = 0.002;
 const TICK_S: f64 = 1e-3;
-/// From where to where the forces are compared: in the muscle of the training scene, behind its last pop and before the target.
+/// Range in which the forces are compared: in the muscle of the training scene, after its last pop
+/// and before the target.
 const FROM_M: f64 = 0.0165;
 const TO_M: f64 = 0.025;
-/// The stretch that is drawn.
+/// End of the plotted range.
 const DRAWN_TO_M: f64 = 0.0185;
-/// Steps of the position, in µm: none, a fine encoder, a Phantom Omni.
+/// Resolution of the position, in µm: ideal, a fine encoder, a Phantom Omni.
 const STEPS_UM: [f64; 3] = [0.0, 10.0, 55.0];
-/// A change of force between two ticks that a hand feels, in N.
+/// Change of force between two ticks that a hand feels, in N.
 const JUMP_N: f64 = 0.05;
-/// Cutting that asks whether a tick moved; cutting by displacement, and speed over a window; damping by a spring and a dashpot.
+/// Version 1: cutting depends on whether a tick moved. Version 2: cutting by displacement, and
+/// speed over a window. Version 5: damping by a spring and a dashpot.
 const DRAWN_LAWS: [ForceLaw; 3] = [ForceLaw::Version1, ForceLaw::Version2, ForceLaw::Version5];
 const SIZE: (u32, u32) = (960, 1080);
 
-/// One insertion as the hand feels it.
+/// An insertion with the resulting forces.
 struct FeltInsertion {
     law: ForceLaw,
     step_um: f64,
@@ -40,7 +43,8 @@ struct FeltTick {
 }
 
 impl FeltInsertion {
-    /// What is left of a scene's specification under a version of the law, felt in steps.
+    /// Simulates an insertion under a version of the law, without the options that it does not
+    /// support, with the position quantised to `step_um`.
     fn insert(spec: &AxialSpec, law: ForceLaw, step_um: f64) -> Result<Self, BenchError> {
         let speed_window_s = if law == ForceLaw::Version1 { 0.0 } else { spec.speed_window_s };
         let damping_time_s = if law < ForceLaw::Version5 { 0.0 } else { spec.damping_time_s };
@@ -79,18 +83,18 @@ impl FeltInsertion {
     }
 }
 
-/// What was drawn and written.
+/// Output of the measurement.
 pub struct EncoderReport {
-    /// Files.
+    /// Files written.
     pub written: Vec<PathBuf>,
-    /// The section of the report.
+    /// Section of the report.
     pub markdown: String,
 }
 
 /// Measures the training scene.
 ///
 /// # Errors
-/// When the disk refuses.
+/// On an I/O error.
 pub fn measure(out: &Path, spec: &AxialSpec) -> Result<EncoderReport, BenchError> {
     let mut felt = Vec::new();
     for law in DRAWN_LAWS {
@@ -150,7 +154,7 @@ fn picture(path: &Path, felt: &[FeltInsertion]) -> Drawn {
             .label_style((FONT, 14))
             .axis_desc_style((FONT, 15))
             .draw()?;
-        // The ideal last: it would be hidden by what rattles around it.
+        // Draw the ideal curve last, so that the noisy ones do not hide it.
         for (index, felt) in lines.iter().enumerate().rev() {
             let drawn =
                 felt.ticks.iter().filter(|tick| tick.x_m <= DRAWN_TO_M).map(|tick| (tick.x_m * 1e3, tick.force_n));

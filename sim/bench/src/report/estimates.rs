@@ -1,4 +1,4 @@
-//! The error that a field claims against the error that it has, on random tissues.
+//! Estimated error of a field compared with its true error, on random tissues.
 
 use std::path::{Path, PathBuf};
 
@@ -10,32 +10,32 @@ use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 use trials::estimates::{DrawnTissue, JudgedEstimate, TOLERANCES, draw, measure as measure_one};
 
-/// Random tissues in a report, and in a shortened one.
+/// Number of random tissues in a report, and in a shortened one.
 const SCENES: [u32; 2] = [1000, 10];
 
-/// No error may be more than this many times its estimate.
+/// Largest allowed ratio of an error to its estimate.
 const MOST_FACTOR: f64 = 3.0;
 
-/// Of the tolerances that are said to be met, at least this share must be.
+/// Smallest share of correct results among the fits that report that their tolerance is met.
 const LEAST_TRUE: f64 = 0.995;
 
-/// A random tissue, and what came of it.
+/// A random tissue with its result.
 struct EstimateRow {
     drawn: DrawnTissue,
     found: JudgedEstimate,
 }
 
 impl EstimateRow {
-    /// The tolerance is said to be met, and is not.
+    /// Returns whether the tolerance is reported as met but is not.
     fn broken(&self) -> bool {
         self.found.met && self.found.error() > self.drawn.tolerance
     }
 }
 
-/// Measures, and writes `estimates.{csv,md}`; returns the files written.
+/// Measures and writes `estimates.{csv,md}`; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses, and, once the report is written, when a bound is exceeded.
+/// On an I/O error, and, after the report has been written, if a bound is exceeded.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let [whole, shortened] = SCENES;
     let scenes = if quick { shortened } else { whole };
@@ -54,7 +54,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     if broken.is_empty() { Ok(vec![table, text]) } else { Err(BenchError::Work(broken)) }
 }
 
-/// What exceeds its bound, a line each.
+/// Returns a line for each exceeded bound.
 fn broken(rows: &[EstimateRow]) -> Vec<String> {
     let mut lines: Vec<String> = rows
         .iter()

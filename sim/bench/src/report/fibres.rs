@@ -1,4 +1,5 @@
-//! What a sheet of fibres makes of the angle of a needle's edge: the training scene's fascia under a bevel turned along, aslant and across.
+//! Effect of the angle between a needle's edge and a sheet's fibres: the training scene's fascia
+//! under a bevel along, oblique to and across the fibres.
 
 use std::path::{Path, PathBuf};
 
@@ -16,25 +17,26 @@ use crate::error::BenchError;
 use trials::needle::{DT, DrivenNeedle};
 
 const SPEED_M_PER_S: f64 = 0.002;
-/// From where to where is drawn, in m: the last of the fat to beyond the fascia.
+/// Plotted range, in m: from the end of the fat to beyond the fascia.
 const FROM_M: f64 = 0.007;
 const TO_M: f64 = 0.0125;
 /// Angles of the edge to the fibres, in degrees.
 const ANGLES_DEG: [f64; 3] = [0.0, 45.0, 90.0];
 /// Tensions of the sheet, in N/m.
 const TENSIONS_N_PER_M: [f64; 2] = [0.0, 20.0];
-/// What an edge along the fibres leaves of the fascia's stiffness and of its thresholds (choice).
+/// Stiffness and thresholds of the fascia under an edge along the fibres, relative to an edge
+/// across them (choice).
 const ALONG_STIFFNESS: f64 = 0.8;
 const ALONG_THRESHOLD: f64 = 0.3;
 const SIZE: (u32, u32) = (960, 480);
 
-/// An insertion under an edge.
+/// An insertion with an edge at an angle.
 struct TurnedInsertion {
     angle_deg: f64,
     tension_n_per_m: f64,
-    /// The fascia's own force when it gave way, in N, and the displacement of the tip, in m.
+    /// The fascia's own force when it ruptured, in N, and the displacement of the tip, in m.
     found: Opening,
-    /// The same in closed form.
+    /// The closed-form prediction.
     predicted: Opening,
     /// Displacement in m and axial force in N, tick by tick.
     ticks: Vec<(f64, f64)>,
@@ -46,18 +48,18 @@ struct Opening {
     x_m: f64,
 }
 
-/// What was drawn and written.
+/// Output of the measurement.
 pub struct FibresReport {
-    /// Files.
+    /// Files written.
     pub written: Vec<PathBuf>,
-    /// The section of the report.
+    /// Section of the report.
     pub markdown: String,
 }
 
 /// Measures the training scene with fibres in its fascia, under a bevel.
 ///
 /// # Errors
-/// When the disk refuses.
+/// On an I/O error.
 pub fn measure(out: &Path, training: &Scene) -> Result<FibresReport, BenchError> {
     let mut insertions = Vec::new();
     for tension_n_per_m in TENSIONS_N_PER_M {
@@ -72,7 +74,8 @@ pub fn measure(out: &Path, training: &Scene) -> Result<FibresReport, BenchError>
     Ok(FibresReport { written: vec![plot, table], markdown: markdown(&sheet) })
 }
 
-/// The scene with fibres along the patient's x in its fascia, under a bevelled needle, and which layer that is.
+/// Returns the scene with fibres along the patient's x in its fascia, under a bevelled needle, and
+/// the index of the fascia.
 fn fibrous_spec(training: &Scene, tension_n_per_m: f64) -> Result<(AxialSpec, usize), BenchError> {
     let mut scene = training.clone();
     scene.law = scene.law.max(ForceLaw::Version3);
@@ -114,7 +117,7 @@ fn insert(training: &Scene, tension_n_per_m: f64, angle_deg: f64) -> Result<Turn
     Ok(TurnedInsertion { angle_deg, tension_n_per_m, found, predicted, ticks })
 }
 
-/// The fascia's opening in closed form.
+/// Predicts the fascia's rupture in closed form.
 fn predict(spec: &AxialSpec, fascia: usize, angle_deg: f64) -> Result<Opening, BenchError> {
     let turned = spec.under_edge([libm::cos(angle_deg.to_radians()), libm::sin(angle_deg.to_radians())]);
     let ruptures = closed_form::predict_ruptures(&turned);

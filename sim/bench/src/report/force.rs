@@ -1,4 +1,5 @@
-//! The force law: how late and how strong a rupture is at a tick rate and a speed, against the closed form.
+//! The force law: delay and excess force of a rupture at a tick rate and a speed, compared with the
+//! closed form.
 
 use std::path::{Path, PathBuf};
 
@@ -17,9 +18,10 @@ use trials::scenes::{ALL_OPTIONS, with_options};
 
 const RATES_HZ: [f64; 6] = [100.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
 const SPEEDS_MM_PER_S: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
-/// Where the first sample falls within a tick decides how late a rupture is: each case runs with this many offsets.
+/// Number of offsets per case: the position of the first sample within a tick determines the delay
+/// of a rupture.
 const PHASES: u32 = 16;
-/// Start and end of an insertion, in m of the tip's displacement: from the air to beyond the last rupture.
+/// Start of an insertion, and its end beyond the last rupture, in m of the tip's displacement.
 const FROM_M: f64 = -0.001;
 const BEYOND_M: f64 = 0.001;
 
@@ -38,10 +40,10 @@ struct Case {
     worst: Worst,
 }
 
-/// Measures, and writes `force*.{csv,md,svg}`; returns the files written.
+/// Measures and writes `force*.{csv,md,svg}`; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses.
+/// On an I/O error.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let [paper, training] = specimen::read_both_exercises()?;
     let specs = [specimen::nominal_axial_spec(&paper.scene), specimen::nominal_axial_spec(&training.scene)];
@@ -82,7 +84,8 @@ fn grid(specs: &[AxialSpec], quick: bool) -> Result<Vec<Case>, BenchError> {
     Ok(cases)
 }
 
-/// Inserts by `advance_m` per tick, beginning `offset` of a tick late, and keeps the largest errors.
+/// Inserts by `advance_m` per tick, starting with an offset of a fraction of a tick, and updates
+/// the largest errors.
 fn insert(spec: &AxialSpec, advance_m: f64, rate_hz: f64, offset: f64, worst: &mut Worst) -> Result<(), BenchError> {
     let params = AxialParams::new(spec.clone()).map_err(BenchError::work)?;
     let (mut state, mut scratch) = (AxialState::new(&params), AxialScratch::new(&params));
@@ -94,7 +97,7 @@ fn insert(spec: &AxialSpec, advance_m: f64, rate_hz: f64, offset: f64, worst: &m
         let x_m = FROM_M + (f64::from(tick) + offset) * advance_m;
         let input = AxialInput { t_s: f64::from(tick) / rate_hz, x_m, incidence: Incidence::UPRIGHT };
         axial::step(&params, &mut state, &mut scratch, &input);
-        // Ruptures within a tick have an order of their own, so each is looked up.
+        // The order of ruptures within a tick may differ, so look each one up.
         for rupture in &scratch.ruptures {
             let same =
                 |exact: &&PredictedRupture| (exact.contactor, exact.boundary) == (rupture.contactor, rupture.boundary);
@@ -108,7 +111,7 @@ fn insert(spec: &AxialSpec, advance_m: f64, rate_hz: f64, offset: f64, worst: &m
     Ok(())
 }
 
-/// The force that opens a boundary, in N.
+/// Returns the force that opens a boundary, in N.
 fn threshold_n(spec: &AxialSpec, rupture: &PredictedRupture) -> f64 {
     let layer = &spec.layers[rupture.boundary];
     match rupture.contactor {

@@ -1,4 +1,4 @@
-//! The hard cases: what each trial measures, against its bound.
+//! The hard cases: the measurement of each trial and its bound.
 
 use std::path::{Path, PathBuf};
 
@@ -8,10 +8,11 @@ use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 use trials::HardCaseTrial;
 
-/// A shortened report holds the trials of this model only: the deforming tissue takes longer.
+/// A shortened report contains only the trials of this model, because the deforming tissue takes
+/// longer.
 const QUICK_MODEL: &str = "force law";
 
-/// A trial and what came of it: a number, or why there is none.
+/// A trial and its measurement, or an error message.
 struct HardCaseRow {
     trial: HardCaseTrial,
     measured: Result<f64, String>,
@@ -22,16 +23,16 @@ impl HardCaseRow {
         self.measured.as_ref().is_ok_and(|&measured| self.trial.passes(measured))
     }
 
-    /// The measured number or why there is none.
+    /// Formats the measurement, or returns the error message.
     fn measured(&self, digits: impl Fn(f64) -> String) -> String {
         self.measured.as_ref().map_or_else(Clone::clone, |&measured| digits(measured))
     }
 }
 
-/// Measures, and writes `hard-cases.{csv,md}`; returns the files written.
+/// Measures and writes `hard-cases.{csv,md}`; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses, and, once the report is written, when a trial fails: each is named.
+/// On an I/O error, and, after the report has been written, if a trial fails: each is named.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let rows = try_all(quick);
     let table = out.join("hard-cases.csv");
@@ -87,13 +88,13 @@ fn markdown(rows: &[HardCaseRow], quick: bool) -> String {
     )
 }
 
-/// Four digits that count.
+/// Formats a number with four significant digits.
 fn short(number: f64) -> String {
     let rounded = format!("{number:.3e}").parse().unwrap_or(number);
     full(rounded)
 }
 
-/// Every digit, with an exponent where there would be many zeros.
+/// Formats a number with every digit, with an exponent instead of many zeros.
 fn full(number: f64) -> String {
     format!("{number:?}")
 }

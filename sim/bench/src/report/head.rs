@@ -1,5 +1,5 @@
-//! The head of every report: the command that makes it, the versions that it speaks of, and the machine. A test holds the committed
-//! reports to it, so none outlives what it measured.
+//! The head of every report: the command that makes it, the versions of the measured parts, and the
+//! machine. A test compares the committed reports with it, so that none becomes outdated.
 
 use assessment::catalogue::DEFINITIONS;
 use law::Judging;
@@ -8,15 +8,17 @@ use law::axial::ForceLaw;
 use super::Subject;
 use crate::machine::{self, Machine};
 
-/// How a mesh is judged. What came after it changes what an attempt's field is made of, and no estimate.
+/// Version of the error estimate. Later versions change which field an attempt uses, but not the
+/// estimate.
 const ESTIMATES: Judging = Judging::Second;
 
-/// What has versions of its own, beside the program.
+/// A part with its own version, in addition to the program's.
 #[derive(Clone, Copy)]
 enum Versioned {
     Law,
     Estimates,
-    /// A changed metric is a new one beside the old, so their number is their version.
+    /// A changed metric is added as a new version, so the number of definitions serves as the
+    /// version.
     Metrics,
 }
 
@@ -30,7 +32,7 @@ impl Versioned {
     }
 }
 
-/// What a report measures that has versions of its own.
+/// Returns the versioned parts that a report measures.
 fn measured(what: Subject) -> &'static [Versioned] {
     match what {
         Subject::Render | Subject::Anatomy => &[],
@@ -48,13 +50,13 @@ fn measured(what: Subject) -> &'static [Versioned] {
     }
 }
 
-/// The command and the versions: what a report must begin with to be of the program `program`.
+/// Returns the command and the versions with which a report of the program `program` must begin.
 fn made_by(what: Subject, options: &str, program: &str) -> String {
     let versions: String = measured(what).iter().map(|part| format!(", {}", part.now())).collect();
     format!("Measured by `stylet bench {}{options} --out DIR` with {program}{versions} on ", what.name())
 }
 
-/// The head of a report, below its title.
+/// Returns the head of a report, below its title.
 pub fn measured_by(what: Subject, options: &str, quick: bool) -> String {
     let (options, shortened) = match quick {
         true => (format!("{options} --quick"), " **Shortened to a hundredth: not to be reported.**"),
@@ -77,12 +79,12 @@ mod tests {
         PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("reports")
     }
 
-    /// What is committed is measured whole, and the tissue's beside other solvers.
+    /// Committed reports are complete, and that of the tissue includes other solvers.
     fn options(what: Subject) -> &'static str {
         if what == Subject::Field { field::BESIDE } else { "" }
     }
 
-    /// Why a report is not of this program, built for release; none when it is.
+    /// Returns why a report does not belong to a release build of this program; `None` if it does.
     fn stale(what: Subject, report: &str) -> Option<String> {
         let wanted = made_by(what, options(what), RELEASE);
         let head = report.lines().nth(2).unwrap_or_default();

@@ -1,4 +1,5 @@
-//! A hiccup of the device in the tissue, and a device that is lost there: what the hand is given of what it is owed, tick by tick.
+//! A device that falters or is lost in the tissue: rendered force compared with the required force,
+//! tick by tick.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,21 +19,21 @@ use super::{Subject, measured_on, specimen};
 use crate::error::BenchError;
 
 const TICK_HZ: f64 = 1000.0;
-/// Speed of the handle, in m/s, and how far above the skin it begins, in m.
+/// Speed of the handle, in m/s, and its starting height above the skin, in m.
 const SPEED_M_PER_S: f64 = 0.005;
 const APPROACH_M: f64 = 0.005;
-/// How far the exercise asks to go, in m.
+/// Target depth of the exercise, in m.
 const REACH_M: f64 = 0.03;
-/// Readings of a whole run: seven seconds, 30 mm of tissue.
+/// Number of readings of a run: seven seconds, 30 mm of tissue.
 const READINGS: u32 = 7000;
 const SIZE: (u32, u32) = (960, 420);
 
-/// What happens to the device.
+/// A fault of the device.
 struct Mishap {
     name: &'static str,
     title: &'static str,
     fault: Fault,
-    /// From this reading on, for so many.
+    /// First affected reading, and number of affected readings.
     begins: u64,
     lasts: u64,
 }
@@ -42,7 +43,7 @@ const MISHAPS: [Mishap; 2] = [
     Mishap { name: "lost", title: "the device is gone", fault: Fault::Disconnect, begins: 4000, lasts: u64::MAX },
 ];
 
-/// A tick: time in s, depth in mm, the force owed and the force given in N.
+/// A tick: time in s, depth in mm, required and rendered force in N.
 struct Point {
     t_s: f64,
     depth_mm: f64,
@@ -51,10 +52,11 @@ struct Point {
     flags: u32,
 }
 
-/// Runs each mishap, and writes `hiccup.md` and a table and a plot of each; returns the files written.
+/// Runs each mishap and writes `hiccup.md` and a table and a plot of each; returns the files
+/// written.
 ///
 /// # Errors
-/// When the disk refuses.
+/// On an I/O error.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let bundle = specimen::read_training_exercise()?;
     let mut summary =
@@ -79,7 +81,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     Ok(written)
 }
 
-/// The limits of a Touch.
+/// Returns the limits of a Touch.
 fn touch() -> DeviceInfo {
     DeviceInfo {
         name: "Touch".to_owned(),
@@ -142,7 +144,7 @@ fn ticks(points: &[Point]) -> ReportSheet {
     sheet
 }
 
-/// A line of the report. A device that is gone ends the attempt, with zero force sent last.
+/// Returns a line of the report. A lost device ends the attempt, and the last force sent is zero.
 fn summed_up(mishap: &Mishap, points: &[Point]) -> Vec<String> {
     let begins = mishap.begins as usize;
     let after = points.get(begins..).unwrap_or_default();

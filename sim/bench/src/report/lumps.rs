@@ -1,4 +1,4 @@
-//! Skins that bend and lumps in the layers: what the planner chooses, what it claims, and how far it is off.
+//! Curved skins and inclusions: the planner's choice, its estimated error, and its true error.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ use trials::lumps::{lower_back_with, make_ball, push_everywhere_m, worst_push_er
 /// Size of the reference's elements near the load, in m.
 const NEAR_M: f64 = 1.2e-3;
 
-/// A skin and what lies below it, under a needle.
+/// A skin and inclusions below it, under a needle.
 struct LumpCase {
     name: &'static str,
     tilt_deg: f64,
@@ -26,13 +26,13 @@ struct LumpCase {
     lumps: Vec<Inclusion>,
 }
 
-/// A case, and what came of it.
+/// A case with its result.
 struct LumpRow {
     case: LumpCase,
     model: Model,
     claim: f64,
     error: f64,
-    /// Of flat layers without anything in them.
+    /// Error of flat layers without inclusions.
     flat_error: f64,
     setup_s: f64,
     bytes: usize,
@@ -72,10 +72,10 @@ fn list_cases() -> Vec<LumpCase> {
     ]
 }
 
-/// Measures, and writes `lumps.{csv,md}`; returns the files written.
+/// Measures and writes `lumps.{csv,md}`; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses or a tissue has no field.
+/// On an I/O error, or if a tissue has no field.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let cases = list_cases();
     let count = if quick { 2 } else { cases.len() };

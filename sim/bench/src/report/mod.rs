@@ -1,4 +1,4 @@
-//! Reports: speed against error, as CSV, Markdown and SVG plots. What the command `stylet bench` makes.
+//! Reports of the command `stylet bench`: speed against error, as CSV, Markdown and SVG plots.
 
 mod anatomy;
 mod calibrate;
@@ -40,24 +40,24 @@ use tissue::Specimen;
 
 use crate::error::BenchError;
 
-/// What there is to report on, in the order in which all of it is measured.
+/// The subjects of reports, in the order in which they are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
     /// The force law.
     Force,
     /// The deforming tissue.
     Field,
-    /// Claimed against true error on random tissues.
+    /// Estimated and true error on random tissues.
     Estimates,
-    /// The force law and the tissue at their two rates.
+    /// The force law and the tissue at their different rates.
     Coupling,
     /// Recordings.
     Recording,
-    /// The interactive servo, on the clock.
+    /// The interactive servo, in real time.
     Servo,
     /// A device that falters or is lost in the tissue.
     Hiccup,
-    /// The picture.
+    /// Rendering.
     Render,
     /// The hard cases.
     HardCases,
@@ -65,13 +65,13 @@ pub enum Subject {
     Soak,
     /// The virtual hands.
     Operators,
-    /// Fits of curves whose truth is known.
+    /// Fits of curves with known parameters.
     Calibrate,
     /// The metrics of scores, by virtual novices and experts.
     Metrics,
-    /// Bodies from numbers beside published ones.
+    /// Generated bodies compared with published data.
     Anatomy,
-    /// Skins that bend and lumps in the layers.
+    /// Curved skins and inclusions.
     Lumps,
 }
 
@@ -95,7 +95,7 @@ impl Subject {
         Self::Lumps,
     ];
 
-    /// Its name on the command line and of its report.
+    /// Returns the name on the command line, which is also that of the report.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -117,10 +117,10 @@ impl Subject {
         }
     }
 
-    /// Measures it, and writes its report; returns the files written.
+    /// Measures the subject and writes its report; returns the files written.
     ///
     /// # Errors
-    /// When the disk or the system refuses, and, once the report is written, when a bound is exceeded.
+    /// On an I/O or system error, and, after the report has been written, if a bound is exceeded.
     pub fn report(self, order: &ReportOrder<'_>) -> Result<Vec<PathBuf>, BenchError> {
         let ReportOrder { folder, quick, peers, program } = *order;
         match self {
@@ -143,73 +143,74 @@ impl Subject {
     }
 }
 
-/// Where and how a report is made.
+/// Options of a report.
 #[derive(Clone, Copy)]
 pub struct ReportOrder<'a> {
     /// Folder for the files; older reports in it are replaced.
     pub folder: &'a Path,
-    /// A hundredth is measured, to see that it works.
+    /// Whether to measure only about a hundredth, as a test of the report itself.
     pub quick: bool,
-    /// What other solvers reach, shown beside the field.
+    /// Results of other solvers, shown together with the field's.
     pub peers: &'a [Peer],
-    /// The program whose servo and picture are measured.
+    /// The program whose servo and rendering are measured.
     pub program: &'a dyn Program,
 }
 
-/// The program that is measured, in what it alone can do: draw an attempt, and let a device make one.
+/// Functions that only the measured program provides: drawing an attempt, and running one with a
+/// device.
 pub trait Program {
-    /// What is constant in the pictures of an exercise on a specimen.
+    /// Prepares the constant part of the pictures of an exercise on a specimen.
     ///
     /// # Errors
-    /// When the tissue refuses.
+    /// If the tissue cannot be drawn.
     fn stage(&self, bundle: &ExerciseBundle, specimen: &Specimen) -> Result<Stage, BenchError>;
 
-    /// The picture of an attempt that has not begun.
+    /// Returns the picture of an attempt that has not begun.
     fn still(&self, bundle: &ExerciseBundle) -> Frame;
 
-    /// Begins an attempt with a device: recorded, and drawn as any is.
+    /// Begins an attempt with a device, recorded and drawn like any other.
     ///
     /// # Errors
-    /// When the recording cannot be begun, or the system gives no thread.
+    /// If the recording cannot be started, or if no thread can be created.
     fn begin(&self, attempt: DeviceAttempt, device: Box<dyn Device>) -> Result<Box<dyn OngoingAttempt>, BenchError>;
 }
 
-/// An attempt that a device is to make.
+/// An attempt to run with a device.
 pub struct DeviceAttempt {
     /// The exercise.
     pub bundle: ExerciseBundle,
-    /// What is punctured.
+    /// The specimen.
     pub specimen: Specimen,
-    /// Who, on what, and when.
+    /// Metadata of the recording.
     pub session: Session,
-    /// Where the recording will be.
+    /// Path of the recording.
     pub path: PathBuf,
 }
 
 /// An attempt in progress.
 pub trait OngoingAttempt {
-    /// The picture of now, and which time of the attempt it shows, in s.
+    /// Returns the current picture, and the time of the attempt that it shows, in s.
     fn frame(&self) -> (Frame, f64);
 
-    /// The servo's latest tick: its time, in s, and how many there were.
+    /// Returns the time of the servo's latest tick, in s, and the number of ticks.
     fn latest(&mut self) -> Option<(f64, u64)>;
 
-    /// Whether the servo has ended.
+    /// Returns whether the servo has ended.
     fn has_ended(&self) -> bool;
 
-    /// Stops it and finishes its recording.
+    /// Stops the attempt and finishes its recording.
     ///
     /// # Errors
-    /// When the recording could not be kept, or the servo was stopped by a defect.
+    /// If the recording could not be saved, or if the servo panicked.
     fn stop(self: Box<Self>) -> Result<Report, BenchError>;
 }
 
-/// The value that a share of some values does not exceed; not a number where there is none.
+/// Returns a quantile of values; NaN without values.
 fn quantile(values: &[f64], share: f64) -> f64 {
     assessment::statistics::quantile(values, share).unwrap_or(f64::NAN)
 }
 
-/// By which command and on what a result was measured, for the head of a Markdown file.
+/// Returns the head of a Markdown report: command, versions and machine.
 fn measured_on(what: Subject, quick: bool) -> String {
     head::measured_by(what, "", quick)
 }

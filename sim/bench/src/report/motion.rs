@@ -1,12 +1,13 @@
-//! A hand for measurements: the same in–hold–out over and over, with a tremor that no codec can fold away.
+//! A hand for measurements: repeats the same in–hold–out, with a tremor that no codec can compress
+//! away.
 
 use attempt::simulate::MotionSource;
 use law::operator::{Felt, Motion, Plan, needle_pose};
 use nalgebra::Vector3;
 
-/// Length of one in–hold–out, in s.
+/// Duration of one in–hold–out, in s.
 const PERIOD_S: f64 = 15.0;
-/// Deepest displacement, in m, and distance above the skin in between.
+/// Largest displacement, in m, and height above the skin in between.
 const DEEPEST_M: f64 = 0.025;
 const ABOVE_M: f64 = 0.005;
 /// Tremor: amplitude in m, and frequencies in Hz that share no period.
@@ -21,7 +22,7 @@ pub struct Rehearsal {
 }
 
 impl Rehearsal {
-    /// A hand that works for `length_s`, in s.
+    /// Creates a hand that moves for `length_s`, in s.
     pub fn new(plan: Plan, length_s: f64) -> Self {
         Self { plan, length_s, t_s: 0.0 }
     }

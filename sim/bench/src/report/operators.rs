@@ -1,4 +1,5 @@
-//! Virtual hands at the shipped exercises: forces, overshoots and scores of each preset, with their spread.
+//! Virtual hands on the shipped exercises: forces, overshoots and scores of each preset, with their
+//! spread.
 
 use std::path::{Path, PathBuf};
 
@@ -11,13 +12,13 @@ use super::{Subject, measured_on, quantile, specimen};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 
-/// Attempts of each preset at each exercise in a report, and in a shortened one.
+/// Number of attempts of each preset at each exercise in a report, and in a shortened one.
 const SEEDS: [u64; 2] = [30, 5];
 
-/// Points of 100 above which an attempt is perfect.
+/// Smallest score of 100 that counts as perfect.
 const PERFECT: f64 = 99.99;
 
-/// What is measured of an attempt: a name with its unit, and how it is read from the attempt.
+/// A quantity of an attempt: name with unit, and function that reads it.
 type Figure = (&'static str, fn(&ExerciseBundle, &Assessment) -> Option<f64>);
 
 const FIGURES: [Figure; 7] = [
@@ -30,7 +31,7 @@ const FIGURES: [Figure; 7] = [
     ("score", |_, judged| Some(judged.score)),
 ];
 
-/// What an attempt came to.
+/// The result of an attempt.
 struct Performed {
     judged: Assessment,
     furthest_mm: f64,
@@ -43,17 +44,19 @@ struct OperatorRow {
     preset: &'static str,
     needle_mm: f64,
     furthest_mm: f64,
-    /// How many of the attempts passed, and how many scored 100.
+    /// Number of attempts that passed, and that scored 100.
     passed: usize,
     perfect: usize,
-    /// Per figure: a tenth, the median, nine tenths.
+    /// For each quantity: 10 % quantile, median, 90 % quantile.
     figures: Vec<[f64; 3]>,
 }
 
-/// Lets every preset perform every shipped exercise, and writes `operators.{csv,md}`; returns the files written.
+/// Simulates every preset on every shipped exercise and writes `operators.{csv,md}`; returns the
+/// files written.
 ///
 /// # Errors
-/// When the disk refuses, and, once the report is written, when a hand went in beyond its needle's hub.
+/// On an I/O error, and, after the report has been written, if a needle was inserted beyond its
+/// hub.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let [whole, shortened] = SEEDS;
     let seeds = if quick { shortened } else { whole };
@@ -82,7 +85,7 @@ fn said(row: &OperatorRow) -> String {
     format!("{exercise}: the {preset} went {furthest_mm} mm in with a needle of {needle_mm} mm")
 }
 
-/// Measures the exercises side by side, in their order.
+/// Measures the exercises in parallel; returns them in their order.
 fn at_once(
     exercises: &[ExerciseBundle],
     of: &(impl Fn(&ExerciseBundle) -> Result<Vec<OperatorRow>, BenchError> + Sync),
@@ -94,7 +97,7 @@ fn at_once(
     })
 }
 
-/// The metric of the last pop at the skin.
+/// Returns the metric of the last pop at the skin.
 fn overshoot_of_the_skin(bundle: &ExerciseBundle) -> String {
     let last = if bundle.scene.needle.tip_to_rim_mm > 0.0 { "rim" } else { "tip" };
     let skin = bundle.scene.layers.first().map_or("", |layer| layer.name.as_str());
@@ -140,7 +143,7 @@ fn csv(rows: &[OperatorRow]) -> ReportSheet {
     sheet
 }
 
-/// The expert's median peak at an exercise, in N.
+/// Returns the expert's median peak force at an exercise, in N.
 fn expert_n(rows: &[OperatorRow], exercise: &str) -> f64 {
     let expert = rows.iter().find(|row| row.exercise == exercise && row.preset == "expert");
     expert.and_then(|row| row.figures.first()).map_or(f64::NAN, |[_, median, _]| *median)

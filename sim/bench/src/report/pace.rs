@@ -1,4 +1,4 @@
-//! Time per tick of the force law.
+//! Computing time per tick of the force law.
 
 use law::Incidence;
 use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState};
@@ -8,13 +8,13 @@ use super::sheet::ReportSheet;
 use crate::clock;
 use crate::error::BenchError;
 
-/// Ticks timed together: long enough that reading the clock, tens of nanoseconds, does not count.
+/// Ticks timed together, so that reading the clock, which takes tens of nanoseconds, is negligible.
 const BATCH: u32 = 100;
-/// Batches timed.
+/// Number of batches.
 const BATCHES: u32 = 20_000;
-/// The motion repeats after this many ticks: in, hold and out again.
+/// Ticks after which the motion repeats: in, hold and out again.
 const PERIOD: u32 = 40_000;
-/// Deepest displacement of the motion, in m.
+/// Largest displacement of the motion, in m.
 const DEEPEST_M: f64 = 0.03;
 
 /// Time per tick, in ns.
@@ -27,7 +27,7 @@ pub struct TickPace {
 /// Times the law on an in–hold–out motion, each time on a new track.
 ///
 /// # Errors
-/// When the specification is refused.
+/// If the specification is refused.
 pub fn measure(spec: &AxialSpec, quick: bool) -> Result<TickPace, BenchError> {
     let params = AxialParams::new(spec.clone()).map_err(BenchError::work)?;
     let untouched = AxialState::new(&params);
@@ -57,14 +57,14 @@ pub fn measure(spec: &AxialSpec, quick: bool) -> Result<TickPace, BenchError> {
     })
 }
 
-/// In for two fifths of the period, held for one, out for two.
+/// In for two fifths of the period, held for one fifth, out for two fifths.
 fn motion_m(tick: u32) -> f64 {
     let share = f64::from(tick % PERIOD) / f64::from(PERIOD);
     let depth = (share / 0.4).min(1.0).min((1.0 - share) / 0.4);
     DEEPEST_M * depth - 0.001
 }
 
-/// Both laws for people: version 2, and version 3 with every option in every layer.
+/// Formats the times of both laws: version 2, and version 3 with every option in every layer.
 pub fn markdown(layers: usize, plain: &TickPace, optioned: &TickPace) -> String {
     let mut sheet = ReportSheet::new(["ns per tick", "median", "p99"]);
     for (what, pace) in [("version 2", plain), ("version 3, every option in every layer", optioned)] {

@@ -1,4 +1,5 @@
-//! Recordings: size, time to write a tick, speed of simulating, time and memory to read and score.
+//! Recordings: size, time to write a tick, speed of the simulation, time and memory to read and
+//! score.
 
 use std::fs::{self, File};
 use std::io::{BufReader, BufWriter, Write};
@@ -17,12 +18,12 @@ use crate::error::BenchError;
 use crate::{clock, machine};
 
 const TICK_HZ: f64 = 1000.0;
-/// Length of an attempt whose writing is timed, in s: what "× real time" is promised for.
+/// Duration of the attempt for which "× real time" is specified, in s.
 const ATTEMPT_S: f64 = 30.0;
-/// Length of the recording that is read and scored, in s.
+/// Duration of the recording that is read and scored, in s.
 const LONG_S: f64 = 600.0;
 
-/// Everything measured.
+/// All measurements.
 struct MeasuredRecording {
     times_real_time: f64,
     bytes_per_s: f64,
@@ -35,10 +36,10 @@ struct MeasuredRecording {
     peak_bytes: Option<u64>,
 }
 
-/// Measures, and writes `recording.{csv,md,svg}`; returns the files written.
+/// Measures and writes `recording.{csv,md,svg}`; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses.
+/// On an I/O error.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let share = if quick { 0.01 } else { 1.0 };
     let bundle = specimen::read_training_exercise()?;
@@ -66,7 +67,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     report(out, &measured_on(Subject::Recording, quick), &measured)
 }
 
-/// Simulates and records an attempt of a length; returns the wall time, in s.
+/// Simulates and records an attempt of a duration in s; returns the wall time, in s.
 fn simulate_into(path: &Path, bundle: &ExerciseBundle, length_s: f64) -> Result<f64, BenchError> {
     let specimen = specimen::make_nominal_specimen(bundle)?;
     let pace = Clock { tick_hz: TICK_HZ, time_limit_s: length_s };
@@ -98,7 +99,7 @@ fn open(path: &Path) -> Result<File, BenchError> {
     File::open(path).map_err(|error| BenchError::refused(path, error))
 }
 
-/// Writes the recording's ticks again beside it, and times each; in µs, sorted.
+/// Writes the recording's ticks to a second file and times each; in µs, sorted.
 fn time_writing(path: &Path, bundle: &ExerciseBundle) -> Result<Vec<f64>, BenchError> {
     let recording = read(path)?;
     let again = path.with_extension("again");
@@ -114,7 +115,7 @@ fn time_writing(path: &Path, bundle: &ExerciseBundle) -> Result<Vec<f64>, BenchE
     Ok(tick_us)
 }
 
-/// Reads and scores; wall time of each, in s.
+/// Reads and scores; returns the wall time of each, in s.
 fn read_and_score(path: &Path) -> Result<(f64, f64), BenchError> {
     let start = clock::instant();
     let recording = read(path)?;
@@ -176,10 +177,10 @@ fn sheet(measured: &MeasuredRecording) -> ReportSheet {
     sheet
 }
 
-/// How many ticks take longer than a time.
+/// Plots the share of ticks that take longer than a time.
 fn chart(sorted_us: &[f64]) -> Chart {
     let ticks = sorted_us.len();
-    // Neighbours that would fall on the same pixel are left out, but never the slowest ones.
+    // Skip neighbours that would be drawn on the same pixel, but never the slowest ticks.
     let shown = |index: &usize| index.is_multiple_of(100) || index + 100 > ticks;
     let points = (0..ticks).filter(shown).map(|index| (sorted_us[index], (ticks - index) as f64 / ticks as f64));
     Chart {

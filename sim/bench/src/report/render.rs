@@ -1,4 +1,4 @@
-//! The picture: time of a frame, for every view and quality, on this machine's graphics adapter.
+//! Rendering: frame time for every view and quality, on this machine's graphics adapter.
 
 use std::path::{Path, PathBuf};
 
@@ -14,13 +14,13 @@ use crate::progress::MeasurementProgress;
 
 /// Size of the pictures, in pixels.
 pub const SIZE: [u32; 2] = [1280, 720];
-/// Frames timed of each kind, after one that is not.
+/// Number of timed frames of each kind, after a warm-up frame.
 const FRAMES: usize = 40;
 const QUICK_FRAMES: usize = 2;
-/// What a frame may take with everything on, in ms: software, hardware.
+/// Target frame time with everything enabled, in ms: software, hardware.
 const BARS_MS: [f64; 2] = [100.0, 4.0];
 
-/// Times of one kind of picture.
+/// Frame times of one kind of picture.
 struct FrameRow {
     what: &'static str,
     quality: Quality,
@@ -28,10 +28,10 @@ struct FrameRow {
     p99_ms: f64,
 }
 
-/// Measures, and writes `render.{csv,md,svg}`; returns the files written.
+/// Measures and writes `render.{csv,md,svg}`; returns the files written.
 ///
 /// # Errors
-/// When there is no graphics adapter, or the disk refuses.
+/// If there is no graphics adapter, or on an I/O error.
 pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<PathBuf>, BenchError> {
     let begun = clock::instant();
     let mut headless = Headless::new(Quality::Full).map_err(BenchError::work)?;
@@ -71,7 +71,8 @@ fn rows(headless: &mut Headless, scenes: &[DrawnScene], count: usize) -> Result<
     Ok(rows)
 }
 
-/// Times of frames in ms, each waited for; the first, which may compile, is not counted.
+/// Returns frame times in ms, each including its completion; the first frame, which may compile
+/// shaders, is not counted.
 fn times(headless: &mut Headless, frame: &Frame, count: usize) -> Result<Vec<f64>, BenchError> {
     headless.draw(frame, SIZE).map_err(BenchError::work)?;
     let mut times_ms = Vec::with_capacity(count);
@@ -83,19 +84,19 @@ fn times(headless: &mut Headless, frame: &Frame, count: usize) -> Result<Vec<f64
     Ok(times_ms)
 }
 
-/// A shipped scene with structures and a field, on its nominal patient, and pictures of it with everything on: needle in the tissue, tents,
-/// blood, guide.
+/// A shipped scene with structures and a field, on its nominal patient, with pictures that show
+/// everything: needle in the tissue, tents, blood, guide.
 struct DrawnScene {
     stage: Stage,
     frames: Vec<(&'static str, Frame)>,
 }
 
 impl DrawnScene {
-    /// A block of layers, in every view.
+    /// Creates a block of layers, in every view.
     fn block(program: &dyn Program) -> Result<Self, BenchError> {
         let bundle = specimen::read_anatomy_exercise()?;
         let stage = program.stage(&bundle, &specimen::make_nominal_specimen(&bundle)?)?;
-        // A contactor of the lowest of the four layers, as it gives way.
+        // A contactor at the lowest of the four boundaries, just before it ruptures.
         let whole = needle_in(&stage, &DrawnPush { depth_m: 0.0125, boundary: 3, force_n: 1.3 });
         let frames = vec![
             ("whole", whole.clone()),
@@ -106,11 +107,11 @@ impl DrawnScene {
         Ok(Self { stage, frames })
     }
 
-    /// A patient with bones, whole and as a block.
+    /// Creates a patient with bones, whole and as a block.
     fn body(program: &dyn Program) -> Result<Self, BenchError> {
         let bundle = specimen::read_body_exercise()?;
         let stage = program.stage(&bundle, &specimen::make_nominal_specimen(&bundle)?)?;
-        // A contactor of the ligamentum flavum, as it gives way.
+        // A contactor at the ligamentum flavum, just before it ruptures.
         let whole = needle_in(&stage, &DrawnPush { depth_m: 0.0475, boundary: 4, force_n: 7.6 });
         let patient = Frame { view: View::Patient, closed: true, ..whole.clone() };
         let frames = vec![
@@ -130,7 +131,7 @@ struct DrawnPush {
     force_n: f32,
 }
 
-/// The needle straight in.
+/// Returns the picture of a needle inserted perpendicularly.
 fn needle_in(stage: &Stage, push: &DrawnPush) -> Frame {
     let DrawnPush { depth_m, boundary, force_n } = *push;
     let opened = boundary as u32;
@@ -155,7 +156,7 @@ fn csv(rows: &[FrameRow]) -> ReportSheet {
     sheet
 }
 
-/// Time against the step of quality, best first.
+/// Plots the frame time against the quality level, best first.
 fn chart(rows: &[FrameRow]) -> Chart {
     let curve = |first: &FrameRow| {
         let own = rows.iter().filter(|row| row.what == first.what).enumerate();

@@ -1,4 +1,5 @@
-//! The servo: how late its ticks begin and what they take, beside the field, the recorder and the picture.
+//! The servo: lateness and computing time of its ticks, next to the field, the recorder and the
+//! rendering.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -25,18 +26,19 @@ use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 
 const TICK_HZ: f64 = 1000.0;
-/// Length of the measurement, in s; a shortened one is as long as it takes to be let in by the safety chain's gate.
+/// Duration of the measurement, in s; a shortened one lasts just long enough to pass the safety
+/// chain's gate.
 const LENGTH_S: f64 = 60.0;
 const QUICK_S: f64 = 2.0;
-/// What is promised, with real-time priority: p99 of lateness and p99.9 of compute time, in µs.
+/// Target with real-time priority: p99 of lateness and p99.9 of computing time, in µs.
 const BAR_US: f64 = 50.0;
-/// What is promised from a motion of the needle to the picture that shows it, in frames.
+/// Target for the latency from a motion of the needle to the picture that shows it, in frames.
 const BAR_FRAMES: u32 = 2;
 
-/// Measures, and writes `servo.{csv,md,svg}`; returns the files written.
+/// Measures and writes `servo.{csv,md,svg}`; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses, or the system gives no thread.
+/// On an I/O error, or if no thread can be created.
 pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<PathBuf>, BenchError> {
     let bundle = specimen::read_training_exercise()?;
     let scratch = tempfile::tempdir_in(out).map_err(|error| BenchError::refused(out, error))?;
@@ -46,16 +48,17 @@ pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<Pat
     report(out, &measured_on(Subject::Servo, quick), &measured)
 }
 
-/// What was measured beside one picture.
+/// Measurements of the servo while pictures are drawn.
 struct MeasuredServo {
     servo: Report,
-    /// How late a thread is that does nothing: what the machine gives.
+    /// Lateness of an idle thread: the limit set by the machine.
     bare: Times,
-    /// The picture, or why there was none.
+    /// The pictures, or the error that stopped them.
     picture: Result<Picture, BenchError>,
 }
 
-/// Runs an attempt of a length in s on the clock, recorded and drawn as any is, then as many ticks of nothing.
+/// Runs an attempt with a duration in s in real time, recorded and drawn like any other, then the
+/// same number of idle ticks.
 fn run(
     bundle: &ExerciseBundle,
     length_s: f64,
@@ -79,7 +82,7 @@ fn run(
     Ok(MeasuredServo { servo, bare: bare.map_err(BenchError::work)?, picture })
 }
 
-/// Runs something beside a picture that is drawn as fast as it can be.
+/// Runs a function while pictures are drawn as fast as possible.
 fn beside<T: Send>(picture: &mut Result<Picture, BenchError>, run: impl FnOnce() -> T + Send) -> T {
     thread::scope(|scope| {
         let running = scope.spawn(run);
@@ -90,7 +93,8 @@ fn beside<T: Send>(picture: &mut Result<Picture, BenchError>, run: impl FnOnce()
     })
 }
 
-/// A look at the picture, if there is one, or as long as one would take. A picture that fails is none from then on.
+/// Draws a picture, or sleeps for a similar time without one. After a failure no more pictures
+/// are drawn.
 fn look(picture: &mut Result<Picture, BenchError>, show: impl FnOnce(&mut Picture) -> Result<(), BenchError>) {
     const ELSE: Duration = Duration::from_millis(50);
     let shown = match picture {
@@ -105,11 +109,12 @@ fn look(picture: &mut Result<Picture, BenchError>, show: impl FnOnce(&mut Pictur
     }
 }
 
-/// What a window would draw of the attempt.
+/// The pictures that a window would draw of the attempt.
 struct Picture {
     headless: Headless,
     frame: Frame,
-    /// From a motion of the needle to the picture that shows it, and what a picture takes, in ms.
+    /// Latency from a motion of the needle to the picture that shows it, and drawing time of a
+    /// picture, in ms.
     behind_ms: Vec<f64>,
     takes_ms: Vec<f64>,
 }
@@ -120,13 +125,13 @@ impl Picture {
         let stage = program.stage(bundle, specimen)?;
         headless.set_stage(&stage).map_err(BenchError::work)?;
         let mut picture = Self { headless, frame: program.still(bundle), behind_ms: Vec::new(), takes_ms: Vec::new() };
-        // The first, which may compile, is not counted.
+        // The first picture may compile shaders and is not counted.
         picture.draw()?;
         picture.takes_ms.clear();
         Ok(picture)
     }
 
-    /// Draws what the attempt shows now; when that is done the needle is further on.
+    /// Draws the current state of the attempt; by the time it is finished, the needle has moved on.
     fn show(&mut self, live: &mut dyn OngoingAttempt) -> Result<(), BenchError> {
         let (frame, shown_s) = live.frame();
         self.frame = frame;
@@ -151,7 +156,7 @@ impl fmt::Display for Picture {
     }
 }
 
-/// The motion, tick by tick.
+/// Returns the motion, tick by tick.
 fn readings(bundle: &ExerciseBundle, length_s: f64) -> Vec<Reading> {
     let mut hand = Rehearsal::new(bundle.exercise.plan(), length_s);
     let ticks = (length_s * TICK_HZ) as u32;
@@ -229,7 +234,7 @@ fn sheet(MeasuredServo { servo, bare, picture }: &MeasuredServo) -> ReportSheet 
     sheet
 }
 
-/// How many ticks are later, or take longer, than a time.
+/// Plots the share of ticks whose lateness or computing time exceeds a time.
 fn chart(MeasuredServo { servo, bare, .. }: &MeasuredServo) -> Chart {
     let curve = |name: &str, times: &Times| ChartCurve { name: name.to_owned(), points: times.exceeded() };
     let ring = |name: &str, share: f64| ChartCurve { name: name.to_owned(), points: vec![(BAR_US, share)] };

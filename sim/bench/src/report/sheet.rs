@@ -1,4 +1,4 @@
-//! Results as CSV for programs and Markdown for people.
+//! Tables of results, written as CSV and Markdown.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ pub struct ReportSheet {
 }
 
 impl ReportSheet {
-    /// An empty table.
+    /// Creates an empty table.
     pub fn new(columns: impl IntoIterator<Item = impl Into<String>>) -> Self {
         Self { columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }
@@ -22,10 +22,10 @@ impl ReportSheet {
         self.rows.push(cells.into_iter().map(Into::into).collect());
     }
 
-    /// Writes it as CSV.
+    /// Writes the table as CSV.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// On an I/O error.
     pub fn write_csv(&self, path: &Path) -> Result<(), BenchError> {
         let cannot = |error: csv::Error| BenchError::work(format_args!("{}: {error}", path.display()));
         let mut writer = csv::Writer::from_path(path).map_err(cannot)?;
@@ -34,7 +34,7 @@ impl ReportSheet {
         writer.flush().map_err(|error| BenchError::work(format_args!("{}: {error}", path.display())))
     }
 
-    /// The table in Markdown.
+    /// Formats the table as Markdown.
     pub fn markdown(&self) -> String {
         let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
         let rule = format!("|{}\n", "---|".repeat(self.columns.len()));
@@ -46,7 +46,7 @@ impl ReportSheet {
 /// Writes a text file and returns its path.
 ///
 /// # Errors
-/// When the disk refuses.
+/// On an I/O error.
 pub fn write_text(path: PathBuf, text: &str) -> Result<PathBuf, BenchError> {
     match fs::write(&path, text) {
         Ok(()) => Ok(path),

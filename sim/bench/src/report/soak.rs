@@ -1,4 +1,4 @@
-//! A soak: ten minutes of random needle motion at 1 kHz on every shipped scene.
+//! Soak test: ten minutes of random needle motion at 1 kHz on every shipped scene.
 
 use std::path::{Path, PathBuf};
 
@@ -16,16 +16,17 @@ const TICKS: u32 = 600_000;
 
 const SEED: u64 = 1;
 
-/// A scene and what its soak came to.
+/// A scene with the result of its soak test.
 struct SoakRow {
     scene: String,
     seen: Soaked,
 }
 
-/// Soaks, and writes `soak.{csv,md}`; returns the files written.
+/// Runs the soak tests and writes `soak.{csv,md}`; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses, and, once the report is written, when a bound is exceeded: each scene is named.
+/// On an I/O error, and, after the report has been written, if a bound is exceeded: each scene is
+/// named.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let ticks = if quick { TICKS / 100 } else { TICKS };
     let scenes = dossier::read_shipped_scenes()?;

@@ -1,4 +1,4 @@
-//! What is measured: the shipped scenes and an exercise, built into the program so that every copy measures the same.
+//! The measured scenes and exercises, embedded in the program so that every copy measures the same.
 
 use ::recording::Session;
 use documents::{ExerciseBundle, Patient, Scene};
@@ -17,7 +17,7 @@ const VESSEL: &str = SHIPPED_SCENES[6];
 const BODY: &str = SHIPPED_SCENES[10];
 const MIDLINE: &str = include_str!("../../../../curricula/lumbar-epidural-on-a-body/1-midline.toml");
 
-/// Every shipped exercise, each with its scene by the place it has in [`SHIPPED_SCENES`].
+/// Every shipped exercise with the index of its scene in [`SHIPPED_SCENES`].
 const EXERCISES: [(&str, usize); 14] = [
     (include_str!("../../../../curricula/experiments/paper-insertion.toml"), 0),
     (include_str!("../../../../curricula/lower-back-basics/1-feel-the-layers.toml"), 1),
@@ -35,42 +35,43 @@ const EXERCISES: [(&str, usize); 14] = [
     (include_str!("../../../../curricula/percutaneous-kidney-access/1-lower-pole.toml"), 14),
 ];
 
-/// The paper's scene and the training scene, each with the exercise that is measured.
+/// Reads the paper's scene and the training scene, each with the measured exercise.
 ///
 /// # Errors
-/// When the documents built in are refused, which a test would have shown.
+/// If the embedded documents are refused; a test excludes this.
 pub fn read_both_exercises() -> Result<[ExerciseBundle; 2], BenchError> {
     Ok([bundle(PAPER)?, read_training_exercise()?])
 }
 
-/// The training scene with the exercise that is measured.
+/// Reads the training scene with the measured exercise.
 ///
 /// # Errors
-/// When the documents built in are refused.
+/// If the embedded documents are refused.
 pub fn read_training_exercise() -> Result<ExerciseBundle, BenchError> {
     bundle(TRAINING)
 }
 
-/// The scene with the most structures, with the exercise that is measured: what a picture has most to do with.
+/// Reads the scene with the most structures, which is the most expensive to draw, with the measured
+/// exercise.
 ///
 /// # Errors
-/// When the documents built in are refused.
+/// If the embedded documents are refused.
 pub fn read_anatomy_exercise() -> Result<ExerciseBundle, BenchError> {
     bundle(VESSEL)
 }
 
-/// A scene that is made of a body, with its exercise.
+/// Reads a scene that is expanded from an anatomy, with its exercise.
 ///
 /// # Errors
-/// When the documents built in are refused.
+/// If the embedded documents are refused.
 pub fn read_body_exercise() -> Result<ExerciseBundle, BenchError> {
     Ok(ExerciseBundle::from_texts(MIDLINE, BODY)?)
 }
 
-/// Every shipped exercise with its scene.
+/// Reads every shipped exercise with its scene.
 ///
 /// # Errors
-/// When a document built in is refused.
+/// If an embedded document is refused.
 pub fn read_shipped_exercises() -> Result<Vec<ExerciseBundle>, BenchError> {
     let bundle = |(text, scene): &(&str, usize)| -> Result<ExerciseBundle, BenchError> {
         Ok(ExerciseBundle::from_texts(text, SHIPPED_SCENES[*scene])?)
@@ -78,15 +79,15 @@ pub fn read_shipped_exercises() -> Result<Vec<ExerciseBundle>, BenchError> {
     EXERCISES.iter().map(bundle).collect()
 }
 
-/// The axial law of a scene's nominal patient.
+/// Returns the axial law of a scene's nominal patient.
 pub fn nominal_axial_spec(scene: &Scene) -> AxialSpec {
     scene.axial_spec(&Patient::nominal(scene))
 }
 
-/// What an exercise has punctured: the nominal patient of its scene.
+/// Builds the specimen of an exercise for the nominal patient of its scene.
 ///
 /// # Errors
-/// When the scene is refused.
+/// If the scene is refused.
 pub fn make_nominal_specimen(bundle: &ExerciseBundle) -> Result<Specimen, BenchError> {
     Specimen::new(bundle.specimen_spec(&Patient::nominal(&bundle.scene))).map_err(BenchError::work)
 }
@@ -95,7 +96,8 @@ fn bundle(scene: &str) -> Result<ExerciseBundle, BenchError> {
     Ok(ExerciseBundle::from_parts(EXERCISE.as_bytes(), scene.as_bytes(), &[])?)
 }
 
-/// The same session every time, at a tick rate in Hz: what is measured must not depend on the clock.
+/// Returns the same session every time, at a tick rate in Hz: measurements must not depend on the
+/// clock.
 pub fn make_session(bundle: &ExerciseBundle, tick_hz: f64) -> Session {
     Session {
         session_id: Uuid::nil(),
@@ -133,7 +135,7 @@ mod tests {
         assert_eq!(on_disk, SHIPPED_SCENES.map(str::to_owned).into());
     }
 
-    /// The exercises of a folder, by id, with the scene that each names.
+    /// Returns the exercises of a folder by id, with the id of the scene that each names.
     fn on_disk(folder: &Path) -> BTreeSet<(String, String)> {
         let mut found = BTreeSet::new();
         for entry in fs::read_dir(folder).expect("the shipped documents") {

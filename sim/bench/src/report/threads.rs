@@ -1,14 +1,15 @@
-//! Independent work on all cores.
+//! Parallel execution of independent work on all cores.
 
 use std::num::NonZero;
 use std::ops::Range;
 
 use crate::error::BenchError;
 
-/// What comes of each seed, in the order of the seeds; each thread takes every so manieth.
+/// Returns the result for each seed, in the order of the seeds; thread i takes every n-th seed,
+/// starting with the i-th.
 ///
 /// # Errors
-/// When a thread stopped by a defect.
+/// If a thread panicked.
 pub fn each_seed<T: Send>(seeds: Range<u64>, of: impl Fn(u64) -> T + Sync) -> Result<Vec<T>, BenchError> {
     let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
     let some = &|first: usize| -> Vec<(u64, T)> {

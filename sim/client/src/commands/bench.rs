@@ -1,5 +1,6 @@
-//! `stylet bench`: speed against error, as CSV, Markdown and SVG plots. What is measured, and how, is the bench's; here is what this
-//! program adds: the call, and the servo and picture that two of the reports are of.
+//! `stylet bench`: measures speed and error, as CSV, Markdown and SVG plots. The measurements are
+//! defined in the bench crate; this file provides the command line, and the servo and renderer for
+//! two of the reports.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,36 +22,43 @@ use crate::{new_file, output, picture};
 
 /// Measure speed and error, and write CSV, Markdown and plots
 ///
-/// force: error of the force law against tick rate and speed, time per tick, force against depth, what an encoder's steps make of
-/// it, a fascia by the angle of a bevel. field: error of the tissue's displacement against unknowns, set-up and time per solve, for every model, with the planner's
-/// choice marked, and other solvers in the same plots and tables with --peers. estimates: the error that a field claims against the error that it has, on a thousand
-/// random tissues; exit 1 when a bound is exceeded. coupling: error of the force that the field carries against its rate. recording:
-/// size, time to write a tick, speed of simulating, time and memory to read and score. servo: a minute at 1 kHz on the clock, how
-/// late ticks begin and what they take. hiccup: what the hand is given when its device falters or is lost in the tissue. render:
-/// time of a frame, for every view and step of quality. hard-cases: every hard case with its bound and what was measured. soak: ten
-/// minutes of random needle motion on every shipped scene. operators: forces and overshoots of the virtual hands at every shipped
-/// exercise. calibrate: how often the 95 % intervals of fitted curves hold what the curves were made from, and whether wrong minima
-/// are said. metrics: whether the metrics of scores tell virtual experts from novices and agree with themselves, and what tremor
-/// and rate do to them. anatomy: dimensions of a thousand seeded bodies beside published ones, and in how many a straight path between
-/// the spinous processes reaches the flavum. Use a release build for figures to report.
+/// force: error of the force law as a function of tick rate and speed, time per tick, force as a
+/// function of depth, effect of an encoder's steps, a fascia under different angles of a bevel.
+/// field: error of the tissue's displacement as a function of unknowns, set-up time and time per
+/// solve, for every model, with the planner's choice marked, and other solvers in the same plots
+/// and tables with --peers. estimates: estimated and true error of a field, on a thousand random
+/// tissues; exit 1 if a bound is exceeded. coupling: error of the force that the field carries as a
+/// function of its rate. recording: size, time to write a tick, speed of simulation, time and
+/// memory to read and score. servo: a minute at 1 kHz in real time, lateness and compute time of
+/// the ticks. hiccup: force on the hand when its device falters or is lost in the tissue. render:
+/// time of a frame, for every view and quality. hard-cases: every hard case with its bound and the
+/// measured value. soak: ten minutes of random needle motion in every shipped scene. operators:
+/// forces and overshoots of the virtual operators in every shipped exercise. calibrate: how often
+/// the 95 % intervals of fitted curves contain the true values, and whether wrong minima are
+/// reported. metrics: whether the metrics of scores distinguish virtual experts from novices and
+/// are reliable, and how tremor and rate affect them. anatomy: dimensions of a thousand seeded
+/// bodies compared with published ones, and in how many a straight path between the spinous
+/// processes reaches the flavum. lumps: errors, claims and the planner's choices for skins that
+/// bend and inclusions in the layers. Use a release build for figures to report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet bench --out bench")]
 pub struct BenchArgs {
     /// What to measure
     #[arg(default_value = "all")]
     what: What,
-    /// Folder for the results; created if need be, older results in it are replaced
+    /// Folder for the results; created if it does not exist; existing results in it are replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Measure a hundredth of it, to see that it works
+    /// Measure a hundredth of the cases, as a test
     #[arg(long)]
     quick: bool,
-    /// With `field` or `all`: what other solvers reach, as tests/peers/run measures it, in the same plots and tables
+    /// With `field` or `all`: results of other solvers, measured by tests/peers/run, for the same
+    /// plots and tables
     #[arg(long, value_name = "CSV")]
     peers: Option<PathBuf>,
 }
 
-/// What can be measured.
+/// The measurements.
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum What {
     /// Everything
@@ -59,36 +67,37 @@ enum What {
     Force,
     /// The deforming tissue
     Field,
-    /// Claimed against true error on random tissues; exit 1 when a bound is exceeded
+    /// Estimated and true error on random tissues; exit 1 if a bound is exceeded
     Estimates,
     /// The force law and the tissue at their two rates
     Coupling,
     /// Recordings
     Recording,
-    /// The interactive servo, on the clock
+    /// The interactive servo, in real time
     Servo,
     /// A device that falters or is lost in the tissue
     Hiccup,
-    /// The picture
+    /// The renderer
     Render,
-    /// The hard cases; exit 1 when one exceeds its bound
+    /// The hard cases; exit 1 if one exceeds its bound
     HardCases,
-    /// Random needle motion; exit 1 when a bound is exceeded
+    /// Random needle motion; exit 1 if a bound is exceeded
     Soak,
-    /// The virtual hands; exit 1 when one goes in beyond the hub
+    /// The virtual operators; exit 1 if one inserts the needle beyond the hub
     Operators,
-    /// Fits of curves whose truth is known; exit 1 when intervals hold it too seldom or a wrong minimum is not said
+    /// Fits of curves with known parameters; exit 1 if intervals contain them too rarely or a wrong
+    /// minimum is not reported
     Calibrate,
     /// The metrics of scores, by virtual novices and experts
     Metrics,
-    /// Bodies from numbers beside published dimensions
+    /// Bodies from parameters compared with published dimensions
     Anatomy,
-    /// Skins that bend and lumps in the layers: errors, claims and the planner's choices
+    /// Curved skins and inclusions in the layers: errors, claims and the planner's choices
     Lumps,
 }
 
 impl What {
-    /// What is reported on, in the order in which it is.
+    /// The subjects of the report, in order.
     fn subjects(self) -> Vec<Subject> {
         let one = |subject: &Subject| self.to_possible_value().is_some_and(|value| value.get_name() == subject.name());
         Subject::ALL.into_iter().filter(|subject| self == Self::All || one(subject)).collect()
@@ -129,7 +138,7 @@ impl From<Failure> for BenchError {
     }
 }
 
-/// Servo and picture as `stylet play` has them.
+/// The servo and the renderer of `stylet play`.
 struct ThisProgram;
 
 impl Program for ThisProgram {

@@ -1,4 +1,4 @@
-//! `stylet force`: the force law alone.
+//! `stylet force`: the force law without a simulation.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -11,23 +11,25 @@ use crate::exit::{Failure, Outcome};
 use crate::progress::Progress;
 use crate::{output, sources};
 
-/// Columns of the table on standard output; those of the reference tables, in their order.
+/// Columns of the table on standard output, in the order of the reference tables.
 const HEADER: &str = "t_s,x_m,v_m_per_s,F_n,F_tip_n,F_rim_n,F_viscous_n,F_friction_n,F_cutting_n,depth_m,events";
 
-/// How many rows pass between two looks at the progress bar.
+/// Number of rows between two updates of the progress bar.
 const ROWS_PER_UPDATE: u64 = 4096;
 
 /// Compute the force of a needle along a given trajectory
 ///
-/// Reads layers and needle from SCENE.json (SI units) and a trajectory with the columns t_s and x_m, and prints a CSV
-/// table of the force and its parts. Numbers read back to the same bits. An unsound scene is warned of and computed.
+/// Reads layers and needle from SCENE.json (SI units) and a trajectory with the columns t_s and
+/// x_m, and prints a CSV table of the force and its components. The numbers are exact in double
+/// precision. An unsound scene causes a warning and is still computed.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet force trocar.json --trajectory slow.csv > forces.csv")]
 pub struct ForceArgs {
-    /// Layers and needle at their effective values, in SI
+    /// Layers and needle with their effective values, in SI units
     #[arg(value_name = "SCENE.json")]
     scene: PathBuf,
-    /// Samples of the tip's displacement: a header with t_s (s) and x_m (m); other columns are ignored
+    /// Samples of the tip's displacement: a header with t_s (s) and x_m (m); other columns are
+    /// ignored
     #[arg(long, value_name = "T.csv")]
     trajectory: PathBuf,
 }
@@ -58,7 +60,7 @@ fn table(needle: &LoneNeedle, trajectory: &[AxialSample], out: &mut dyn Write) -
     })
 }
 
-/// Writes one row. `{:?}` is the shortest form of a number that reads back to the same f64.
+/// Writes one row. `{:?}` prints the shortest digits that parse to the same f64.
 fn row(sample: &AxialSample, output: &AxialOutput, ruptures: &[Rupture], out: &mut dyn Write) -> io::Result<()> {
     let numbers = [
         sample.t_s,

@@ -1,4 +1,4 @@
-//! One file per command, and what several of them share.
+//! The commands, one file each, and code shared by several of them.
 
 pub mod anatomy;
 #[cfg(feature = "reports")]

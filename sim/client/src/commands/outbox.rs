@@ -1,4 +1,4 @@
-//! `stylet outbox`: what waits to be delivered, and why.
+//! `stylet outbox`: lists pending deliveries and their errors.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -15,14 +15,15 @@ use crate::outbox::{Access, Entry, Outbox, Patience, Post};
 use crate::station::Pairing;
 use crate::{clock, output, service};
 
-/// How often `--watch` looks for new attempts and for those that are due.
+/// Interval at which `--watch` checks for new attempts and for due ones.
 const WATCH_EVERY: Duration = Duration::from_secs(2);
 
-/// List what waits to be delivered, and why
+/// List pending deliveries and their errors
 ///
-/// Attempts, and answers to a school's questions after them, wait in a folder until the service has said that they are on its disk. Each is tried again after a
-/// while, twice as long after each failure, up to a quarter of an hour; what the service refuses for good stays and says
-/// so, until it is discarded.
+/// Attempts, and answers to a school's questions after them, wait in a folder until the service
+/// confirms that they are stored. Each is retried after a wait that doubles after each failure, up
+/// to a quarter of an hour; deliveries that the service rejects permanently stay, with the reason,
+/// until they are discarded.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  stylet outbox\n  stylet outbox send --watch\n  stylet outbox discard 3f2a9c0b12d4e5f6"
@@ -44,21 +45,22 @@ enum OutboxCommand {
     Discard(DiscardArgs),
 }
 
-/// Send what waits, now
+/// Send pending deliveries now
 ///
-/// Everything that waits is tried, also what is not due yet; what was refused for good only when its id is given.
+/// Tries all pending deliveries, including those that are not due yet; rejected ones only if their
+/// id is given.
 #[derive(clap::Args)]
 struct SendArgs {
-    /// Ids of attempts, also refused ones; without any, everything that waits
+    /// Ids of attempts, including rejected ones; by default all pending ones
     #[arg(value_name = "ID")]
     ids: Vec<String>,
-    /// Stay and send whatever comes, each attempt when it is due
+    /// Keep running and send new attempts, each when it is due
     #[arg(long, conflicts_with = "ids")]
     watch: bool,
     /// Address of a service other than the paired one
     #[arg(long, value_name = "URL", value_parser = service::parse_server_address)]
     server: Option<Uri>,
-    /// File holding the bearer token for --server
+    /// File that contains the bearer token for --server
     #[arg(long, value_name = "F", requires = "server")]
     token_file: Option<PathBuf>,
     #[command(flatten)]
@@ -90,7 +92,7 @@ pub fn run(args: &OutboxArgs) -> Outcome {
     }
 }
 
-/// An attempt that waits, for programs.
+/// A pending attempt, for JSON output.
 #[derive(Serialize)]
 struct Waiting<'a> {
     id: &'a str,
@@ -98,7 +100,7 @@ struct Waiting<'a> {
     file: String,
     bytes: u64,
     kept_at: String,
-    /// Absent: whichever service this station is paired with.
+    /// `None` for the service with which this station is paired.
     server: Option<&'a str>,
     /// `waiting` or `refused`.
     state: &'static str,
@@ -153,7 +155,7 @@ fn why(entry: &Entry) -> String {
     }
 }
 
-/// The entries of ids; every id must be one.
+/// The entries with the given ids; an unknown id is an error.
 fn named(outbox: &Outbox, ids: &[String]) -> Result<Vec<Entry>, Failure> {
     let entries = outbox.entries()?;
     let find = |id: &String| {
@@ -179,10 +181,10 @@ fn send_now(outbox: &Outbox, args: &SendArgs, json: bool) -> Outcome {
     upload::report(&deliveries?, outbox, json)
 }
 
-/// Sends what is due until it is stopped. What goes wrong is said and tried again.
+/// Sends due attempts until it is stopped. Errors are reported and retried.
 fn watch(outbox: &Outbox, args: &SendArgs, json: bool) -> Outcome {
     loop {
-        // Read again each time: the station may have been paired anew meanwhile.
+        // Read each time: the station may have been paired again meanwhile.
         let due = outbox.entries()?.iter().any(|entry| entry.is_due(clock::now()));
         if due {
             let deliveries = outbox.send_due(&access(args)?, Patience::from(&args.patience))?;

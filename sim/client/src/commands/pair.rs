@@ -1,4 +1,4 @@
-//! `stylet pair`: joins this machine to a school as a training station.
+//! `stylet pair`: registers this machine with a school as a training station.
 
 use std::io::{self, BufRead, IsTerminal, Write};
 
@@ -13,20 +13,21 @@ use crate::{machine, output};
 
 /// Join this machine to a school as a training station
 ///
-/// The school's administrator makes a code on the page Administration; it is good once, for ten minutes. The service
-/// gives this station a token of its own, which is kept for this user alone and can be revoked on the same page. This
-/// station makes a key, tells the service its public half, and signs by it what is recorded here from now on. An earlier
-/// pairing of this user is replaced, with its key.
+/// The school's administrator creates a code on the page Administration; it is valid for one use
+/// within ten minutes. The service gives this station a token of its own, which is stored for this
+/// user only and can be revoked on the same page. This station creates a key pair, sends the public
+/// key to the service, and signs all recordings made here from now on. An existing pairing of this
+/// user is replaced, including its key.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet pair --server https://training.example.org --name 'Skills lab 2'")]
 pub struct PairArgs {
     /// Address of the service, http or https
     #[arg(long, value_name = "URL", value_parser = service::parse_server_address)]
     server: Uri,
-    /// The pairing code; asked for on a terminal where it is not given
+    /// The pairing code; prompted for on a terminal if omitted
     #[arg(long, value_name = "CODE")]
     code: Option<String>,
-    /// What the station is called at its school [default: the name of this machine]
+    /// Name of the station at its school [default: the name of this machine]
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
     /// Print the result as JSON
@@ -34,7 +35,7 @@ pub struct PairArgs {
     json: bool,
 }
 
-/// What is said of a pairing. The token is not.
+/// Output of a pairing, without the token.
 #[derive(Serialize)]
 struct Joined<'a> {
     server: &'a str,
@@ -49,7 +50,7 @@ pub fn run(args: &PairArgs) -> Outcome {
         let warning = "http is not encrypted: others on the network can read the station's token";
         output::print_warning(format_args!("{}: {warning}", args.server));
     }
-    // Before the code is used up: the token must have a place.
+    // Before the code is used up: check that the token can be stored.
     let (file, _) = (station::file()?, StationKey::file()?);
     let code = match &args.code {
         Some(code) => code.clone(),

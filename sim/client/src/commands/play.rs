@@ -20,14 +20,15 @@ use crate::window::{self, Station, WindowLanguage};
 
 /// Practise in a window
 ///
-/// Every attempt is recorded. A recording that was cut off earlier, by a power failure for example, is made whole first.
+/// Every attempt is recorded. Recordings that were interrupted earlier, for example by a power
+/// failure, are recovered first.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     stylet play curricula/lower-back-basics/1-feel-the-layers.toml\n  \
     stylet play curricula/lower-back-basics --device mouse\n  \
     stylet play exercise.toml --device operator:expert")]
 pub struct PlayArgs {
-    /// Exercises, curricula, or folders that hold them
+    /// Exercises, curricula, or folders that contain them
     #[arg(value_name = "EXERCISE.toml", required = true)]
     exercises: Vec<PathBuf>,
     /// auto, mouse, gamepad, openhaptics, inverse3 or operator:NAME
@@ -36,16 +37,17 @@ pub struct PlayArgs {
     /// Hide the planned line, entry and target
     #[arg(long)]
     free: bool,
-    /// Pseudonym of the trainee, never a name: up to 64 letters, digits and -_.
+    /// Pseudonym of the trainee, never a real name: up to 64 letters, digits and -_.
     #[arg(long, value_name = "PSEUDONYM", default_value = "", hide_default_value = true, value_parser = read_pseudonym)]
     trainee: String,
-    /// Draws the patient of the first attempt; each further attempt has the next
+    /// Seed of the first attempt's patient; each further attempt uses the next number
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Folder of the recordings
+    /// Folder for the recordings
     #[arg(long, value_name = "DIR", default_value = "attempts")]
     recordings: PathBuf,
-    /// Language of the window: en or de; without it that of whoever signs in, or the system's
+    /// Language of the window: en or de; by default that of the signed-in user, otherwise the
+    /// system's
     #[arg(long, value_name = "LANGUAGE")]
     language: Option<Language>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! `stylet recover`: every valid message out of a cut or damaged recording.
+//! `stylet recover`: copies every valid message from a truncated or damaged recording.
 
 use std::io::BufReader;
 use std::path::PathBuf;
@@ -11,9 +11,9 @@ use crate::new_file::NewFile;
 use crate::progress::Progress;
 use crate::{output, sources};
 
-/// Copy every valid message of a cut or damaged recording into a whole one
+/// Copy every valid message of a truncated or damaged recording into a new one
 ///
-/// The input is only read. The output is reopened and checked before it gets its name.
+/// The input is not changed. The output is reopened and checked before it is renamed into place.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet recover cut.mcap --out fixed.mcap")]
 pub struct RecoverArgs {

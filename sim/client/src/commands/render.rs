@@ -1,4 +1,5 @@
-//! `stylet render`: one picture of a recording or an exercise, or the frames of a film, without a window.
+//! `stylet render`: renders an image of a recording or an exercise, or the frames of a film,
+//! without a window.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -14,12 +15,13 @@ use crate::picture::{self, Look, Moment, Telling};
 use crate::progress::Progress;
 use crate::{output, sources};
 
-/// Largest side of a picture, in pixels.
+/// Maximum width and height of an image, in pixels.
 const MOST_PIXELS: u32 = 8192;
 
-/// Draw a recording or an exercise, without a window
+/// Render a recording or an exercise without a window
 ///
-/// An exercise is drawn with the needle at its start. The same recording and time give the same bytes on the same graphics adapter.
+/// An exercise is rendered with the needle at its start. The same recording and time give the same
+/// bytes on the same graphics adapter.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     stylet render attempt.mcap --at 4.2 --view tip --out pop.png\n  \
@@ -28,10 +30,10 @@ pub struct RenderArgs {
     /// A recording or an exercise
     #[arg(value_name = "REC.mcap|EXERCISE.toml")]
     what: PathBuf,
-    /// Time of the picture, in s since the start
+    /// Time of the image, in s since the start
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds, allow_negative_numbers = true)]
     at: f64,
-    /// Size of the picture, in pixels
+    /// Size of the image, in pixels
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720")]
     size: PictureSize,
     /// whole, patient, tip or section
@@ -40,13 +42,13 @@ pub struct RenderArgs {
     /// Hide the planned line, entry and target
     #[arg(long)]
     free: bool,
-    /// The picture to write
+    /// The image to write
     #[arg(long, value_name = "P.png", required_unless_present = "frames", conflicts_with = "frames")]
     out: Option<PathBuf>,
     /// Folder for the frames of a film: 00000.png, 00001.png, …
     #[arg(long, value_name = "DIR", conflicts_with = "at")]
     frames: Option<PathBuf>,
-    /// Frames a second of a film
+    /// Frames per second of a film
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=240))]
     fps: u32,
 }
@@ -80,7 +82,7 @@ fn seconds(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| "a time of 0 s or more is allowed".to_owned())
 }
 
-/// What is to be drawn.
+/// The content to render.
 struct Film {
     stage: Stage,
     target_depth_m: f64,
@@ -88,11 +90,11 @@ struct Film {
     source: MomentSource,
 }
 
-/// Where the moments come from.
+/// Source of the moments.
 enum MomentSource {
-    /// A recording of a length, in s.
+    /// A recording and its duration, in s.
     Recording(Box<Telling>, f64),
-    /// An exercise: the needle at its start.
+    /// An exercise, with the needle at its start.
     Exercise(Box<Moment>),
 }
 
@@ -180,7 +182,7 @@ fn frames(headless: &mut Headless, film: &mut Film, args: &RenderArgs, folder: &
     ))
 }
 
-/// A size that cannot be drawn is the call's fault, everything else the adapter's.
+/// An unsupported size is a usage error; all other errors are the adapter's.
 fn failure(error: &PictureError) -> Failure {
     match error {
         PictureError::Size { .. } => Failure::input(error),

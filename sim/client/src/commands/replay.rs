@@ -1,4 +1,4 @@
-//! `stylet replay`: a recording in a window, with timeline, plots and scrubbing.
+//! `stylet replay`: shows a recording in a window, with timeline, plots and scrubbing.
 
 use std::path::PathBuf;
 
@@ -17,10 +17,10 @@ pub struct ReplayArgs {
     /// The recording
     #[arg(value_name = "REC.mcap")]
     recording: PathBuf,
-    /// A second recording, drawn as a ghost; both are aligned by the layers that they went through
+    /// A second recording, drawn as a ghost; the two are aligned by the layers that they passed
     #[arg(long, value_name = "REC2.mcap")]
     compare: Option<PathBuf>,
-    /// Language of the window: en or de; without it the system's
+    /// Language of the window: en or de; by default the system's
     #[arg(long, value_name = "LANGUAGE")]
     language: Option<Language>,
 }

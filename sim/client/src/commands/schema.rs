@@ -1,4 +1,4 @@
-//! `stylet schema`: the JSON Schema of a document.
+//! `stylet schema`: prints the JSON Schema of a document.
 
 use clap::ValueEnum;
 
@@ -9,16 +9,16 @@ use crate::output;
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet schema scene > scene.schema.json")]
 pub struct SchemaArgs {
-    /// Which document
+    /// Kind of document
     kind: SchemaKind,
 }
 
-/// The documents that have a schema.
+/// The kinds of documents that have a schema.
 #[derive(Clone, Copy, ValueEnum)]
 enum SchemaKind {
     /// Layers, needle and structures
     Scene,
-    /// What to do in a scene and how it is judged
+    /// The task in a scene and its rubric
     Exercise,
     /// A course of exercises
     Curriculum,

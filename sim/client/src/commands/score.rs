@@ -1,4 +1,4 @@
-//! `stylet score`: metrics, score and reasons of a recording.
+//! `stylet score`: metrics, score and deductions of a recording.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -10,17 +10,18 @@ use documents::ExerciseBundle;
 use crate::exit::{Failure, Outcome};
 use crate::{output, sources};
 
-/// Judge a recorded attempt: metrics, score and what cost points
+/// Score a recorded attempt: metrics, score and deductions
 ///
-/// Everything is computed from the recording alone, by the exercise it carries or by another one. An attempt in which the device was lost,
-/// or the hand was not given the tissue's force for more than a tenth of the time in the body, is void: exit 1.
+/// Everything is computed from the recording alone, with the exercise it contains or another one.
+/// An attempt in which the device was lost, or the tissue's force did not reach the hand for more
+/// than a tenth of the time in the body, is void: exit status 1.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  stylet score attempt.mcap\n  stylet score attempt.mcap --json | jq .score")]
 pub struct ScoreArgs {
     /// The recording
     #[arg(value_name = "REC.mcap")]
     recording: PathBuf,
-    /// Judge by this exercise instead of the one recorded
+    /// Score with this exercise instead of the recorded one
     #[arg(long, value_name = "E.toml")]
     exercise: Option<PathBuf>,
     /// Print the result as JSON
@@ -46,7 +47,7 @@ pub fn run(args: &ScoreArgs) -> Outcome {
     }
 }
 
-/// An attempt that tells nothing of whoever made it.
+/// Prints a void attempt, which carries no information about the trainee.
 fn void(why: &Void, as_json: bool) -> Outcome {
     match as_json {
         true => output::print_json(&VoidAnswer::from(why))?,
@@ -64,7 +65,7 @@ fn report(bundle: &ExerciseBundle, judged: &Assessment, out: &mut dyn Write) -> 
     }
     writeln!(out, "\n{:>8}  Rubric", "Points")?;
     for deduction in &judged.deductions {
-        // Adding zero turns the −0 of a line that cost nothing into 0.
+        // Adding zero turns the −0 of a deduction of zero points into 0.
         let metric = named(&deduction.metric, deduction.version);
         writeln!(out, "{:>8.1}  {metric}: {}", 0.0 - deduction.points + 0.0, deduction_in_words(deduction))?;
     }
@@ -75,7 +76,7 @@ fn report(bundle: &ExerciseBundle, judged: &Assessment, out: &mut dyn Write) -> 
     writeln!(out, "\nSimulated competence; not a clinical claim. Thresholds are the exercise author's.")
 }
 
-/// The value at a precision people can read, or that there is none.
+/// The value at a readable precision, or "n/a".
 fn shown(metric: &Metric) -> String {
     match metric.value {
         Some(value) if metric.applies => format!("{value:.3}"),
@@ -83,7 +84,7 @@ fn shown(metric: &Metric) -> String {
     }
 }
 
-/// Id, name in words and which way is better.
+/// Id, name and direction of improvement.
 fn described(metric: &Metric) -> String {
     let better = match metric.direction {
         Direction::Lower => "lower is better",
@@ -97,7 +98,7 @@ fn described(metric: &Metric) -> String {
     }
 }
 
-/// Id, and the version where it is not the first.
+/// The id, followed by the version if it is not the first.
 fn named(id: &str, version: u32) -> String {
     if version > 1 { format!("{id}, version {version}") } else { id.to_owned() }
 }

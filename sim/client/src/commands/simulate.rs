@@ -21,8 +21,9 @@ use crate::{clock, output};
 
 /// Let a virtual operator perform an exercise and record it
 ///
-/// The seed draws the patient and the operator's hand. The same seed gives the same file but for the session's
-/// identifier and start, which --session-id and --started-at fix. The recording gets its name only when it is whole.
+/// The seed determines the patient and the operator's hand. The same seed gives the same file
+/// except for the session's identifier and start time, which --session-id and --started-at set. The
+/// recording is written to a temporary file and renamed when it is complete.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     stylet simulate exercise.toml --operator expert --seed 7 --out attempt.mcap\n  \
@@ -31,11 +32,12 @@ pub struct SimulateArgs {
     /// The exercise
     #[arg(value_name = "EXERCISE.toml")]
     exercise: PathBuf,
-    /// Who moves the needle: novice, intermediate, expert, constant:MM_S (a stiff hand at that speed), or a CSV file
-    /// with t_s and either x_m along the planned axis or px_m, py_m, pz_m and optionally qx, qy, qz, qw
+    /// Source of the motion: novice, intermediate, expert, constant:MM_S (a stiff hand at that
+    /// speed), or a CSV file with t_s and either x_m along the planned axis or px_m, py_m, pz_m and
+    /// optionally qx, qy, qz, qw
     #[arg(long, value_name = "NAME|constant:MM_S|FILE.csv", default_value = "expert")]
     operator: HandChoice,
-    /// Draws the patient and the operator's hand
+    /// Seed of the patient and the operator's hand
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     /// The recording to write
@@ -47,13 +49,13 @@ pub struct SimulateArgs {
     /// Identifier of the session [default: a new UUIDv7]
     #[arg(long, value_name = "UUID")]
     session_id: Option<Uuid>,
-    /// Start of the attempt, for example 2026-01-31T09:00:00Z [default: now]
+    /// Start time of the attempt, for example 2026-01-31T09:00:00Z [default: now]
     #[arg(long, value_name = "RFC3339", value_parser = staging::read_start)]
     started_at: Option<OffsetDateTime>,
     /// Servo rate, in Hz, 100 to 10000
     #[arg(long, value_name = "HZ", default_value_t = 1000, value_parser = RangedU64ValueParser::<u32>::new().range(staging::TICK_HZ_ALLOWED))]
     tick_hz: u32,
-    /// Pseudonym of the trainee, never a name: up to 64 letters, digits and -_.
+    /// Pseudonym of the trainee, never a real name: up to 64 letters, digits and -_.
     #[arg(long, value_name = "PSEUDONYM", default_value = "", hide_default_value = true, value_parser = staging::read_pseudonym)]
     trainee: String,
     /// Print the result as JSON
@@ -61,7 +63,7 @@ pub struct SimulateArgs {
     json: bool,
 }
 
-/// What is said of an attempt.
+/// Summary of an attempt.
 #[derive(Serialize)]
 struct SimulationSummary {
     recording: String,
@@ -74,7 +76,7 @@ struct SimulationSummary {
     ticks: u64,
     ruptures: u64,
     bytes: u64,
-    /// Of the whole, until the first tick.
+    /// Time from the start of the command to the first tick.
     prepared_s: f64,
     wall_s: f64,
     times_real_time: f64,
@@ -110,7 +112,7 @@ pub fn run(args: &SimulateArgs) -> Outcome {
     }
 }
 
-/// Simulates and writes, under a temporary name until all is on disk.
+/// Simulates the attempt and writes it to a temporary file until it is complete on disk.
 fn record(args: &SimulateArgs, bundle: &ExerciseBundle, staging: &Staging<'_>) -> Result<Simulated, Failure> {
     for unsound in staging.unsound() {
         output::print_warning(format_args!("{}: unsound scene: {unsound}", args.exercise.display()));

@@ -1,4 +1,4 @@
-//! `stylet validate`: scenes beside published measurements.
+//! `stylet validate`: compares scenes with published measurements.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,20 +11,21 @@ use dossier::{
 use crate::exit::{Failure, Outcome};
 use crate::{output, sources};
 
-/// Hold scenes beside what others have measured
+/// Compare scenes with published measurements
 ///
-/// Every published figure that can be cited stands beside what a scene gives: inside, outside, one value without a spread, or not
-/// comparable, and why; with its source, its DOI, and whether it was read or recalled. Nothing is tuned to pass. Prints Markdown;
-/// with --out, dossier.md, dossier.csv and dossier.svg are written.
+/// Lists every published figure that can be cited with the value of a scene: inside, outside, one
+/// value without a spread, or not comparable, with the reason; with its source, its DOI, and
+/// whether it was read or recalled. Nothing is tuned to pass. Prints Markdown; with --out,
+/// dossier.md, dossier.csv and dossier.svg are written.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     stylet validate --out dossier\n  \
     stylet validate curricula/scenes/epidural-71kg.toml")]
 pub struct ValidateArgs {
-    /// The scenes [default: every shipped one]
+    /// The scenes [default: all shipped ones]
     #[arg(value_name = "SCENE.toml")]
     scenes: Vec<PathBuf>,
-    /// Folder for the dossier; created if need be, an older one in it is replaced
+    /// Folder for the dossier; created if it does not exist; an existing dossier in it is replaced
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

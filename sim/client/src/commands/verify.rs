@@ -1,4 +1,4 @@
-//! `stylet verify`: a recording against its own re-simulation.
+//! `stylet verify`: compares a recording with its own re-simulation.
 
 use std::path::PathBuf;
 
@@ -9,8 +9,8 @@ use crate::{output, sources};
 
 /// Re-simulate a recording's input and compare every recorded force and tent
 ///
-/// Uses only what the file carries: the exercise, the scene and the patient drawn. Exit 0 when every force and event is
-/// the same to the bit, 1 when anything differs.
+/// Uses only the data in the file: the exercise, the scene and the drawn patient. Exits with status
+/// 0 if every force and event is bit-identical, 1 if anything differs.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet verify attempt.mcap")]
 pub struct VerifyArgs {

@@ -101,7 +101,8 @@ static REQUIRED: DescribedTable = DescribedTable {
     ],
 };
 
-/// The version of a metric that a line means. Documents of before there were others name none.
+/// Version of the metric that a line refers to. Documents written before metrics had versions have
+/// no such key.
 const VERSION: DescribedField = DescribedField::new(
     "version",
     FieldKind::Integer { min: 1, max: 9 },

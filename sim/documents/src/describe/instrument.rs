@@ -2,7 +2,7 @@
 
 use super::{DescribedField, DescribedTable, FieldKind, Presence, Text};
 
-/// A text in the instrument's languages: a field for each language that an instrument may be written in.
+/// A table of texts: one field for each language that an instrument may be written in.
 macro_rules! in_languages {
     ($doc:literal, $form:expr) => {
         DescribedTable {
@@ -33,7 +33,7 @@ pub(super) static LINES: DescribedTable =
 pub(super) static PROSES: DescribedTable =
     in_languages!("Paragraphs in each of the document's languages", &Text::PROSE);
 
-/// The codes of the languages in which a document may be written.
+/// Returns the codes of the languages in which a document may be written.
 pub fn list_document_languages() -> impl Iterator<Item = &'static str> {
     LINES.fields.iter().map(|field| field.key)
 }

@@ -1,7 +1,7 @@
-//! What a document may say: each field's key, unit, range, default and meaning, written once.
+//! Description of every document field: key, unit, range, default and meaning, defined once.
 //!
-//! The reader ([`crate::walk`]) and the JSON Schema ([`crate::schema`]) both derive from these tables, so neither can
-//! drift from the other.
+//! The reader ([`crate::walk`]) and the JSON Schema ([`crate::schema`]) both derive from these
+//! tables, so neither can drift from the other.
 
 use std::borrow::Borrow;
 use std::fmt::Display;
@@ -24,10 +24,10 @@ pub(crate) use scene::{LAYERS, SCENE};
 pub(crate) use segmentation::SEGMENTATION;
 pub(crate) use text::Text;
 
-/// A TOML table: the fields it may hold, in the order people write them.
+/// A TOML table: the fields it may hold, in the order in which authors write them.
 #[derive(Debug)]
 pub(crate) struct DescribedTable {
-    /// What the table is, for the schema.
+    /// Description for the schema.
     pub doc: &'static str,
     /// Its fields.
     pub fields: &'static [DescribedField],
@@ -36,116 +36,116 @@ pub(crate) struct DescribedTable {
 /// One field of a table.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DescribedField {
-    /// The key, with the unit in it.
+    /// The key, including the unit suffix.
     pub key: &'static str,
-    /// What its value may be.
+    /// Type and limits of the value.
     pub kind: FieldKind,
-    /// Whether it may be left out, and what then holds.
+    /// Whether the field is required, and its default.
     pub presence: Presence,
-    /// What it means.
+    /// Meaning, for the schema and the handbook.
     pub doc: &'static str,
 }
 
-/// What a value may be.
+/// Type and limits of a value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum FieldKind {
-    /// A finite number, ends included.
+    /// A finite number from `min` to `max`, both included.
     Number { unit: &'static str, min: f64, max: f64 },
-    /// A whole number, ends included.
+    /// An integer from `min` to `max`, both included.
     Integer { min: i64, max: i64 },
     /// `true` or `false`.
     Flag,
     /// Text of a certain form.
     Text(&'static Text),
-    /// Text of a certain form, or a table with such a text for each of the document's languages.
+    /// Text of a certain form, or a table with one text for each of the document's languages.
     Words { text: &'static Text, table: &'static DescribedTable },
-    /// One of some words.
+    /// One of a list of words.
     Choice(&'static [&'static str]),
-    /// So many finite numbers, each within the ends.
+    /// `len` finite numbers, each from `min` to `max`.
     Vector { unit: &'static str, len: usize, min: f64, max: f64 },
     /// A list of texts.
     Texts(&'static Text),
     /// A table.
     Table(&'static DescribedTable),
-    /// An array of tables of a bounded length.
+    /// An array of `min` to `max` tables.
     Tables { table: &'static DescribedTable, min: usize, max: usize },
 }
 
-/// Whether a field may be left out.
+/// Whether a field is required, and its default.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Presence {
-    /// It must be there.
+    /// The field is required.
     Required,
-    /// It may be left out, and then there is none.
+    /// The field may be absent and has no default.
     Optional,
-    /// Left out, it is this number.
+    /// The default is this number.
     Number(f64),
-    /// Left out, it is this text.
+    /// The default is this text.
     Text(&'static str),
-    /// Left out, it is this flag.
+    /// The default is this flag.
     Flag(bool),
-    /// Left out, it is an empty list, or a table of defaults.
+    /// The default is an empty list or a table of defaults.
     Empty,
 }
 
 impl DescribedField {
-    /// A field that may be left out.
+    /// Creates an optional field.
     const fn new(key: &'static str, kind: FieldKind, doc: &'static str) -> Self {
         Self { key, kind, presence: Presence::Optional, doc }
     }
 
-    /// A number in `unit` within `range`.
+    /// Creates a field for a number in `unit` within `range`.
     const fn number(key: &'static str, unit: &'static str, range: RangeInclusive<f64>, doc: &'static str) -> Self {
         Self::new(key, FieldKind::Number { unit, min: *range.start(), max: *range.end() }, doc)
     }
 
-    /// Three numbers in mm, each within ±`limit`.
+    /// Creates a field for three numbers in mm, each within ±`limit`.
     const fn place(key: &'static str, limit: f64, doc: &'static str) -> Self {
         Self::new(key, FieldKind::Vector { unit: "mm", len: 3, min: -limit, max: limit }, doc)
     }
 
-    /// Text of a form.
+    /// Creates a field for text of a form.
     const fn text(key: &'static str, text: &'static Text, doc: &'static str) -> Self {
         Self::new(key, FieldKind::Text(text), doc)
     }
 
-    /// A line that people read, in one language or several.
+    /// Creates a field for one line of user-facing text, in one language or several.
     const fn said_line(key: &'static str, doc: &'static str) -> Self {
         Self::new(key, FieldKind::Words { text: &Text::LINE, table: &instrument::LINES }, doc)
     }
 
-    /// Paragraphs that people read, in one language or several.
+    /// Creates a field for user-facing paragraphs, in one language or several.
     const fn said_prose(key: &'static str, doc: &'static str) -> Self {
         Self::new(key, FieldKind::Words { text: &Text::PROSE, table: &instrument::PROSES }, doc)
     }
 
-    /// The codes of a document's languages.
+    /// Creates the field for the codes of a document's languages.
     const fn languages() -> Self {
         let doc = "Codes of its languages, its own first; needed where a text is written in several";
         Self::new("languages", FieldKind::Texts(&Text::ID), doc).with(Presence::Empty)
     }
 
-    /// The same field with another presence.
+    /// Returns the field with another presence.
     const fn with(self, presence: Presence) -> Self {
         Self { presence, ..self }
     }
 
-    /// The same field, required.
+    /// Returns the field, required.
     const fn required(self) -> Self {
         self.with(Presence::Required)
     }
 
-    /// The same field with a number as default.
+    /// Returns the field with a number as default.
     const fn or(self, default: f64) -> Self {
         self.with(Presence::Number(default))
     }
 
-    /// The same field with a text as default.
+    /// Returns the field with a text as default.
     const fn or_text(self, default: &'static str) -> Self {
         self.with(Presence::Text(default))
     }
 
-    /// The unit that the key carries, or nothing.
+    /// Returns the unit of the value, or an empty string.
     pub(crate) fn unit(&self) -> &'static str {
         match self.kind {
             FieldKind::Number { unit, .. } | FieldKind::Vector { unit, .. } => unit,
@@ -155,7 +155,7 @@ impl DescribedField {
 }
 
 impl FieldKind {
-    /// What is allowed, in words.
+    /// Describes the allowed values in words.
     pub(crate) fn allowed(&self) -> Phrase {
         match self {
             Self::Number { unit, min, max } => {
@@ -185,12 +185,12 @@ impl FieldKind {
     }
 }
 
-/// One of some names.
+/// Lists the allowed names.
 pub(crate) fn one_of(names: &[impl Borrow<str>]) -> Phrase {
     phrase!("allowed: {names}", names = names.join(", "))
 }
 
-/// A value as it is written, and its unit where it has one.
+/// Formats a value, followed by its unit if it has one.
 pub(crate) fn measure(value: impl Display, unit: &str) -> String {
     if unit.is_empty() { value.to_string() } else { format!("{value} {unit}") }
 }

@@ -47,7 +47,7 @@ pub(crate) static SCENE: DescribedTable = DescribedTable {
     ],
 };
 
-/// The layers: needed where no anatomy gives them.
+/// The layers; required without an anatomy.
 pub(crate) const LAYERS: DescribedField = DescribedField::new(
     "layer",
     FieldKind::Tables { table: &LAYER, min: 1, max: 32 },
@@ -360,7 +360,7 @@ static STRUCTURE: DescribedTable = DescribedTable {
     ],
 };
 
-/// Coordinates of a scanner may begin so far from the body, in mm.
+/// Largest distance between a scanner's coordinate origin and the body, in mm.
 const FARTHEST_MM: f64 = 1500.0;
 
 const UNIT: DescribedField = DescribedField::new(

@@ -1,8 +1,8 @@
-//! The fields of what a map of labels means.
+//! The fields of a document that gives the labels of a segmentation their meaning.
 
 use super::{DescribedField, DescribedTable, FieldKind, Text};
 
-/// What the labels of a segmentation mean.
+/// The meaning of a segmentation's labels.
 pub(crate) static SEGMENTATION: DescribedTable = DescribedTable {
     doc: "What the labels of a segmentation mean, and where the needle enters, for `stylet anatomy import`",
     fields: &[

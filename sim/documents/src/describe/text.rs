@@ -2,18 +2,18 @@
 
 use phrase::{Phrase, phrase};
 
-/// A form of text: a pattern for the schema, and a test for the reader.
+/// A form of text: a pattern for the schema and a predicate for the reader.
 #[derive(Debug)]
 pub(crate) struct Text {
-    /// What is allowed, in words: of one text, and of each of a list.
+    /// The allowed values in words: for a single text, and for each text of a list.
     pub allowed: [fn() -> Phrase; 2],
-    /// Fewest characters.
+    /// Minimum number of characters.
     pub min: usize,
-    /// Most characters.
+    /// Maximum number of characters.
     pub max: usize,
-    /// Regular expression of the schema (ECMA 262), matching what `allows` allows.
+    /// Regular expression for the schema (ECMA 262), equivalent to `allows`.
     pub pattern: &'static str,
-    /// Whether a character may stand at a position, counted from 0.
+    /// Returns whether a character is allowed at a position, counted from 0.
     pub allows: fn(usize, char) -> bool,
 }
 
@@ -30,7 +30,7 @@ impl Text {
         allows: |at, c| c.is_ascii_alphanumeric() || (at > 0 && (c == '-' || c == '_')),
     };
 
-    /// A name that metric ids may end with, which is why a dot is not allowed.
+    /// A name that may be the suffix of a metric id, and therefore contains no dot.
     pub(crate) const NAME: Self = Self {
         allowed: [
             || phrase!("allowed: 1 to 60 characters without a dot or line break"),
@@ -42,7 +42,7 @@ impl Text {
         allows: |_, c| c != '.' && !c.is_ascii_control(),
     };
 
-    /// One line, said or shown to people.
+    /// One line of user-facing text.
     pub(crate) const LINE: Self = Self {
         allowed: [
             || phrase!("allowed: 1 to 300 characters on one line"),
@@ -54,7 +54,8 @@ impl Text {
         allows: |_, c| !c.is_ascii_control(),
     };
 
-    /// Name of a picture beside the document; how it ends is looked at with what is in it.
+    /// File name of a picture next to the document. The picture reader checks the extension
+    /// together with the content.
     pub(crate) const PICTURE: Self = Self {
         allowed: [
             || {
@@ -87,7 +88,7 @@ impl Text {
         allows: |_, _| true,
     };
 
-    /// Whether `text` has this form.
+    /// Returns whether `text` has this form.
     pub(crate) fn admits(&self, text: &str) -> bool {
         (self.min..=self.max).contains(&text.chars().count())
             && text.chars().enumerate().all(|(at, c)| (self.allows)(at, c))

@@ -1,7 +1,7 @@
-//! Where a mesh's coordinates point, and how they turn into the patient frame.
+//! The axes of a mesh's coordinates and their rotation into the patient frame.
 //!
-//! The patient lies prone, so that +z, out of the body, is posterior; +y is superior, towards the head. The third axis
-//! of a right-handed frame, superior × posterior, is the patient's right: +x.
+//! The patient lies prone, so that +z, out of the body, is posterior; +y is superior, towards the
+//! head. The third axis of a right-handed frame, superior × posterior, is the patient's right: +x.
 
 use nalgebra::Point3;
 
@@ -17,10 +17,10 @@ pub(crate) enum Axes {
 }
 
 impl Axes {
-    /// The words that documents have for them.
+    /// Keywords in documents.
     pub(crate) const WORDS: &[&str] = &["patient", "RAS", "LPS"];
 
-    /// The axes of a word; those of the patient frame for a word that is none of them.
+    /// Returns the axes for a keyword; those of the patient frame for an unknown one.
     pub(crate) fn named(word: &str) -> Self {
         match word {
             "RAS" => Self::Ras,
@@ -29,7 +29,8 @@ impl Axes {
         }
     }
 
-    /// A point in the patient frame. Each case is a rotation: a mirror would turn a mesh inside out.
+    /// Rotates a point into the patient frame. Each case is a rotation: a reflection would turn a
+    /// mesh inside out.
     pub(crate) fn to_patient(self, [a, b, c]: [f64; 3]) -> Point3<f64> {
         match self {
             Self::Patient => Point3::new(a, b, c),
@@ -38,7 +39,7 @@ impl Axes {
         }
     }
 
-    /// A point of the patient frame in the mesh's own coordinates.
+    /// Rotates a point of the patient frame into the mesh's own coordinates.
     pub(crate) fn to_file(self, point: &Point3<f64>) -> [f64; 3] {
         let [x, y, z] = [point.x, point.y, point.z];
         match self {

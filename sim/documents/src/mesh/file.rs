@@ -1,4 +1,4 @@
-//! Triangles from the bytes of an STL or OBJ file.
+//! Parses triangles from STL and OBJ files.
 
 use std::fmt::Write as _;
 use std::io::Cursor;
@@ -11,10 +11,10 @@ use tobj::LoadOptions;
 use super::Raw;
 use super::text_stl::{join_solids, text_of};
 
-/// The triangles of a file, whose format its name's extension tells.
+/// Parses the triangles of a file; the extension of its name determines the format.
 ///
 /// # Errors
-/// Another format, or why the bytes cannot be read as this one.
+/// If the format is unknown or the bytes are not valid in it.
 pub(super) fn parse(name: &str, bytes: &[u8]) -> Result<Raw, Phrase> {
     let extension = Path::new(name).extension().unwrap_or_default().to_ascii_lowercase();
     match extension.to_str() {
@@ -27,7 +27,8 @@ pub(super) fn parse(name: &str, bytes: &[u8]) -> Result<Raw, Phrase> {
     }
 }
 
-/// A binary STL file in mm of a surface in m, without normals: readers make them of the corners.
+/// Encodes a surface in m as a binary STL file in mm, without normals: readers compute them from
+/// the vertices.
 #[must_use]
 pub fn write_stl((vertices_m, triangles): &Surface) -> Vec<u8> {
     let mut bytes = vec![0; 80];
@@ -51,22 +52,22 @@ fn stl(bytes: &[u8]) -> Result<Raw, Phrase> {
     })
 }
 
-/// How a text in UTF-16 begins.
+/// Byte order marks of UTF-16.
 const UTF_16: [[u8; 2]; 2] = [[0xff, 0xfe], [0xfe, 0xff]];
 
-/// All objects and groups of a file together, polygons cut into triangles as fans.
+/// Parses all objects and groups of a file into one mesh; splits polygons into triangle fans.
 fn obj(bytes: &[u8]) -> Result<Raw, Phrase> {
     if bytes.contains(&0) || UTF_16.iter().any(|mark| bytes.starts_with(mark)) {
         return Err(phrase!("not text"));
     }
-    // Names and comments are in whatever code page; what is read is ASCII.
+    // Names and comments may use any code page; the parsed part is ASCII.
     let text = String::from_utf8_lossy(bytes);
     let shape = shape_of(text.strip_prefix('\u{feff}').unwrap_or(&text))?;
     let mut reader = Cursor::new(shape.as_bytes());
     let options = LoadOptions { triangulate: true, ..LoadOptions::default() };
     let loaded = tobj::load_obj_buf(&mut reader, &options, |_| Err(tobj::LoadError::MaterialParseError));
     let (models, _) = loaded.map_err(|error| match error {
-        // Told after the last line, of all faces together.
+        // Reported after the last line, for all faces together, so there is no line number.
         tobj::LoadError::FaceVertexOutOfBounds => phrase!("a face names a vertex that the file does not have"),
         error => {
             let line = shape[..reader.position() as usize].lines().count();
@@ -83,16 +84,17 @@ fn obj(bytes: &[u8]) -> Result<Raw, Phrase> {
     Ok(raw)
 }
 
-/// The vertices and faces of an OBJ text, places only, on the lines where they stood.
+/// Returns an OBJ text's vertices and faces, positions only, on their original lines.
 ///
-/// The rest is nothing to a shape, and a mistake in it (a material that is missing, a texture's coordinate beyond the
-/// last) should not refuse a mesh.
+/// The other records do not affect the shape, and an error in them (a missing material, a texture
+/// coordinate out of range) must not refuse a mesh.
 fn shape_of(text: &str) -> Result<String, Phrase> {
     let mut shape = String::with_capacity(text.len());
     let (mut line, mut lines) = (String::new(), text.lines().enumerate().peekable());
     while let Some((at, part)) = lines.next() {
         line.push_str(part);
-        // A line that ends in a backslash goes on in the next, but for comments, which may end in a path.
+        // A line that ends in a backslash continues on the next, except comments, which may end in
+        // a path.
         let goes_on = line.trim_end().ends_with('\\') && !line.trim_start().starts_with('#');
         if goes_on && lines.peek().is_some() {
             line.truncate(line.trim_end().len() - 1);

@@ -1,7 +1,8 @@
-//! Mends what other tools leave in a mesh, and says where one is broken that cannot be mended.
+//! Repairs common export defects of meshes and locates defects that cannot be repaired.
 //!
-//! Marching cubes and exporters write a corner twice, a rounding apart, and triangles of no size between. Such corners are welded and such
-//! triangles dropped. A mesh that is sound as it stands is never touched: what was recorded on it stays so to the bit.
+//! Marching cubes and exporters write a vertex twice, a rounding apart, with degenerate triangles
+//! in between. Such vertices are welded and such triangles dropped. A valid mesh is never modified,
+//! so that recordings made on it stay bit-identical.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,11 +12,12 @@ use phrase::{Phrase, phrase};
 
 use super::axes::Axes;
 
-/// Corners closer than this part of the mesh's largest dimension are one: 1 µm in 100 mm, which is more than 32 bits round by.
+/// Vertices closer than this fraction of the mesh's largest dimension are welded: 1 µm in 100 mm,
+/// which is more than the rounding of 32-bit numbers.
 const WELD: f64 = 1e-5;
 
-/// The same surface with near corners welded and without triangles of no size: those that have two corners in one place then, and pairs that
-/// lie back to back.
+/// Welds near vertices and drops the triangles that this makes degenerate: those with two equal
+/// vertices, and pairs that lie back to back.
 pub(super) fn mend(surface: &Surface) -> Surface {
     let (vertices, triangles) = surface;
     let (kept, index) = weld(vertices, WELD * largest_dimension(vertices));
@@ -27,7 +29,7 @@ pub(super) fn mend(surface: &Surface) -> Surface {
         let (key, turns) = sorted(*triangle);
         *seen.entry(key).or_default() += turns;
     }
-    // Of triangles on the same corners those that face opposite ways cancel each other, and one of the others is enough.
+    // Triangles on the same vertices that face opposite ways cancel; of the rest, one is kept.
     let mut once = Vec::with_capacity(welded.len());
     for triangle in welded {
         let (key, turns) = sorted(triangle);
@@ -39,7 +41,7 @@ pub(super) fn mend(surface: &Surface) -> Surface {
     drop_unused(&kept, once)
 }
 
-/// The corners of a triangle in order, and 1 or −1 by how they were turned.
+/// Returns a triangle's sorted indices, and 1 or −1 for the parity of the permutation.
 fn sorted(triangle: [u32; 3]) -> ([u32; 3], i32) {
     let [a, b, c] = triangle;
     let mut key = triangle;
@@ -63,7 +65,8 @@ fn largest_dimension(vertices: &[Point3<f64>]) -> f64 {
     (high - low).max().max(0.0)
 }
 
-/// Corners of which none is nearer than `within_m` to an earlier one, and the new index of each old one.
+/// Returns the vertices that are not within `within_m` of an earlier one, and the new index of each
+/// old vertex.
 fn weld(vertices: &[Point3<f64>], within_m: f64) -> (Vec<Point3<f64>>, Vec<u32>) {
     let cell = |vertex: &Point3<f64>| [0, 1, 2].map(|axis| libm::floor(vertex[axis] / within_m) as i64);
     let mut cells: BTreeMap<[i64; 3], Vec<u32>> = BTreeMap::new();
@@ -86,14 +89,15 @@ fn weld(vertices: &[Point3<f64>], within_m: f64) -> (Vec<Point3<f64>>, Vec<u32>)
     (kept, index)
 }
 
-/// What is wrong, with the place of its first flaw in the file's own coordinates.
+/// Appends the location of the first flaw, in the file's own coordinates, to the reason.
 pub(super) fn place_flaw(why: Phrase, (vertices, triangles): &Surface, axes: Axes) -> Phrase {
     let Some(flaw_m) = first_flaw(vertices, triangles) else { return why };
     let [x, y, z] = axes.to_file(&flaw_m).map(|m| Phrase::number(m * 1e3, 3));
     phrase!("{why}, the first at ({x}, {y}, {z}) mm of the file", why = why, x = x, y = y, z = z)
 }
 
-/// The middle of the first edge that is not in two triangles, once each way, those in too many first; or else a corner at which fans touch.
+/// Returns the middle of the first edge that is not in exactly two triangles, once in each
+/// direction, preferring the edge with the most triangles; otherwise a vertex at which fans touch.
 fn first_flaw(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Point3<f64>> {
     let mut edges: BTreeMap<(u32, u32), (usize, usize)> = BTreeMap::new();
     for &[a, b, c] in triangles {
@@ -103,7 +107,7 @@ fn first_flaw(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Point3
         }
     }
     let worst = edges.iter().filter(|(_, walks)| **walks != (1, 1)).max_by_key(|((a, b), walks)| {
-        // Of equals the first.
+        // On a tie, the first edge.
         (walks.0 + walks.1, std::cmp::Reverse((*a, *b)))
     });
     if let Some(((a, b), _)) = worst {
@@ -112,7 +116,8 @@ fn first_flaw(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Point3
     touching_corner(vertices.len(), triangles).map(|corner| vertices[corner])
 }
 
-/// A corner whose triangles are more than one fan: walking from one to the next over shared edges does not reach all.
+/// Returns a vertex whose triangles form more than one fan: walking from triangle to triangle over
+/// shared edges does not reach all of them.
 fn touching_corner(corners: usize, triangles: &[[u32; 3]]) -> Option<usize> {
     let mut next: Vec<BTreeMap<u32, u32>> = vec![BTreeMap::new(); corners];
     for &[a, b, c] in triangles {

@@ -1,4 +1,5 @@
-//! Triangle meshes of structures and of the skin: read from a file, turned into the patient frame, checked.
+//! Triangle meshes of structures and of the skin: read from a file, rotated into the patient frame,
+//! checked.
 
 mod axes;
 mod file;
@@ -17,7 +18,7 @@ use nalgebra::{Point3, Vector3};
 use phrase::{Phrase, phrase};
 pub(crate) use skin::crossing;
 
-/// What the mesh of a structure must be, in words.
+/// Describes the requirements on a structure's mesh.
 pub(crate) fn allowed_solid() -> Phrase {
     phrase!(
         "allowed: an STL (.stl, binary or text) or OBJ (.obj) file, closed, manifold, counter-clockwise seen from outside, of \
@@ -25,7 +26,7 @@ pub(crate) fn allowed_solid() -> Phrase {
     )
 }
 
-/// What the mesh of the skin must be, in words.
+/// Describes the requirements on the skin's mesh.
 pub(crate) fn allowed_skin() -> Phrase {
     phrase!(
         "allowed: an STL (.stl, binary or text) or OBJ (.obj) file, manifold, counter-clockwise seen from outside, of 20 mm \
@@ -37,34 +38,34 @@ const MOST_TRIANGLES: usize = 200_000;
 const SOLID_SIZE_M: RangeInclusive<f64> = 1e-4..=1.0;
 const SKIN_SIZE_M: RangeInclusive<f64> = 0.02..=2.0;
 
-/// What a file does not say of its coordinates.
+/// Properties of the coordinates that the file does not contain.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Coordinates {
-    /// They are in mm, or else in m.
+    /// Whether the unit is mm; otherwise m.
     pub in_mm: bool,
-    /// Where they point.
+    /// The axes.
     pub axes: Axes,
 }
 
-/// A file of a mesh.
+/// A mesh file.
 #[derive(Clone, Copy)]
 pub(crate) struct MeshFile<'a> {
-    /// Its name, whose extension tells the format.
+    /// Its name; the extension determines the format.
     pub name: &'a str,
-    /// What is in it.
+    /// Content.
     pub bytes: &'a [u8],
 }
 
-/// Corners and triangles as a file has them.
+/// Vertices and triangles as in the file.
 struct Raw {
     corners: Vec<[f32; 3]>,
     triangles: Vec<[usize; 3]>,
 }
 
-/// The solid in a file, which is known by its name and bytes.
+/// Reads a solid from a file.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// The reason for refusing the mesh, in words.
 pub(crate) fn read_solid(file: MeshFile<'_>, coordinates: Coordinates) -> Result<Shape, Phrase> {
     let found = surface(file, coordinates, &SOLID_SIZE_M)?;
     let (vertices_m, triangles) = mend_unless(found, coordinates, check_closed)?;
@@ -74,10 +75,10 @@ pub(crate) fn read_solid(file: MeshFile<'_>, coordinates: Coordinates) -> Result
     Ok(Shape::Mesh { vertices_m, triangles })
 }
 
-/// The skin in a file, which is known by its name and bytes, with the origin of its mesh at a place in m, patient frame.
+/// Reads the skin from a file, with the origin of its mesh at `position_m`, patient frame.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// The reason for refusing the mesh, in words.
 pub(crate) fn read_skin_mesh(
     file: MeshFile<'_>,
     coordinates: Coordinates,
@@ -100,10 +101,10 @@ fn check_closed(triangles: &[[u32; 3]]) -> Result<(), Phrase> {
     }
 }
 
-/// A surface that passes a check, or its mended form that does.
+/// Returns a surface that passes `check`, repaired if necessary.
 ///
 /// # Errors
-/// What is wrong with the mended form, and where.
+/// The flaw of the repaired surface, with its location.
 fn mend_unless(
     found: Surface,
     coordinates: Coordinates,
@@ -122,7 +123,7 @@ fn mend_unless(
     }
 }
 
-/// Vertices in m along the patient's axes, each once, and triangles.
+/// Returns unique vertices, in m along the patient's axes, and triangles.
 fn surface(file: MeshFile<'_>, coordinates: Coordinates, allowed_m: &RangeInclusive<f64>) -> Result<Surface, Phrase> {
     let raw = file::parse(file.name, file.bytes)?;
     if raw.triangles.is_empty() {
@@ -156,10 +157,10 @@ fn check_size(corners: &[Point3<f64>], allowed_m: &RangeInclusive<f64>) -> Resul
     }
 }
 
-/// Vertices without repetition, and the new index of each old one.
+/// Returns the unique vertices and the new index of each old one.
 ///
-/// An STL file repeats a vertex in each of its triangles, and its reader takes −0 and 0 for two; an OBJ file repeats
-/// those along the seams of a texture.
+/// An STL file repeats a vertex in each of its triangles, and its reader treats −0 and 0 as
+/// different; an OBJ file repeats the vertices along texture seams.
 fn merge(corners: &[Point3<f64>]) -> (Vec<Point3<f64>>, Vec<u32>) {
     let (mut unique, mut known) = (Vec::new(), BTreeMap::new());
     let index = corners

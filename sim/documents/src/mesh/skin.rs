@@ -1,15 +1,15 @@
-//! Where the skin must be: over the origin, where needles enter.
+//! Checks that the skin lies over the origin, where needles enter.
 
 use nalgebra::Point3;
 use phrase::{Phrase, phrase};
 
-/// How far from the plane of the force law the skin may be over the origin, in m.
+/// Largest distance of the skin over the origin from the plane of the force law, in m.
 const NEAR_M: f64 = 5e-3;
 
-/// The highest surface over the origin is near it, and faces up.
+/// Checks that the highest surface over the origin is near the force law's plane and faces up.
 ///
 /// # Errors
-/// How far it is, or that its back is seen.
+/// The distance, or that the surface faces down.
 pub(super) fn check_over_origin(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<(), Phrase> {
     let crossings = triangles.iter().filter_map(|t| crossing(t.map(|v| &vertices[v as usize]), &Point3::origin()));
     match crossings.max_by(|(one, _), (other, _)| one.total_cmp(other)) {
@@ -31,9 +31,11 @@ pub(super) fn check_over_origin(vertices: &[Point3<f64>], triangles: &[[u32; 3]]
     }
 }
 
-/// Height in m at which a line along z through a place crosses a triangle, and whether its front faces up.
+/// Returns the height in m at which a line along z through `place` crosses a triangle, and whether
+/// the triangle faces up.
 pub(crate) fn crossing([a, b, c]: [&Point3<f64>; 3], place: &Point3<f64>) -> Option<(f64, bool)> {
-    // Twice the area of each corner's opposite edge with the place, from above: barycentric coordinates.
+    // Barycentric coordinates: twice the area, seen from above, of `place` with the edge opposite
+    // each vertex.
     let twice =
         |p: &Point3<f64>, q: &Point3<f64>| (p.x - place.x) * (q.y - place.y) - (p.y - place.y) * (q.x - place.x);
     let weights = [twice(b, c), twice(c, a), twice(a, b)];

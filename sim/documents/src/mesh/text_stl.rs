@@ -1,18 +1,19 @@
-//! Text STL files as programs write them: several solids, capitals, names in any code page, a mark of byte order.
+//! Text STL files as exporters write them: several solids, upper case, names in any code page, a
+//! byte order mark.
 
 use phrase::{Phrase, phrase};
 
-/// Length of a binary file before its triangles, and of each triangle, in bytes.
+/// Length of a binary file's header with its triangle count, and of each triangle, in bytes.
 const BINARY_HEAD: usize = 84;
 const BINARY_TRIANGLE: usize = 50;
 
-/// Returns the text of a file that is text: whatever its head is called, a binary file has exactly the length that its count of triangles
-/// makes.
+/// Returns the contents of a text file. A binary file is recognised by its length, which its
+/// triangle count determines, because its header may also begin with "solid".
 pub(super) fn text_of(bytes: &[u8]) -> Option<String> {
     if is_binary(bytes) {
         return None;
     }
-    // Names are in whatever code page; what is read is ASCII.
+    // Names may use any code page; the parsed part is ASCII.
     let text = String::from_utf8_lossy(bytes);
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let begins = text.split_whitespace().next().is_some_and(|word| word.eq_ignore_ascii_case("solid"));
@@ -29,10 +30,11 @@ fn is_binary(bytes: &[u8]) -> bool {
     })
 }
 
-/// Returns the facets of all solids as one solid, as the reader wants it: it stops at the end of the first.
+/// Merges the facets of all solids into one, because the STL reader stops at the end of the first
+/// solid.
 ///
 /// # Errors
-/// When a solid has no end: then the file was cut, and triangles are missing.
+/// If a solid has no end: the file is truncated.
 pub(super) fn join_solids(text: &str) -> Result<String, Phrase> {
     let mut joined = String::from("solid joined\n");
     let mut open: Option<usize> = None;

@@ -1,4 +1,4 @@
-//! A copy of a picture that somebody sends: its pixels alone, in a size that a briefing may have.
+//! Sanitised copies of uploaded pictures: pixels only, in a size allowed in a briefing.
 
 use std::io::Cursor;
 
@@ -8,41 +8,41 @@ use phrase::{Phrase, phrase};
 
 use super::{MOST_BYTES, PictureKind, decode_within, shrink_to_side};
 
-/// Most bytes of a picture that is sent: what a telephone takes fits.
+/// Largest upload, in bytes; enough for a photo taken with a telephone.
 pub const MOST_SENT_BYTES: usize = 12 * 1024 * 1024;
-/// Most pixels of a picture that is sent.
+/// Largest upload, in pixels.
 const MOST_SENT_PIXELS: u64 = 25_000_000;
-/// How long a side of the copy may be, in pixels, from the best to the least.
+/// Maximum side lengths of the copy, in pixels, in order of preference.
 const SIDES: [u32; 3] = [2000, 1400, 900];
-/// How long a side of a logo may be, in pixels: sharp on paper, too.
+/// Maximum side length of a logo, in pixels; also sharp in print.
 const LOGO_SIDE: u32 = 480;
-/// How good a JPEG is, of 100.
+/// JPEG qualities, of 100, in order of preference.
 const QUALITIES: [u8; 2] = [88, 70];
 
 /// A copy of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PictureCopy {
-    /// What it is.
+    /// File format.
     pub kind: PictureKind,
     /// Width and height, in pixels.
     pub size: [u32; 2],
-    /// What is in it.
+    /// Content.
     pub bytes: Vec<u8>,
 }
 
-/// Copies the pixels of a picture, upright, and nothing else: not where, when and by whom it was taken, which Exif can tell. Made smaller
-/// where it is larger than a picture of a briefing may be. May take long.
+/// Copies the pixels of a picture, upright, without metadata (Exif can contain place, time and
+/// author). Scales the copy down if it is larger than a briefing's picture may be. May take long.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// The reason for refusing the picture, in words.
 pub fn copy_picture(bytes: &[u8]) -> Result<PictureCopy, Phrase> {
     copy_to_sides(bytes, &SIDES)
 }
 
-/// Copies a logo as [`copy_picture`] does, no larger than the head of a page needs it.
+/// Copies a logo as [`copy_picture`] does, at the size that a page header needs.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// The reason for refusing the picture, in words.
 pub fn copy_logo(bytes: &[u8]) -> Result<PictureCopy, Phrase> {
     copy_to_sides(bytes, &[LOGO_SIDE])
 }
@@ -67,7 +67,7 @@ fn copy_to_sides(bytes: &[u8], sides: &[u32]) -> Result<PictureCopy, Phrase> {
     Err(phrase!("a picture that does not become small enough; send a smaller one"))
 }
 
-/// The picture in a file that is small enough; nothing where there is none.
+/// Encodes a picture; `None` if the file would be too large.
 fn encode_within(kind: PictureKind, picture: &DynamicImage) -> Result<Option<PictureCopy>, ImageError> {
     let size = [picture.width(), picture.height()];
     if kind == PictureKind::Png {
@@ -89,7 +89,7 @@ fn encode_within(kind: PictureKind, picture: &DynamicImage) -> Result<Option<Pic
     Ok(None)
 }
 
-/// The picture with a byte for each of its colours.
+/// Converts to 8 bits per channel.
 fn plain_depth(picture: &DynamicImage) -> DynamicImage {
     match (picture.color().has_alpha(), picture.color().has_color()) {
         (true, _) => picture.to_rgba8().into(),
@@ -98,7 +98,7 @@ fn plain_depth(picture: &DynamicImage) -> DynamicImage {
     }
 }
 
-/// The picture on white paper, where it can be seen through.
+/// Blends a transparent picture with a white background.
 fn lay_on_white(picture: &DynamicImage) -> RgbImage {
     if !picture.color().has_alpha() {
         return picture.to_rgb8();

@@ -1,7 +1,7 @@
-//! What lies around the pixels of a picture: where its file ends, and what it tells beside them.
+//! File structure of pictures: the end of the file and its metadata.
 //!
-//! A decoder stops at the last pixel and passes over what it does not know. What stands behind would travel with the picture unseen: another
-//! document, or a place on a map.
+//! A decoder stops at the last pixel and skips unknown segments. Data after the end would be
+//! distributed with the picture unnoticed: another document, or a location.
 
 use phrase::{Phrase, phrase};
 
@@ -10,10 +10,10 @@ use super::PictureKind;
 /// The first bytes of every PNG.
 pub(super) const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// Checks that a file is one whole picture that stands still, and that it tells nothing of where it was made.
+/// Checks that a file is exactly one complete, unanimated picture without location metadata.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// The reason for refusing the picture, in words.
 pub(super) fn check_marks(kind: PictureKind, bytes: &[u8]) -> Result<(), Phrase> {
     let end = match kind {
         PictureKind::Png => walk_png(bytes)?,
@@ -33,19 +33,19 @@ fn told_metadata(what: &str) -> Phrase {
     phrase!("{what}, which can name people and places", what = what)
 }
 
-/// Bytes of a file from a place on.
+/// Returns `count` bytes from the offset `from`.
 fn take(bytes: &[u8], from: usize, count: usize) -> Result<&[u8], Phrase> {
     from.checked_add(count).and_then(|end| bytes.get(from..end)).ok_or_else(cut_short)
 }
 
-/// Where a PNG ends: behind its chunk IEND.
+/// Returns the end of a PNG, after its IEND chunk.
 fn walk_png(bytes: &[u8]) -> Result<usize, Phrase> {
     let mut at = PNG_SIGNATURE.len();
     loop {
         let head = take(bytes, at, 8)?;
         let length = u32::from_be_bytes([head[0], head[1], head[2], head[3]]) as usize;
         let data = take(bytes, at + 8, length)?;
-        // Behind what a chunk holds stand four bytes of its checksum.
+        // A four-byte checksum follows the data of a chunk.
         let end = at + 8 + take(bytes, at + 8, length + 4)?.len();
         match &head[4..] {
             b"IEND" => return Ok(end),
@@ -57,7 +57,7 @@ fn walk_png(bytes: &[u8]) -> Result<usize, Phrase> {
     }
 }
 
-/// Where a JPEG ends: behind its marker EOI.
+/// Returns the end of a JPEG, after its EOI marker.
 fn walk_jpeg(bytes: &[u8]) -> Result<usize, Phrase> {
     const SCAN: u8 = 0xda;
     let mut at = 2;
@@ -67,7 +67,7 @@ fn walk_jpeg(bytes: &[u8]) -> Result<usize, Phrase> {
         }
         let marker = take(bytes, at + 1, 1)?[0];
         at += match marker {
-            // Any number of these may stand before a marker.
+            // Any number of fill bytes may precede a marker.
             0xff => 1,
             0xd9 => return Ok(at + 2),
             0x01 | 0xd0..=0xd7 => 2,
@@ -84,7 +84,8 @@ fn walk_jpeg(bytes: &[u8]) -> Result<usize, Phrase> {
     }
 }
 
-/// How many bytes of pixels stand before the next marker. Within them 0xff is followed by 0, or restarts the count.
+/// Returns the number of bytes of entropy-coded data before the next marker. Within the data, 0xff
+/// is followed by 0 or belongs to a restart marker.
 fn count_scanned(bytes: &[u8]) -> usize {
     let is_marker = |pair: &[u8]| pair[0] == 0xff && !matches!(pair[1], 0 | 0xd0..=0xd7);
     bytes.windows(2).position(is_marker).unwrap_or(bytes.len())

@@ -1,4 +1,4 @@
-//! Pictures of a briefing: what a file of one must be, its pixels, and a copy that tells nothing of where it came from.
+//! Pictures of a briefing: file requirements, decoding, and sanitised copies without metadata.
 
 mod clean;
 mod marks;
@@ -9,16 +9,16 @@ pub use clean::{MOST_SENT_BYTES, PictureCopy, copy_logo, copy_picture};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use phrase::{Phrase, phrase};
 
-/// Most pictures of an exercise.
+/// Maximum number of pictures of an exercise.
 pub const MOST_PICTURES: usize = 6;
-/// Most bytes of a picture.
+/// Maximum file size, in bytes.
 pub const MOST_BYTES: usize = 1024 * 1024;
-/// Most pixels of a picture.
+/// Maximum number of pixels.
 pub const MOST_PIXELS: u64 = 4_000_000;
-/// Most bytes that a picture may take while it is decoded.
+/// Maximum memory for decoding a picture, in bytes.
 const MOST_MEMORY: u64 = 256 * 1024 * 1024;
 
-/// The kinds of pictures.
+/// Supported file formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureKind {
     /// PNG.
@@ -27,28 +27,28 @@ pub enum PictureKind {
     Jpeg,
 }
 
-/// A picture of a briefing, read to its last pixel.
+/// A picture of a briefing, verified by decoding it completely.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PictureFile {
-    /// Its name, as the exercise names it.
+    /// File name as the exercise gives it.
     pub name: String,
     /// Width and height, in pixels.
     pub size: [u32; 2],
-    /// What is in it, byte for byte.
+    /// Content, byte for byte.
     pub bytes: Vec<u8>,
 }
 
-/// The pixels of a picture, row by row from above.
+/// The pixels of a picture, row by row from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PicturePixels {
     /// Width and height, in pixels.
     pub size: [u32; 2],
-    /// Red, green, blue and how opaque, a byte each.
+    /// Red, green, blue and alpha, one byte each.
     pub rgba: Vec<u8>,
 }
 
 impl PictureKind {
-    /// The kind that a file's name says.
+    /// Returns the format for a file name's extension.
     #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {
         match name.rsplit_once('.')?.1 {
@@ -58,7 +58,7 @@ impl PictureKind {
         }
     }
 
-    /// The kind that a file's first bytes say.
+    /// Returns the format for a file's first bytes.
     #[must_use]
     pub fn of_bytes(bytes: &[u8]) -> Option<Self> {
         if bytes.starts_with(marks::PNG_SIGNATURE) {
@@ -70,7 +70,7 @@ impl PictureKind {
         }
     }
 
-    /// How the names of its files end.
+    /// Returns the file name extension.
     #[must_use]
     pub const fn ending(self) -> &'static str {
         match self {
@@ -79,7 +79,7 @@ impl PictureKind {
         }
     }
 
-    /// Its media type.
+    /// Returns the media type.
     #[must_use]
     pub const fn media_type(self) -> &'static str {
         match self {
@@ -103,7 +103,7 @@ impl PictureKind {
     }
 }
 
-/// What a picture must be, in words.
+/// Describes the requirements on a picture.
 pub(crate) fn allowed_picture() -> Phrase {
     phrase!(
         "allowed: a PNG (.png) or JPEG (.jpg) picture that lies beside the document, at most {bytes} bytes and {pixels} pixels, without \
@@ -113,15 +113,15 @@ pub(crate) fn allowed_picture() -> Phrase {
     )
 }
 
-/// What a picture's name must be, in words.
+/// Describes the requirements on a picture's name.
 pub(crate) fn allowed_name() -> Phrase {
     phrase!("allowed: a name that ends in .png or .jpg, in small letters")
 }
 
-/// Reads a picture to its last pixel.
+/// Reads a picture and decodes it completely.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// The reason for refusing the picture, in words.
 pub(crate) fn read_picture(name: &str, bytes: Vec<u8>) -> Result<PictureFile, Phrase> {
     if bytes.len() > MOST_BYTES {
         return Err(phrase!("{count} bytes", count = bytes.len()));
@@ -135,22 +135,24 @@ pub(crate) fn read_picture(name: &str, bytes: Vec<u8>) -> Result<PictureFile, Ph
     Ok(PictureFile { name: name.to_owned(), size: [decoded.width(), decoded.height()], bytes })
 }
 
-/// The pixels of a picture that was read, made smaller where a side would be longer than `most_side` pixels.
+/// Decodes a picture that was read before; scales it down if a side is longer than `most_side`
+/// pixels.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// The reason for refusing the picture, in words.
 pub fn decode_picture(bytes: &[u8], most_side: u32) -> Result<PicturePixels, Phrase> {
     let kind = PictureKind::of_bytes(bytes).ok_or_else(|| phrase!("neither PNG nor JPEG, whatever its name says"))?;
     let decoded = shrink_to_side(decode_within(kind, bytes, MOST_PIXELS)?, most_side).into_rgba8();
     Ok(PicturePixels { size: [decoded.width(), decoded.height()], rgba: decoded.into_raw() })
 }
 
-/// The same picture, made smaller where a side is longer.
+/// Scales a picture down if a side is longer than `most_side` pixels.
 fn shrink_to_side(picture: DynamicImage, most_side: u32) -> DynamicImage {
     if picture.width().max(picture.height()) > most_side { picture.thumbnail(most_side, most_side) } else { picture }
 }
 
-/// Decodes a picture of so many pixels at most: its header is asked before any room is made for them. It stands as its orientation says.
+/// Decodes a picture of at most `most_pixels` pixels and applies its orientation. Reads the size
+/// from the header before allocating memory for the pixels.
 fn decode_within(kind: PictureKind, bytes: &[u8], most_pixels: u64) -> Result<DynamicImage, Phrase> {
     let unreadable =
         |why: image::ImageError| phrase!("unreadable as {kind} ({why})", kind = kind.name(), why = Phrase::data(why));

@@ -1,8 +1,8 @@
 //! A gamepad moves the set-point of a virtual hand: the left stick in the plane of the skin, the right stick or the triggers in and out,
 //! and the left stick with the left bumper held leans the needle. It shakes at a pop.
 //!
-//! Sticks set a speed, so that the needle can be moved finely and far. The thread reads the gamepad a hundred times a second;
-//! the servo never waits for it.
+//! Sticks set a speed, so that the needle can be moved both finely and far. A thread polls the
+//! gamepad a hundred times a second; the servo never waits for it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -16,9 +16,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::hand::{Aim, AimWriter};
 use crate::device::buttons;
 
-/// Time between two looks at the sticks, in s.
+/// Polling period of the sticks, in s.
 const PERIOD_S: f64 = 0.01;
-/// Speed of the set-point with a stick all the way, in m/s.
+/// Speed of the set-point at full deflection, in m/s.
 const FASTEST_M_PER_S: f64 = 0.03;
 /// A pop shakes the gamepad for so long, in ms, with so much of its strength.
 const RUMBLE_MS: u32 = 90;
@@ -50,15 +50,15 @@ pub enum GamepadError {
     /// None is connected.
     #[error("no gamepad found: connect one and press a button on it")]
     None,
-    /// The system does not let us look.
+    /// The system denies access.
     #[error("gamepads cannot be read: {0}; on Linux the user must be allowed to read /dev/input (group input)")]
     System(String),
-    /// The system gives no thread.
+    /// The thread cannot be created.
     #[error("no thread for the gamepad: {0}")]
     Thread(#[from] std::io::Error),
 }
 
-/// What the sticks and buttons say at a moment.
+/// One reading of the sticks and buttons.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Sticks {
     /// Left stick, right and up positive, −1 to 1.
@@ -71,7 +71,7 @@ struct Sticks {
     buttons: u32,
 }
 
-/// A gamepad's thread. Dropped, it stops.
+/// The thread that polls a gamepad. Dropping it stops the thread.
 #[derive(Debug)]
 pub struct GamepadFeed {
     name: String,
@@ -90,7 +90,7 @@ struct FeedShared {
 /// Names of the gamepads that are connected.
 ///
 /// # Errors
-/// When the system does not let us look.
+/// If the system denies access.
 pub fn connected() -> Result<Vec<String>, GamepadError> {
     Ok(open()?.gamepads().map(|(_, gamepad)| gamepad.name().to_owned()).collect())
 }
@@ -133,7 +133,7 @@ impl Drop for GamepadFeed {
     fn drop(&mut self) {
         self.shared.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // It ends within a period; a panic in it has nothing left to tell.
+            // The thread ends within one period; a panic in it needs no handling here.
             let _ = thread.join();
         }
     }
@@ -152,7 +152,7 @@ fn follow(mut gilrs: Gilrs, id: GamepadId, mut feed: Feed, shared: &FeedShared) 
     let mut felt = 0;
     while !shared.stop.load(Ordering::Relaxed) {
         while gilrs.next_event().is_some() {}
-        // Unplugged, it says nothing, and the set-point stays.
+        // An unplugged gamepad reads as sticks at rest, so the set-point stays.
         let sticks = gilrs.connected_gamepad(id).map(read).unwrap_or_default();
         feed.aim = moved(&feed.aim, &sticks, &feed.feel, PERIOD_S);
         feed.writer.write(feed.aim);
@@ -224,7 +224,8 @@ impl StickFeel {
 
 #[cfg(test)]
 mod tests {
-    //! A set-point that creeps, flies off or goes the wrong way would move a needle nobody meant to move.
+    //! A set-point that creeps, runs away or goes the wrong way would move the needle against the
+    //! user's intention.
 
     use super::*;
 

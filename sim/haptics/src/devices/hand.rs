@@ -1,7 +1,9 @@
-//! A virtual hand, for mouse, keyboard and gamepad: a mass on a spring and a damper that follows a set-point.
+//! A virtual hand for mouse, keyboard and gamepad: a mass on a spring and a damper that follows a
+//! set-point.
 //!
-//! A mouse has no motors. Moved directly, the needle would go through bone; so the mouse moves a set-point, and a hand of
-//! [`law::operator`] follows it: tissue can stop it, and a pop throws it forward.
+//! A mouse has no motors: a needle that it moved directly would pass through bone. So the mouse
+//! moves a set-point, and a hand of [`law::operator`] follows it: tissue can stop the hand, and a
+//! pop throws it forward.
 
 use law::operator::{Hand, SetPoint, Skill};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -9,7 +11,7 @@ use triple_buffer::{Input, Output, triple_buffer};
 
 use crate::device::{Device, DeviceFault, DeviceInfo, Reading, buttons as button};
 
-/// Where the person wants the hand to be.
+/// Set-point of the hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aim {
     /// Position, in m, device frame.
@@ -18,60 +20,62 @@ pub struct Aim {
     pub orientation: UnitQuaternion<f64>,
     /// Buttons held down; see [`crate::device::buttons`].
     pub buttons: u32,
-    /// How often the position was confirmed so far. Each time the hand presses its confirm button and lets go, however seldom it is told.
+    /// Number of confirmations so far. The hand presses and releases its confirm button once for
+    /// each, even if several arrive in one update.
     pub confirmed: u32,
 }
 
 impl Default for Aim {
-    /// The middle of the workspace, nothing pressed or confirmed.
+    /// The middle of the workspace, no button pressed, no confirmation.
     fn default() -> Self {
         Self { position_m: Vector3::zeros(), orientation: UnitQuaternion::identity(), buttons: 0, confirmed: 0 }
     }
 }
 
-/// Where the set-point is written: by the window or by a gamepad's thread.
+/// The writing end of the set-point, for the window or a gamepad's thread.
 #[derive(Debug)]
 pub struct AimWriter {
     cell: Input<Aim>,
 }
 
 impl AimWriter {
-    /// Moves the set-point. Never waits.
+    /// Writes the set-point. Never waits.
     pub fn write(&mut self, aim: Aim) {
         self.cell.write(aim);
     }
 }
 
-/// What is written a few times a second becomes a motion: each set-point is reached, evenly, in the time that passed since the
-/// one before it.
+/// Interpolates set-points written a few times a second: each is reached linearly in the time that
+/// passed since the previous one.
 #[derive(Clone, Copy, Debug)]
 struct Glide {
     from: Aim,
     to: Aim,
-    /// Readings that it takes, and readings since it began.
+    /// Duration of the interpolation, and readings since it began.
     takes: u32,
     passed: u32,
 }
 
-/// A pause longer than this, in readings, is no motion: the next set-point begins one.
+/// A pause longer than this, in readings, ends a motion: the next set-point begins a new one.
 const PAUSE: u32 = 250;
-/// Readings that the first set-point after a pause takes: a picture's time.
+/// Duration of the interpolation for the first set-point after a pause, in readings: one display
+/// frame.
 const FIRST: u32 = 16;
 
 impl Glide {
-    /// At rest in the middle, not turned anyhow yet.
+    /// At rest in the middle, with no orientation yet.
     fn still() -> Self {
         Self { from: Aim::default(), to: Aim::default(), takes: FIRST, passed: u32::MAX }
     }
 
-    /// Turns towards another set-point. The first one says how the hand is held.
+    /// Starts towards another set-point. The first one sets the orientation at once.
     fn turn(&mut self, to: Aim) {
         let takes = if self.passed < PAUSE { self.passed.max(1) } else { FIRST };
         let from = if self.passed == u32::MAX { Aim { orientation: to.orientation, ..self.aim() } } else { self.aim() };
         *self = Self { from, to, takes, passed: 0 };
     }
 
-    /// Where it is.
+    /// The interpolated set-point.
     fn aim(&self) -> Aim {
         let share = f64::from(self.passed.min(self.takes)) / f64::from(self.takes);
         Aim {
@@ -81,7 +85,7 @@ impl Glide {
         }
     }
 
-    /// A reading later.
+    /// Advances by one reading.
     fn step(&mut self) -> Aim {
         self.passed = self.passed.saturating_add(1);
         self.aim()
@@ -91,17 +95,18 @@ impl Glide {
 /// Readings for which the confirm button is down, and then up, at each press.
 const PRESS: u32 = 25;
 
-/// The confirm button under a finger that presses it as often as it is told.
+/// Presses the confirm button once for each confirmation.
 #[derive(Clone, Copy, Debug, Default)]
 struct Finger {
-    /// Presses begun.
+    /// Presses started.
     begun: u32,
-    /// Readings that the last one still takes.
+    /// Readings left of the last press.
     left: u32,
 }
 
 impl Finger {
-    /// Whether the button is down at a reading by which it should have been pressed so often.
+    /// Returns whether the button is down at this reading; `confirmed` is the number of presses due
+    /// by now.
     fn step(&mut self, confirmed: u32) -> bool {
         if self.left == 0 && self.begun < confirmed {
             *self = Self { begun: self.begun + 1, left: 2 * PRESS };
@@ -112,7 +117,7 @@ impl Finger {
     }
 }
 
-/// The hand. Time passes for it by one period at each reading.
+/// The hand. Each reading advances its time by one period.
 #[derive(Debug)]
 pub struct VirtualHand {
     info: DeviceInfo,
@@ -125,12 +130,13 @@ pub struct VirtualHand {
     readings: u64,
 }
 
-/// Largest force of a hand in N, beyond any puncture.
+/// Maximum force of a hand, in N: above that of any puncture.
 const MAX_FORCE_N: f64 = 40.0;
-/// Stiffest wall that such a hand stays stable against at 1 kHz, in N/m: k dt² stays far below 4 M.
+/// Greatest stiffness against which such a hand is stable at 1 kHz, in N/m: k dt² stays far below 4
+/// M.
 const MAX_STIFFNESS_N_PER_M: f64 = 10_000.0;
 
-/// What virtual devices can do: any scene is shown as it is.
+/// Limits of virtual devices: any scene is rendered unscaled.
 pub(super) fn info(name: &str) -> DeviceInfo {
     DeviceInfo {
         name: name.to_owned(),
@@ -145,8 +151,8 @@ pub(super) fn info(name: &str) -> DeviceInfo {
 }
 
 impl VirtualHand {
-    /// A hand of a skill in the middle of its workspace, ticked at a rate in Hz, and where its set-point is written. `name` is
-    /// what moves it, for example `mouse`.
+    /// A hand with a skill in the middle of its workspace, ticked at `rate_hz`, in Hz, and the
+    /// writer of its set-point. `name` is the input device, for example `mouse`.
     #[must_use]
     pub fn new(name: &str, skill: &Skill, rate_hz: f64) -> (Self, AimWriter) {
         let (writer, aim) = triple_buffer(&Aim::default());
@@ -205,11 +211,12 @@ impl Device for VirtualHand {
 
 #[cfg(test)]
 mod tests {
-    //! The hand must follow, be stopped, and be let go: otherwise a mouse goes through bone or never feels a pop.
+    //! The hand must follow, be stopped, and be released: otherwise a mouse passes through bone or
+    //! never shows a pop.
 
     use super::*;
 
-    /// Position along x, in m, after a second of a force in N.
+    /// Position along x, in m, after a force in N has acted for a second.
     fn after_a_second(hand: &mut VirtualHand, force_n: f64) -> f64 {
         let mut x_m = 0.0;
         for _ in 0..1000 {
@@ -231,7 +238,8 @@ mod tests {
         assert!((after_a_second(&mut hand, 0.0) - 0.03).abs() < 1e-6, "let go, it comes back");
     }
 
-    /// Fastest change of speed, in m/s², of a set-point that goes 1 cm in a second, written every so many readings.
+    /// Greatest acceleration, in m/s², with a set-point that moves 1 cm in a second and is written
+    /// every `every` readings.
     fn roughest_m_per_s2(every: usize) -> f64 {
         let (mut hand, mut aim) = VirtualHand::new("keyboard", &VirtualHand::braced(), 1000.0);
         let mut way = Vec::new();
@@ -248,7 +256,7 @@ mod tests {
 
     #[test]
     fn a_slow_picture_does_not_make_it_jerk() {
-        // In jumps of 2 mm the hand would be pushed by k Δx / M = 5 m/s².
+        // Steps of 2 mm would push the hand with k Δx / M = 5 m/s².
         assert!(roughest_m_per_s2(200) < 0.05, "{}", roughest_m_per_s2(200));
         assert!(roughest_m_per_s2(16) < 0.05, "{}", roughest_m_per_s2(16));
     }

@@ -1,4 +1,4 @@
-//! Devices without a vendor.
+//! Devices that need no vendor driver.
 
 #[cfg(feature = "gamepad")]
 pub mod gamepad;

@@ -1,7 +1,7 @@
-//! A virtual operator as a device: it holds the handle, and feels what the servo sends. That is a force alone, so it does not redirect off
-//! bone.
+//! A virtual operator as a device: it holds the handle and feels the servo's force. It receives
+//! only the force, so it does not redirect off bone.
 //!
-//! It speaks the patient's frame: use [`crate::mapping::Mapping::in_patient_frame`].
+//! It uses the patient frame: combine it with [`crate::mapping::Mapping::in_patient_frame`].
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use super::hand;
 use crate::device::{Device, DeviceFault, DeviceInfo, Reading, buttons};
 
-/// The operator with a handle. Time passes for it by one period at each reading.
+/// The operator with a handle. Each reading advances its time by one period.
 #[derive(Debug)]
 pub struct OperatorDevice {
     info: DeviceInfo,
@@ -24,14 +24,15 @@ pub struct OperatorDevice {
 }
 
 impl OperatorDevice {
-    /// An operator ticked at a rate in Hz. `name` is kept in recordings, for example `operator:novice`.
+    /// An operator ticked at `rate_hz`, in Hz. `name` is stored in recordings, for example
+    /// `operator:novice`.
     #[must_use]
     pub fn new(name: &str, operator: Operator, rate_hz: f64) -> Self {
         let done = Arc::new(AtomicBool::new(false));
         Self { info: hand::info(name), operator, force_n: Vector3::zeros(), period_s: 1.0 / rate_hz, readings: 0, done }
     }
 
-    /// Becomes true once the operator is done; it then holds still.
+    /// Becomes true when the operator has finished; it then holds still.
     #[must_use]
     pub fn done(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.done)
@@ -44,7 +45,7 @@ impl Device for OperatorDevice {
     }
 
     fn read(&mut self) -> Result<Reading, DeviceFault> {
-        // Done, it is asked for no time: it repeats its last motion.
+        // A finished operator is stepped by zero time: it repeats its last motion.
         let dt_s = if self.done.load(Ordering::Relaxed) { 0.0 } else { self.period_s };
         let motion = self.operator.step(dt_s, &Felt::from(self.force_n));
         self.done.store(motion.done, Ordering::Relaxed);

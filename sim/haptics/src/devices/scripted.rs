@@ -1,4 +1,5 @@
-//! A device that misbehaves as told, and lets others watch what it is sent: for tests of everything that drives a device.
+//! A device with scripted faults whose forces can be watched, for tests of code that drives a
+//! device.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -8,33 +9,33 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::hand;
 use crate::device::{Device, DeviceFault, DeviceInfo, Reading};
 
-/// What goes wrong, from a reading on.
+/// A fault, from a given reading on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// Nothing.
     None,
     /// Positions are not numbers.
     NotANumber,
-    /// The same reading for ever.
+    /// The same reading every time.
     Freeze,
-    /// The position is another by a length, in m.
+    /// The position is offset by a length, in m.
     Jump(f64),
     /// Time runs backwards.
     Backwards,
-    /// It takes no force; its readings are good.
+    /// It rejects forces; its readings are valid.
     RefusesForce,
-    /// It answers with an error of its own.
+    /// It reports an error code of its own.
     Reports(u32),
-    /// It is gone.
+    /// It is disconnected.
     Disconnect,
-    /// The driver has a defect.
+    /// The driver panics.
     Panic,
 }
 
-/// What others see of a scripted device from another thread.
+/// State of a scripted device, visible to other threads.
 #[derive(Debug, Default)]
 pub struct Watched {
-    /// Bits of the last force's three parts.
+    /// Bits of the three components of the last force.
     force: [AtomicU64; 3],
     writes: AtomicU64,
     closed: AtomicBool,
@@ -48,13 +49,13 @@ impl Watched {
         Vector3::new(part(&self.force[0]), part(&self.force[1]), part(&self.force[2]))
     }
 
-    /// How many forces were written.
+    /// Number of forces written.
     #[must_use]
     pub fn writes(&self) -> u64 {
         self.writes.load(Ordering::Acquire)
     }
 
-    /// It was closed.
+    /// Whether the device was closed.
     #[must_use]
     pub fn closed(&self) -> bool {
         self.closed.load(Ordering::Acquire)
@@ -66,13 +67,14 @@ impl Watched {
     }
 }
 
-/// Moves down (device frame) at constant speed from the middle of its workspace, pointing down, until its fault begins.
+/// Moves down (device frame) at constant speed from the middle of its workspace, pointing down,
+/// until its fault begins.
 #[derive(Debug)]
 pub struct Scripted {
     info: DeviceInfo,
     speed_m_per_s: f64,
     fault: Fault,
-    /// The faulty readings: from the first, for so many.
+    /// The faulty readings: the first one, and their number.
     begins: u64,
     lasts: u64,
     period_s: f64,
@@ -81,7 +83,7 @@ pub struct Scripted {
 }
 
 impl Scripted {
-    /// A device that moves at a speed in m/s, ticked at a rate in Hz, in good order.
+    /// A device without faults that moves at a speed in m/s, ticked at a rate in Hz.
     #[must_use]
     pub fn new(speed_m_per_s: f64, rate_hz: f64) -> Self {
         Self {
@@ -96,28 +98,29 @@ impl Scripted {
         }
     }
 
-    /// The same with a fault that begins at a reading (from 0) and lasts for some.
+    /// The same device with a fault that begins at reading `begins` (from 0) and lasts for `lasts`
+    /// readings.
     #[must_use]
     pub fn with(self, fault: Fault, begins: u64, lasts: u64) -> Self {
         Self { fault, begins, lasts, ..self }
     }
 
-    /// The same with what a real device can do.
+    /// The same device with the identity and limits of a real one.
     #[must_use]
     pub fn as_device(self, info: DeviceInfo) -> Self {
         Self { info, ..self }
     }
 
-    /// To watch it from elsewhere.
+    /// The state that other threads can watch.
     #[must_use]
     pub fn watched(&self) -> Arc<Watched> {
         Arc::clone(&self.watched)
     }
 
-    /// A good reading.
+    /// A valid reading.
     fn reading(&self, number: u64) -> Reading {
         let t_s = number as f64 * self.period_s;
-        // The handle's z turned from z to −y, downwards.
+        // Turns the handle's z from z to −y, downwards.
         let orientation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f64::consts::FRAC_PI_2);
         Reading {
             t_s,
@@ -128,7 +131,7 @@ impl Scripted {
         }
     }
 
-    /// The fault of a reading.
+    /// The fault at a reading.
     fn fault_at(&self, number: u64) -> Fault {
         let faulty = number.checked_sub(self.begins).is_some_and(|since| since < self.lasts);
         if faulty { self.fault } else { Fault::None }

@@ -1,6 +1,7 @@
-//! A recorded motion as a device: it plays its readings, one each time it is asked, and then holds still. It feels nothing.
+//! A recorded motion as a device: it plays one reading per call and then holds still. It ignores
+//! forces.
 //!
-//! It speaks the patient's frame: use [`crate::mapping::Mapping::in_patient_frame`].
+//! It uses the patient frame: combine it with [`crate::mapping::Mapping::in_patient_frame`].
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,7 +11,7 @@ use nalgebra::Vector3;
 use super::hand;
 use crate::device::{Device, DeviceFault, DeviceInfo, Reading};
 
-/// A motion to be played.
+/// A motion to play.
 #[derive(Debug)]
 pub struct Trajectory {
     info: DeviceInfo,
@@ -21,14 +22,14 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Plays readings that are one period of a rate in Hz apart; their own times are not looked at.
+    /// Plays readings as if one period of `rate_hz`, in Hz, apart; their own times are ignored.
     #[must_use]
     pub fn new(name: &str, readings: Vec<Reading>, rate_hz: f64) -> Self {
         let done = Arc::new(AtomicBool::new(readings.is_empty()));
         Self { info: hand::info(name), readings, next: 0, period_s: 1.0 / rate_hz, done }
     }
 
-    /// Becomes true once the last reading has been played.
+    /// Becomes true when the last reading has been played.
     #[must_use]
     pub fn done(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.done)

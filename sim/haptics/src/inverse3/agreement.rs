@@ -1,17 +1,18 @@
-//! Whether the service shows the force that it was told: it ignores what it does not understand, and says nothing of it, but the
-//! state that it sends tells the force that the arm is given.
+//! Detects a service that does not apply the commanded force: it silently ignores messages that it
+//! does not understand, but its state reports the force that the arm applies.
 
 use nalgebra::Vector3;
 
-/// Forces that a report may still be of: what was told in some twenty milliseconds.
+/// Number of recent commands that a report may refer to: those of some twenty milliseconds.
 const RECENT: usize = 32;
-/// A report and a force are the same within this, in N, and a part of the force: the service rounds and filters.
+/// A report matches a command within this, in N, plus a fraction of the force: the service rounds
+/// and filters.
 const NEAR_N: f64 = 0.15;
 const NEAR_PART: f64 = 0.15;
-/// Reports must differ for so long, in s, before they are believed to.
+/// Time for which reports must differ before they count as a disagreement, in s.
 const PATIENCE_S: f64 = 0.25;
 
-/// What was told, and since when reports tell of something else.
+/// Recent commands, and the start of the current run of differing reports.
 #[derive(Clone, Debug)]
 pub struct Agreement {
     told_n: [Vector3<f64>; RECENT],
@@ -19,20 +20,21 @@ pub struct Agreement {
 }
 
 impl Default for Agreement {
-    /// Nothing was told yet: no force.
+    /// No command yet: zero force.
     fn default() -> Self {
         Self { told_n: [Vector3::zeros(); RECENT], differs_since_s: None }
     }
 }
 
 impl Agreement {
-    /// Notes a force that was told, in N.
+    /// Records a commanded force, in N.
     pub fn told(&mut self, force_n: Vector3<f64>) {
         self.told_n.rotate_right(1);
         self.told_n[0] = force_n;
     }
 
-    /// Whether the service shows another force than it is told, after a report in N at a time in s.
+    /// Returns whether the service applies a force other than the commanded one, given a report in
+    /// N at a time in s.
     pub fn disagrees(&mut self, reported_n: &Vector3<f64>, now_s: f64) -> bool {
         let is_near = |told_n: &Vector3<f64>| (reported_n - told_n).norm() <= NEAR_N + NEAR_PART * told_n.norm();
         self.differs_since_s = match self.told_n.iter().any(is_near) {
@@ -45,11 +47,13 @@ impl Agreement {
 
 #[cfg(test)]
 mod tests {
-    //! A service that ignores forces must be noticed; one that is late, rounds or filters must not.
+    //! A service that ignores forces must be detected; one that is late, rounds or filters must
+    //! not.
 
     use super::*;
 
-    /// Whether it disagrees at the end of a second in which a force along x is told and another reported each millisecond.
+    /// Whether it disagrees after a second in which a force along x is commanded and another
+    /// reported each millisecond.
     fn after_a_second(told_n: impl Fn(f64) -> f64, reported_n: impl Fn(f64) -> f64) -> bool {
         let mut agreement = Agreement::default();
         let along = |n: f64| Vector3::new(n, 0.0, 0.0);

@@ -1,4 +1,4 @@
-//! What the service is told: JSON text, written into a buffer that is used again.
+//! Messages to the service: JSON text, written into a reused buffer.
 
 use std::fmt::Write;
 
@@ -6,14 +6,15 @@ use nalgebra::Vector3;
 
 use super::axes;
 
-/// How the service wants a force to be spelled.
+/// The JSON field that the service expects for a force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dialect {
     /// The field is `vector`: version 3.5 and later.
     Vector,
     /// The field is `values`: before 3.5.
     Values,
-    /// Both fields, for a service that does not say its version: it takes the one that it knows and ignores the other.
+    /// Both fields, for a service that does not report its version: it uses the one that it knows
+    /// and ignores the other.
     Both,
 }
 
@@ -27,12 +28,12 @@ impl Dialect {
     }
 }
 
-/// Asks for a frame with everything in it.
+/// Requests a full state.
 pub const FULL_STATE: &str = r#"{"session":{"force_render_full_state":{}}}"#;
-/// Keeps the connection alive and says nothing.
+/// An empty message that keeps the connection alive.
 pub const KEEP_ALIVE: &str = "{}";
 
-/// The command that sets a force, for one device in one dialect.
+/// The command that sets a force, for one device and dialect.
 pub struct SetForce {
     prefix: String,
     fields: &'static [&'static str],
@@ -46,14 +47,15 @@ impl SetForce {
         Self { prefix, fields: dialect.fields(), text: String::new() }
     }
 
-    /// The command as text. The force, in N, device frame, is finite.
+    /// Returns the command as text. The force, in N, device frame, must be finite.
     pub fn text(&mut self, force_n: &Vector3<f64>) -> &str {
         let force_n = axes::force_n(force_n);
         self.text.clear();
         self.text.push_str(&self.prefix);
         let mut comma = "";
         for field in self.fields {
-            // Debug prints the shortest digits that read back to the same number. A string takes whatever is written.
+            // `Debug` prints the shortest digits that parse to the same number. Writing to a string
+            // cannot fail.
             let (x, y, z) = (force_n.x, force_n.y, force_n.z);
             let _infallible = write!(self.text, r#"{comma}"{field}":{{"x":{x:?},"y":{y:?},"z":{z:?}}}"#);
             comma = ",";

@@ -1,66 +1,66 @@
-//! Why the device could not be opened.
+//! Errors of opening the device.
 
 /// Why an Inverse3 could not be opened.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Inverse3Error {
-    /// Nobody listens there, or the address is none.
+    /// No program listens at the address, or the address is invalid.
     #[error("service not reached: {url}: {why}")]
     Unreachable {
         /// Address of the service.
         url: String,
-        /// The system's words.
+        /// The system's message.
         why: String,
     },
-    /// Somebody listens there who does not speak WebSocket.
+    /// The program at the address does not use the WebSocket protocol.
     #[error("not an Inverse Service: {url}: {why}")]
     NotTheService {
         /// Address of the service.
         url: String,
-        /// What went wrong.
+        /// The failure.
         why: String,
     },
-    /// The service is of a version whose protocol is another.
+    /// The service has a version with an incompatible protocol.
     #[error("wrong service version: {found}; 3.0 or later is needed")]
     WrongVersion {
-        /// Its version, as it says.
+        /// The version that it reports.
         found: String,
     },
-    /// The service took the connection and says nothing.
+    /// The service accepted the connection and sends nothing.
     #[error("service silent: {url} sent no state within {seconds} s")]
     Silent {
         /// Address of the service.
         url: String,
-        /// How long it was waited for, in s.
+        /// Time waited, in s.
         seconds: u64,
     },
-    /// What the service says is not understood.
+    /// The service's message cannot be parsed.
     #[error("service not understood: {url} sent {start:?}")]
     NotUnderstood {
         /// Address of the service.
         url: String,
-        /// How the text begins.
+        /// Beginning of the message.
         start: String,
     },
-    /// The service has no such device.
+    /// The service does not list the device.
     #[error("device not found: {wanted}; the service lists {found}")]
     NoDevice {
-        /// The device that was asked for.
+        /// The requested device.
         wanted: String,
-        /// The devices that there are.
+        /// The available devices.
         found: String,
     },
-    /// The device takes no force.
+    /// The device accepts no force.
     #[error("device not ready: {device_id} is {why}")]
     NotReady {
         /// The device.
         device_id: String,
-        /// What it is or is not.
+        /// The missing condition.
         why: &'static str,
     },
 }
 
 impl Inverse3Error {
-    /// What to do about it.
+    /// Advice for the user.
     #[must_use]
     pub fn advice(&self) -> &'static str {
         match self {

@@ -1,8 +1,10 @@
-//! The driver's own thread: it tells the service the force and hears where the handle is, so that the servo does neither.
+//! The driver's own thread: it sends forces to the service and receives its states, so that the
+//! servo does neither.
 //!
-//! The service answers each message with one state, so the pace is ours: [`PERIOD`] at best, slower with a slow service. Two
-//! watchdogs stand here because a client that stalls may leave its last force applied: a servo that stops writing and a
-//! service that stops telling both mean zero force.
+//! The service answers each message with one state, so the client sets the pace: [`PERIOD`] at
+//! best, slower with a slow service. There are two watchdogs, because a stalled client may leave
+//! its last force applied: a servo that stops writing and a service that stops reporting both mean
+//! zero force.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
@@ -21,44 +23,45 @@ use crate::clock;
 use crate::device::{DeviceFault, Reading};
 use crate::servo::priority;
 
-/// Shortest time between two messages: half a tick of the servo, so that a force waits for a quarter of one on average.
+/// Shortest time between two messages: half a tick of the servo, so that a force waits for a
+/// quarter of a tick on average.
 const PERIOD: Duration = Duration::from_micros(500);
-/// Shortest pause: a service that floods the connection does not get the whole processor.
+/// Shortest pause: a service that floods the connection must not occupy a whole processor.
 const BREATH: Duration = Duration::from_micros(50);
-/// A servo that has written nothing for so long has stopped: fifty of its ticks.
+/// Silence after which the servo counts as stopped: fifty of its ticks.
 const SERVO_SILENT: Duration = Duration::from_millis(50);
-/// A message without an answer is followed by another after so long.
+/// Time after which an unanswered message is followed by another.
 const UNANSWERED: Duration = Duration::from_millis(100);
-/// Nobody pushes who has not seen the handle for so long. The servo's own hold comes well before.
+/// Age of the last state beyond which no force is applied. The servo's own hold comes well before.
 const BLIND: Duration = Duration::from_millis(250);
-/// A service that has said nothing sensible for so long is gone.
+/// Time without a valid state after which the service counts as lost.
 const LOST: Duration = Duration::from_secs(1);
-/// Texts heard in a row before the force is sent again.
+/// Maximum number of messages read in a row before the force is sent again.
 const BACKLOG: usize = 64;
-/// How long closing waits for the service to hear of it.
+/// Time that closing waits for the service to acknowledge.
 const GOODBYE: Duration = Duration::from_millis(200);
 
-/// What both threads see, without a lock.
+/// State shared by both threads without a lock.
 #[derive(Default)]
 pub struct Shared {
-    /// The driver is to close.
+    /// Asks the driver to close.
     pub closing: AtomicBool,
-    /// Why there is no device any more: 0 while there is one, [`GONE`], or a code.
+    /// Why the device was lost: 0 while it is available, [`GONE`], or a code.
     fault: AtomicU32,
-    /// Why it takes no force, a bit each; 0 when it does.
+    /// Why the device rejects forces, one bit each of [`code`]; 0 when it accepts them.
     pub refusal: AtomicU32,
-    /// The service shows another force than it is told.
+    /// The service applies a force other than the commanded one.
     pub disagrees: AtomicBool,
-    /// States heard.
+    /// States received.
     pub states: AtomicU64,
-    /// Texts that were not understood.
+    /// Messages that could not be parsed.
     pub garbage: AtomicU64,
 }
 
 const GONE: u32 = u32::MAX;
 
 impl Shared {
-    /// Why there is no device any more.
+    /// Returns why the device was lost.
     pub fn fault(&self) -> Option<DeviceFault> {
         match self.fault.load(Ordering::Acquire) {
             0 => None,
@@ -72,7 +75,7 @@ impl Shared {
     }
 }
 
-/// Tells the servo's side that nobody exchanges any more, however the thread ends.
+/// Reports the device as lost when the thread ends, however it ends.
 struct EndOfThread(Arc<Shared>);
 
 impl Drop for EndOfThread {
@@ -95,7 +98,7 @@ pub struct Exchange {
     pub shared: Arc<Shared>,
 }
 
-/// What happened last, and when.
+/// Times and values of the last messages.
 struct LastTimes {
     written: Option<Instant>,
     sent: Option<Instant>,
@@ -106,10 +109,11 @@ struct LastTimes {
 }
 
 impl Exchange {
-    /// Runs until told to close, or until the service is gone.
+    /// Runs until asked to close, or until the service is lost.
     pub fn run(mut self) {
         let _end = EndOfThread(Arc::clone(&self.shared));
-        // Refused, forces come later when the processor is busy; the servo's own priority says so, and what to do.
+        // Without the priority, forces are late when the processor is busy; the servo's own
+        // priority reports that, with advice.
         let _refused = priority::raise(priority::DRIVER);
         let now = clock::instant();
         let mut times = LastTimes {
@@ -132,13 +136,14 @@ impl Exchange {
         }
     }
 
-    /// Sends what is due and hears what has come.
+    /// Sends the force if one is due and receives the service's states.
     fn round(&mut self, times: &mut LastTimes) -> Result<(), Error> {
         let wanted_n = self.wanted_n(times);
         let lets_go = wanted_n == Vector3::zeros() && times.shown_n != wanted_n;
         let overdue = times.sent.is_none_or(|sent| sent.elapsed() > UNANSWERED);
         if times.answered || lets_go || overdue {
-            // Nothing new to a service that has not answered yet: it is asked for a state, and no more.
+            // A service that has not answered yet gets no unchanged force again: only a request for
+            // a state.
             let says_nothing = !times.answered && wanted_n == times.shown_n;
             self.session.send(if says_nothing { KEEP_ALIVE } else { self.command.text(&wanted_n) })?;
             self.agreement.told(wanted_n);
@@ -151,7 +156,7 @@ impl Exchange {
         }
     }
 
-    /// Hears what the service says. One that says more than it is asked is heard further: only the latest state counts.
+    /// Receives messages. A service may send more than requested: only the latest state counts.
     fn listen(&mut self, times: &mut LastTimes) -> Result<(), Error> {
         let mut text = self.session.receive()?;
         for _ in 0..BACKLOG {
@@ -163,7 +168,7 @@ impl Exchange {
         Ok(())
     }
 
-    /// The force to show, in N: the servo's latest, unless one of the watchdogs bites.
+    /// The force to apply, in N: the servo's latest, unless one of the watchdogs triggers.
     fn wanted_n(&mut self, times: &mut LastTimes) -> Vector3<f64> {
         if self.forces_n.update() {
             times.written = Some(clock::instant());
@@ -195,7 +200,7 @@ impl Exchange {
         }
     }
 
-    /// Why nothing sensible came for so long.
+    /// Records why no valid state came for [`LOST`].
     fn lost(&self, times: &LastTimes) -> Error {
         if !times.understood {
             self.shared.fail(code::NOT_UNDERSTOOD);

@@ -1,10 +1,12 @@
 //! The Haply Inverse3 with a VerseGrip, through the Haply Inverse Service: JSON over a WebSocket.
 //!
-//! A thread of the driver speaks with the service (`exchange.rs`); the servo's side reads and writes latest-value cells and
-//! never waits. Both spellings of a force are spoken; the service's version decides, and both are sent where it is not known. The force
-//! that the service says it shows is compared with the one it was told. Without a VerseGrip the needle points as planned.
+//! A thread of the driver communicates with the service (`exchange.rs`); the servo's side reads and
+//! writes latest-value cells and never waits. Both spellings of a force command are supported: the
+//! service's version decides, and both are sent if the version is unknown. The force that the
+//! service reports is compared with the commanded one. Without a VerseGrip the needle keeps the
+//! planned direction.
 //!
-//! Tried against a stand-in service that speaks the same protocol; not on hardware.
+//! Tested with a simulated service that uses the same protocol; not on hardware.
 
 mod agreement;
 mod axes;
@@ -33,33 +35,36 @@ use self::version::Version;
 use crate::clock;
 use crate::device::{Device, DeviceFault, DeviceInfo, Reading};
 
-/// Codes of the faults of this driver.
+/// Fault codes of this driver.
 pub mod code {
-    /// [`DeviceFault::Reported`](crate::device::DeviceFault): what the service says is not understood.
+    /// [`DeviceFault::Reported`](crate::device::DeviceFault): a message of the service cannot be
+    /// parsed.
     pub const NOT_UNDERSTOOD: u32 = 1;
     /// [`DeviceFault::RefusesForce`](crate::device::DeviceFault), a bit: the arm is not calibrated.
     pub const NOT_CALIBRATED: u32 = 1;
     /// [`DeviceFault::RefusesForce`](crate::device::DeviceFault), a bit: the arm is not ready.
     pub const NOT_READY: u32 = 2;
-    /// [`DeviceFault::RefusesForce`](crate::device::DeviceFault), a bit: the arm has no power supply.
+    /// [`DeviceFault::RefusesForce`](crate::device::DeviceFault), a bit: the arm has no power
+    /// supply.
     pub const NO_POWER: u32 = 4;
 }
 
-/// Greatest force that may be asked for, in N: the arm's own limit.
+/// Greatest force that may be commanded, in N: the arm's own limit.
 const GREATEST_FORCE_N: f64 = 10.0;
 
-/// Which device to open, and how.
+/// Options for opening the device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inverse3Options {
     /// Address of the service.
     pub url: String,
     /// Identifier of the device, for example `04C3`; the first one if absent.
     pub device_id: Option<String>,
-    /// Port on which the service says its version, where it does not on the one of `url`.
+    /// Port that reports the service's version, if the port of `url` does not.
     pub version_port: u16,
-    /// How a force is spelled; if absent, as the service's version wants it, and both ways if it does not say its version.
+    /// Spelling of a force command; if absent, it follows the service's version, and both are sent
+    /// if that is unknown.
     pub dialect: Option<Dialect>,
-    /// Largest force, in N; at most 10.
+    /// Maximum force, in N; at most 10.
     pub max_force_n: f64,
 }
 
@@ -70,14 +75,14 @@ impl Default for Inverse3Options {
     }
 }
 
-/// How the exchange with the service goes.
+/// Statistics of the exchange with the service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Health {
-    /// States heard since it was opened.
+    /// States received since the device was opened.
     pub states: u64,
-    /// Texts that were not understood.
+    /// Messages that could not be parsed.
     pub garbage: u64,
-    /// The driver's thread still runs.
+    /// Whether the driver's thread still runs.
     pub running: bool,
 }
 
@@ -92,10 +97,11 @@ pub struct Inverse3 {
 }
 
 impl Inverse3 {
-    /// Connects to the service, finds the device, and starts to exchange states with it, at zero force.
+    /// Connects to the service, finds the device, and starts exchanging states with it, at zero
+    /// force.
     ///
     /// # Errors
-    /// Which of the things that can be missing is missing; see [`Inverse3Error::advice`].
+    /// The first missing requirement; see [`Inverse3Error::advice`].
     pub fn open(options: &Inverse3Options) -> Result<Self, Inverse3Error> {
         let mut session = Inverse3Session::connect(&options.url)?;
         let first = session.inventory(&options.url)?;
@@ -131,13 +137,13 @@ impl Inverse3 {
         Ok(Self { info, version: version.map(|version| version.text), readings, forces_n, shared, thread })
     }
 
-    /// The service's version, as it says it; none if it does not.
+    /// The version that the service reports, if any.
     #[must_use]
     pub fn service_version(&self) -> Option<&str> {
         self.version.as_deref()
     }
 
-    /// How the exchange goes.
+    /// Statistics of the exchange.
     #[must_use]
     pub fn health(&self) -> Health {
         Health {
@@ -176,7 +182,7 @@ impl Device for Inverse3 {
     fn close(&mut self) {
         self.shared.closing.store(true, Ordering::Release);
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has dropped its connection, and has nothing more to say.
+            // A thread that panicked has dropped its connection; there is nothing else to release.
             let _ended = thread.join();
         }
     }
@@ -188,7 +194,7 @@ impl Drop for Inverse3 {
     }
 }
 
-/// The device that is wanted, and where its handle is.
+/// Finds the requested device, and returns its identifier and first reading.
 fn find_inverse3(first: &str, wanted: Option<&str>) -> Result<(String, Reading), Inverse3Error> {
     let at_rest = Reading {
         t_s: clock::now_s(),
@@ -212,7 +218,7 @@ fn find_inverse3(first: &str, wanted: Option<&str>) -> Result<(String, Reading),
     Ok((device_id, reading.unwrap_or(at_rest)))
 }
 
-/// The gravest of the reasons why an arm takes no force.
+/// The most serious reason why an arm rejects forces.
 fn say_device(refusal: u32) -> Option<&'static str> {
     let reasons = [
         (code::NO_POWER, "without power supply"),
@@ -222,12 +228,13 @@ fn say_device(refusal: u32) -> Option<&'static str> {
     reasons.into_iter().find(|(bit, _)| refusal & bit != 0).map(|(_, why)| why)
 }
 
-/// What the arm can do. The service does not say; its workspace is a cautious box of our choice inside the arm's reach, and
-/// it watches the temperature of its motors itself.
+/// The limits of the arm. The service does not report them; the workspace is a conservative box of
+/// our choice inside the arm's reach, and the arm monitors the temperature of its motors itself.
 fn describe_inverse3(device_id: &str, max_force_n: f64, has_grip: bool) -> DeviceInfo {
     let max_force_n = if max_force_n.is_nan() { 0.0 } else { max_force_n.clamp(0.0, GREATEST_FORCE_N) };
     DeviceInfo {
-        // A recording keeps the name, and so whether the trainee turned the needle.
+        // A recording stores the name, and with it whether the trainee controlled the needle's
+        // orientation.
         name: if has_grip { "Inverse3" } else { "Inverse3 without VerseGrip" }.to_owned(),
         serial: Some(device_id.to_owned()),
         max_force_n,

@@ -14,26 +14,26 @@ use super::command::FULL_STATE;
 use super::state::StateFrame;
 use crate::clock;
 
-/// How long the service may take to accept a connection.
+/// Time-out of a connection attempt.
 const CONNECT: Duration = Duration::from_secs(1);
-/// How long it may take to say what there is, in s.
+/// Time-out of the first frame, in s.
 pub const FIRST_FRAME_S: u64 = 2;
-/// How long a read waits before somebody looks at the time.
+/// Read time-out, after which the caller checks the clock.
 const READ: Duration = Duration::from_millis(5);
-/// How long a write may wait for a service that does not read.
+/// Write time-out, for a service that does not read.
 const WRITE: Duration = Duration::from_millis(100);
-/// A frame is a few kilobytes; more than this is none.
+/// Maximum size of a frame, which is normally a few kilobytes.
 const LARGEST_FRAME: usize = 1 << 20;
 
 /// A connection.
 pub struct Inverse3Session {
     socket: WebSocket<TcpStream>,
-    /// Where it goes.
+    /// Address of the service.
     pub address: SocketAddr,
 }
 
 impl Inverse3Session {
-    /// Connects, without delay of small packets.
+    /// Connects, with Nagle's algorithm disabled.
     pub fn connect(url: &str) -> Result<Self, Inverse3Error> {
         let unreachable = |why: String| Inverse3Error::Unreachable { url: url.to_owned(), why };
         let (stream, address) = reach(url).map_err(unreachable)?;
@@ -59,7 +59,8 @@ impl Inverse3Session {
         Ok(this)
     }
 
-    /// The first frame that lists devices with their configuration; asked for if it does not come by itself.
+    /// Returns the first frame that lists devices with their configuration; requests one if
+    /// necessary.
     pub fn inventory(&mut self, url: &str) -> Result<Utf8Bytes, Inverse3Error> {
         let deadline = clock::instant() + Duration::from_secs(FIRST_FRAME_S);
         let silent = || Inverse3Error::Silent { url: url.to_owned(), seconds: FIRST_FRAME_S };
@@ -69,7 +70,8 @@ impl Inverse3Session {
             Some(frame) if frame.is_full() => Ok(first),
             Some(_) => {
                 self.send(FULL_STATE).ok().ok_or_else(silent)?;
-                // Who does not understand the request still has devices, or has not.
+                // A service that ignores the request may still have listed its devices in the first
+                // frame.
                 Ok(self.full_text_before(deadline).unwrap_or(first))
             }
         }
@@ -98,10 +100,10 @@ impl Inverse3Session {
         self.socket.send(Message::text(text))
     }
 
-    /// The next text, if one comes within some milliseconds.
+    /// Returns the next text, if one arrives within some milliseconds.
     ///
     /// # Errors
-    /// When the connection is closed or broken: there will be no other.
+    /// If the connection is closed or broken.
     pub fn receive(&mut self) -> Result<Option<Utf8Bytes>, Error> {
         match self.socket.read() {
             Ok(Message::Text(text)) => Ok(Some(text)),
@@ -112,10 +114,10 @@ impl Inverse3Session {
         }
     }
 
-    /// What has already arrived, without waiting.
+    /// Returns a text that has already arrived, without waiting.
     ///
     /// # Errors
-    /// When the connection is closed or broken.
+    /// If the connection is closed or broken.
     pub fn arrived(&mut self) -> Result<Option<Utf8Bytes>, Error> {
         self.socket.get_ref().set_nonblocking(true)?;
         let text = self.receive();
@@ -123,7 +125,8 @@ impl Inverse3Session {
         text
     }
 
-    /// Closes politely: a socket that is dropped with unread data in it may take back what was sent last, the zero force.
+    /// Closes with a handshake: dropping a socket with unread data may discard the last message
+    /// sent, the zero force.
     pub fn close(&mut self, patience: Duration) {
         let deadline = clock::instant() + patience;
         let mut open = self.socket.close(None).is_ok() && self.socket.flush().is_ok();
@@ -141,7 +144,7 @@ fn is_later(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted)
 }
 
-/// A stream to the host of the address, whichever of its addresses answers.
+/// Connects to the host of the URL, trying each of its addresses in turn.
 fn reach(url: &str) -> Result<(TcpStream, SocketAddr), String> {
     let uri: Uri = url.parse().map_err(|error| format!("not an address: {error}"))?;
     let host = uri.host().filter(|_| uri.scheme_str() == Some("ws")).ok_or("an address begins with ws://HOST")?;

@@ -1,4 +1,5 @@
-//! What the service says: JSON text, read in place. Nothing of it is kept but numbers, and nothing is allocated.
+//! Messages of the service: JSON text, parsed in place. Only numbers are kept, and nothing is
+//! allocated.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -11,10 +12,10 @@ use serde::{Deserialize, Deserializer};
 use super::axes;
 use crate::device::{Reading, buttons};
 
-/// Devices of a kind that are looked at; a station has one or two.
+/// Maximum number of devices of a kind that are considered; a station has one or two.
 const FEW: usize = 4;
 
-/// A frame of the service. The first one has `config`; later ones only what changes.
+/// A frame of the service. The first one has `config`; later ones contain only changes.
 #[derive(Deserialize)]
 pub struct StateFrame<'a> {
     #[serde(borrow, default)]
@@ -23,7 +24,7 @@ pub struct StateFrame<'a> {
     verse_grip: Few<VerseGrip>,
     #[serde(default)]
     wireless_verse_grip: Few<VerseGrip>,
-    /// Grips with buttons of their own, which the service lists apart from 3.5 on.
+    /// Grips with custom buttons, which the service lists separately from version 3.5 on.
     #[serde(default)]
     custom_verse_grip: Few<VerseGrip>,
 }
@@ -42,11 +43,11 @@ pub struct Arm<'a> {
 #[derive(Deserialize)]
 struct ArmState {
     cursor_position: Option<Xyz>,
-    /// The force that the service gives the arm, in N, its axes.
+    /// The force that the arm applies, in N, service axes.
     current_cursor_force: Option<Xyz>,
 }
 
-/// What may keep an arm from being used. What the service does not say is taken to be well.
+/// Readiness of an arm. A missing field counts as ready.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 pub struct Status {
     calibrated: Option<bool>,
@@ -54,7 +55,7 @@ pub struct Status {
     power_supply: Option<bool>,
 }
 
-/// A VerseGrip, with a cable or without.
+/// A VerseGrip, wired or wireless.
 #[derive(Deserialize)]
 struct VerseGrip {
     state: Option<GripState>,
@@ -90,28 +91,28 @@ struct Abc {
 }
 
 impl<'a> StateFrame<'a> {
-    /// Reads a text of the service; none if it is not one.
+    /// Parses a message of the service; `None` if it is not a frame.
     pub fn read(text: &'a str) -> Option<Self> {
         serde_json::from_str(text).ok()
     }
 
-    /// Every arm.
+    /// All arms.
     pub fn arms(&self) -> impl Iterator<Item = &Arm<'a>> {
         self.inverse3.0.iter().flatten()
     }
 
-    /// The arm of this identifier.
+    /// The arm with an identifier.
     pub fn arm(&self, id: &str) -> Option<&Arm<'a>> {
         self.arms().find(|arm| arm.device_id == id)
     }
 
-    /// True when an arm comes with its configuration, as in a full snapshot.
+    /// Whether an arm comes with its configuration, as in a full snapshot.
     pub fn is_full(&self) -> bool {
         self.arms().any(|arm| arm.config.is_some())
     }
 
-    /// The reading of the arm `id` at `t_s`. What the frame does not say of the grip stays as it was in `before`; none
-    /// if the frame says nothing of the arm's position.
+    /// The reading of the arm `id` at `t_s`. Grip values missing in the frame are kept from
+    /// `before`; `None` if the frame has no position of the arm.
     pub fn reading(&self, id: &str, t_s: f64, before: &Reading) -> Option<Reading> {
         let position = self.arm(id)?.state.as_ref()?.cursor_position?;
         Some(Reading {
@@ -123,13 +124,14 @@ impl<'a> StateFrame<'a> {
         })
     }
 
-    /// The force that the service says it gives the arm `id`, in N, device frame; none where it does not say.
+    /// The force that the arm `id` applies according to the service, in N, device frame; `None` if
+    /// the frame does not report it.
     pub fn reported_n(&self, id: &str) -> Option<Vector3<f64>> {
         let Xyz { x, y, z } = self.arm(id)?.state.as_ref()?.current_cursor_force?;
         Some(axes::our_force_n(Vector3::new(x, y, z)))
     }
 
-    /// A grip tells how it is turned.
+    /// Whether a grip reports its orientation.
     pub fn has_grip(&self) -> bool {
         self.grips().any(|grip| grip.orientation().is_some())
     }
@@ -141,7 +143,8 @@ impl<'a> StateFrame<'a> {
 }
 
 impl Arm<'_> {
-    /// Why it takes no force, a bit each of [`super::code`]; 0 if it does; none if this frame does not say.
+    /// Why the arm rejects forces, one bit each of [`super::code`]; 0 if it accepts them; `None` if
+    /// this frame has no status.
     pub fn refusal(&self) -> Option<u32> {
         let status = self.status?;
         let is_false = |said: Option<bool>| said == Some(false);
@@ -162,7 +165,7 @@ impl GripState {
             .map(axes::orientation)
     }
 
-    /// The button of a grip with a cable, or `a` of one without, confirms; `b` is the clutch.
+    /// The button of a wired grip, or `a` of a wireless one, confirms; `b` is the clutch.
     fn pressed(&self) -> Option<u32> {
         let pressed = |bit: u32, held: bool| if held { bit } else { 0 };
         let with_cable = self.button.map(|held| pressed(buttons::CONFIRM, held));
@@ -171,7 +174,7 @@ impl GripState {
     }
 }
 
-/// The first few items of a list, without a heap.
+/// The first few items of a list, without heap allocation.
 struct Few<T>([Option<T>; FEW]);
 
 impl<T> Default for Few<T> {

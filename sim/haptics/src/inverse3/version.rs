@@ -1,5 +1,6 @@
-//! The service's version, which decides how a force is spelled. It answers plain HTTP: on the port of its WebSocket by the
-//! documentation of 3.5, on 10000 by that of 3.0.
+//! The service's version, which determines the spelling of a force command. The service reports it
+//! over plain HTTP: on the port of its WebSocket according to the documentation of 3.5, on 10000
+//! according to that of 3.0.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -9,15 +10,15 @@ use serde::Deserialize;
 
 use super::command::Dialect;
 
-/// How long it may take to answer.
+/// Time-out of the request.
 const PATIENCE: Duration = Duration::from_millis(500);
-/// More than a version needs.
+/// Maximum size of the response, more than a version needs.
 const MOST_BYTES: u64 = 16 << 10;
 
 /// A version of the service.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Version {
-    /// As it says it.
+    /// The version text as reported.
     pub text: String,
     major: u32,
     minor: u32,
@@ -40,7 +41,8 @@ impl Said {
 }
 
 impl Version {
-    /// Asks the service whose WebSocket is there, on the same port and then on another; none if it says nothing on either.
+    /// Requests the version on the port of the WebSocket and then on another; `None` if neither
+    /// responds with one.
     pub fn ask(address: SocketAddr, other_port: u16) -> Option<Self> {
         Self::asked(address).or_else(|| Self::asked(SocketAddr::new(address.ip(), other_port)))
     }
@@ -50,7 +52,7 @@ impl Version {
         stream.set_read_timeout(Some(PATIENCE)).ok()?;
         stream.write_all(b"GET /version HTTP/1.0\r\nHost: localhost\r\nConnection: close\r\n\r\n").ok()?;
         let mut answer = Vec::new();
-        // Who keeps the connection open after the answer has still answered.
+        // A response is valid even if the server keeps the connection open after it.
         let _kept_open = stream.take(MOST_BYTES).read_to_end(&mut answer);
         Self::in_answer(&String::from_utf8_lossy(&answer))
     }
@@ -63,14 +65,14 @@ impl Version {
         said.words().filter(|_| ok).and_then(|words| Self::parse(&words))
     }
 
-    /// Reads `3.5.0`, `v3.4.1-2-gce34c39e` and the like.
+    /// Parses `3.5.0`, `v3.4.1-2-gce34c39e` and similar.
     fn parse(words: &str) -> Option<Self> {
         let mut numbers = words.trim_start_matches('v').split(['.', '-']).map(str::parse);
         let (major, minor) = (numbers.next()?.ok()?, numbers.next()?.ok()?);
         Some(Self { text: words.to_owned(), major, minor })
     }
 
-    /// How it wants a force to be spelled; none if its protocol is another altogether.
+    /// The spelling of a force command; `None` if the protocol is incompatible.
     pub fn dialect(&self) -> Option<Dialect> {
         match (self.major, self.minor) {
             (0..=2, _) => None,

@@ -1,4 +1,4 @@
-//! Why a device could not be opened, and what its errors mean while it is in use.
+//! Errors of opening a device, and the meaning of its error codes in use.
 
 use super::ffi::ErrorInfo;
 use crate::device::DeviceFault;
@@ -6,38 +6,38 @@ use crate::device::DeviceFault;
 /// Why an OpenHaptics device could not be opened.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OpenHapticsError {
-    /// The system does not find the library, or cannot load it.
+    /// The library cannot be found or loaded.
     #[error("library not found: {library} cannot be loaded: {why}")]
     LibraryNotFound {
-        /// Name or path that was looked for.
+        /// The requested name or path.
         library: String,
-        /// The system's words.
+        /// The system's message.
         why: String,
     },
-    /// The library is not the HD library, or one of another version.
+    /// The library is not the HD library, or has another version.
     #[error("wrong driver version: {library} lacks the function {symbol}")]
     WrongVersion {
         /// Name or path of the library.
         library: String,
-        /// The first function that it lacks.
+        /// The first missing function.
         symbol: &'static str,
     },
-    /// The driver finds no such device.
+    /// The driver does not find the device.
     #[error("device not found: {device}: the driver reports 0x{code:04x}, {words}")]
     DeviceNotFound {
-        /// The device that was asked for.
+        /// The requested device.
         device: String,
-        /// The driver's error.
+        /// The driver's error code.
         code: u32,
-        /// The driver's words.
+        /// The driver's message.
         words: String,
     },
-    /// The driver's licence does not allow it.
+    /// The driver's licence does not permit the use.
     #[error("licence refused: the driver reports 0x{code:04x}, {words}")]
     Licence {
-        /// The driver's error.
+        /// The driver's error code.
         code: u32,
-        /// The driver's words.
+        /// The driver's message.
         words: String,
     },
     /// The device must be calibrated by hand.
@@ -51,7 +51,7 @@ pub enum OpenHapticsError {
     ForceRefused {
         /// Model of the device.
         model: String,
-        /// The driver's words, if it had any.
+        /// The driver's message, if any.
         words: String,
     },
 }
@@ -65,7 +65,7 @@ impl OpenHapticsError {
         }
     }
 
-    /// What to do about it.
+    /// Advice for the user.
     #[must_use]
     pub fn advice(&self) -> &'static str {
         match self {
@@ -90,14 +90,14 @@ impl OpenHapticsError {
     }
 }
 
-/// The licence does not cover what is asked.
+/// The licence does not cover the operation.
 const INVALID_LICENCE: u32 = 0x0600;
-/// Errors of force: warm motors, too much force or velocity, motors that do not answer.
+/// Force errors: warm motors, excessive force or velocity, motors that do not respond.
 const FORCE_ERRORS: std::ops::RangeInclusive<u32> = 0x0200..=0x02FF;
-/// Device fault, communication and timer: the device is no longer there.
+/// Device fault, communication and timer errors: the device is lost.
 const LOST: [u32; 4] = [0x0300, 0x0302, 0x0303, 0x0304];
 
-/// What an error means for a device in use.
+/// Maps an error of a device in use to a fault.
 pub(super) fn describe_fault(info: ErrorInfo) -> DeviceFault {
     match info.code {
         code if LOST.contains(&code) => DeviceFault::Gone,
@@ -106,7 +106,8 @@ pub(super) fn describe_fault(info: ErrorInfo) -> DeviceFault {
     }
 }
 
-/// The graver of two errors of a frame, the first of which is the younger; the older of two alike, from which the other follows.
+/// The more serious of two errors of a frame; of two equally serious ones, the older, which caused
+/// the other.
 pub(super) fn graver(younger: DeviceFault, older: DeviceFault) -> DeviceFault {
     let rank = |fault: DeviceFault| match fault {
         DeviceFault::Gone => 2,

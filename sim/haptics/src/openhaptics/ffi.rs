@@ -1,5 +1,5 @@
-//! The C ABI of the HD library, and the only unsafe code of the driver. It is loaded at run time, so that Stylet builds and
-//! starts without it.
+//! The C ABI of the HD library, and the only unsafe code of the driver. The library is loaded at
+//! run time, so that Stylet builds and starts without it.
 //!
 //! Constants and types: the OpenHaptics Toolkit, API reference, HD.
 
@@ -11,12 +11,12 @@ use std::mem::ManuallyDrop;
 
 use libloading::Library;
 
-/// A device's handle in the library.
+/// Handle of a device in the library.
 pub type Handle = u32;
-/// No device.
+/// The invalid handle.
 pub const INVALID_HANDLE: Handle = 0xFFFF_FFFF;
 
-/// Names of what can be read, written and switched.
+/// Names of parameters and capabilities.
 pub mod name {
     pub const CURRENT_BUTTONS: u32 = 0x2000;
     pub const CURRENT_TRANSFORM: u32 = 0x2052;
@@ -32,44 +32,45 @@ pub mod name {
     pub const FORCE_OUTPUT: u32 = 0x4000;
 }
 
-/// What the calibration is like.
+/// Calibration states and styles.
 pub mod calibration {
     pub const OK: u32 = 0x5000;
     pub const NEEDS_UPDATE: u32 = 0x5001;
-    /// Styles that need no hand at the device when an update is due.
+    /// Styles that update without manual action at the device.
     pub const AUTO: u32 = 2;
     pub const INKWELL: u32 = 4;
 }
 
-/// The scheduler's rate, in Hz: the servo's.
+/// Rate of the scheduler, in Hz: that of the servo.
 const RATE_HZ: c_ulong = 1000;
 const MAX_PRIORITY: u16 = 0xFFFF;
 const CALLBACK_DONE: u32 = 0;
 const CALLBACK_CONTINUE: u32 = 1;
 
-/// What went wrong, returned by value.
+/// Error report, returned by value.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ErrorInfo {
-    /// 0 when nothing did.
+    /// 0 if there is no error.
     pub code: u32,
-    /// The driver's own number.
+    /// The driver's internal code.
     pub internal_code: i32,
-    /// Which device.
+    /// Handle of the device.
     pub device: Handle,
 }
 
 type Callback = unsafe extern "system" fn(*mut c_void) -> u32;
 
-/// Declares the functions that the driver calls, and finds each by its name.
+/// Declares the functions used by the driver, and resolves each by its name.
 macro_rules! functions {
     ($($field:ident = $symbol:literal ($($argument:ty),*) $(-> $answer:ty)?;)*) => {
         struct Functions { $($field: unsafe extern "system" fn($($argument),*) $(-> $answer)?,)* }
 
         impl Functions {
-            /// The name of the first function that the library lacks, if it lacks one.
+            /// Resolves all functions; returns the name of the first missing one as the error.
             fn find(library: &Library) -> Result<Self, &'static str> {
-                // SAFETY: each symbol is a function of the HD API with the signature that its reference gives.
+                // SAFETY: each symbol is a function of the HD API with the signature that its
+                // reference gives.
                 Ok(Self { $($field: *unsafe { library.get($symbol) }.map_err(|_| $symbol)?,)* })
             }
         }
@@ -102,13 +103,13 @@ functions! {
 
 /// Why the library cannot be used.
 pub enum LoadError {
-    /// The system does not find it, or cannot load it; in its words.
+    /// The library cannot be found or loaded; the system's message.
     NotFound(String),
-    /// It lacks this function.
+    /// The library lacks this function.
     Lacks(&'static str),
 }
 
-/// The library, loaded.
+/// The loaded library.
 pub struct Hd {
     functions: Functions,
     // Never unloaded: a driver's threads outlive its devices, and the next attempt opens one again.
@@ -116,11 +117,13 @@ pub struct Hd {
 }
 
 impl Hd {
-    /// Loads the library of this file name or path.
+    /// Loads the library with this file name or path.
     pub fn load(file: &OsStr) -> Result<Self, LoadError> {
-        // SAFETY: the file is the vendor's driver, which the person or the system's search path names; its initialisers run.
+        // SAFETY: the file is the vendor's driver, named by the user or the system's search path;
+        // its initialisers run.
         let library = unsafe { Library::new(file) }.map_err(|error| {
-            // The system's words, which name a library that this one needs and does not find, lie behind the error.
+            // The source of the error has the system's message, which names a missing dependency of
+            // the library.
             let words = error.source().map_or_else(|| error.to_string(), ToString::to_string);
             LoadError::NotFound(words)
         })?;
@@ -128,53 +131,53 @@ impl Hd {
         Ok(Self { functions, _library: ManuallyDrop::new(library) })
     }
 
-    /// Opens a device by its configured name, or the default one. What went wrong is in [`Hd::error`].
+    /// Opens a device by its configured name, or the default device. Errors are in [`Hd::error`].
     pub fn init_device(&self, device: Option<&CStr>) -> Handle {
         let device = device.map_or(std::ptr::null(), CStr::as_ptr);
         // SAFETY: null or a string that ends with a zero and outlives the call.
         unsafe { (self.functions.init_device)(device) }
     }
 
-    /// Lets go of a device.
+    /// Releases a device.
     pub fn disable_device(&self, device: Handle) {
         // SAFETY: takes any handle, and reports one that is not open.
         unsafe { (self.functions.disable_device)(device) }
     }
 
-    /// Begins a frame of a device: until its end, what is read belongs together.
+    /// Begins a frame of a device: all values read until its end are consistent.
     pub fn begin_frame(&self, device: Handle) {
-        // SAFETY: both take any handle, and report one that is not open.
+        // SAFETY: both take any handle, and report an error for one that is not open.
         unsafe {
             (self.functions.make_current_device)(device);
             (self.functions.begin_frame)(device);
         }
     }
 
-    /// Ends a frame: the force goes to the motors.
+    /// Ends a frame and sends the force to the motors.
     pub fn end_frame(&self, device: Handle) {
         // SAFETY: takes any handle, and reports a frame that was not begun.
         unsafe { (self.functions.end_frame)(device) }
     }
 
-    /// Every error that has not been asked for: the library gives the most recent first. Bounded, for one that never runs out.
+    /// Drains the library's error stack, most recent first. Bounded, in case it never empties.
     pub fn errors(&self) -> impl Iterator<Item = ErrorInfo> + '_ {
         // SAFETY: no arguments; the answer is plain data.
         let next = || Some(unsafe { (self.functions.get_error)() }).filter(|info| info.code != 0);
         std::iter::from_fn(next).take(ERRORS_KEPT)
     }
 
-    /// The oldest error that has not been asked for. The younger ones follow from it, and are forgotten.
+    /// Drains the error stack and returns the oldest error; the later ones follow from it.
     pub fn error(&self) -> Option<ErrorInfo> {
         self.errors().last()
     }
 
-    /// The library's words for an error.
+    /// The library's message for an error.
     pub fn error_in_words(&self, code: u32) -> String {
         // SAFETY: takes any code; the answer is null or a constant of the library.
         unsafe { text((self.functions.get_error_string)(code)) }
     }
 
-    /// Switches a capability on, and says whether it now is.
+    /// Enables a capability and returns whether it is now enabled.
     pub fn enable(&self, capability: u32) -> bool {
         // SAFETY: both take any capability, and report an unknown one.
         unsafe {
@@ -183,29 +186,31 @@ impl Hd {
         }
     }
 
-    /// Switches a capability off.
+    /// Disables a capability.
     pub fn disable(&self, capability: u32) {
         // SAFETY: takes any capability, and reports an unknown one.
         unsafe { (self.functions.disable)(capability) }
     }
 
-    /// Numbers by name. `N` is at least as many as the reference gives for it; what is not written stays NaN.
+    /// Reads numbers by name. `N` is at least the length given in the reference; values not written
+    /// stay NaN.
     pub fn doubles<const N: usize>(&self, name: u32) -> [f64; N] {
         let mut values = [f64::NAN; N];
-        // SAFETY: the callers in this driver give each name an array of the length in the reference.
+        // SAFETY: the callers in this driver pass an array of the length in the reference for each
+        // name.
         unsafe { (self.functions.get_doubles)(name, values.as_mut_ptr()) };
         values
     }
 
-    /// An integer by name, or a bit mask.
+    /// Reads an integer or bit mask by name.
     pub fn integer(&self, name: u32) -> u32 {
         let mut value = 0_i32;
-        // SAFETY: the callers in this driver ask for names that hold one integer.
+        // SAFETY: the callers in this driver only use names that hold one integer.
         unsafe { (self.functions.get_integers)(name, &raw mut value) };
         value.cast_unsigned()
     }
 
-    /// Text by name.
+    /// Reads a text by name.
     pub fn string(&self, name: u32) -> String {
         // SAFETY: takes any name; the answer is null or a string of the library.
         unsafe { text((self.functions.get_string)(name)) }
@@ -217,35 +222,35 @@ impl Hd {
         unsafe { (self.functions.set_doubles)(name::CURRENT_FORCE, force_n.as_ptr()) }
     }
 
-    /// How the calibration stands; one of [`calibration`].
+    /// Returns the state of the calibration; one of [`calibration`].
     pub fn check_calibration(&self) -> u32 {
         // SAFETY: no arguments.
         unsafe { (self.functions.check_calibration)() }
     }
 
-    /// Calibrates in a style.
+    /// Calibrates with a style.
     pub fn update_calibration(&self, style: u32) {
         // SAFETY: takes any style, and reports one that the device lacks.
         unsafe { (self.functions.update_calibration)(style) }
     }
 
-    /// Calls `frame` from the scheduler's thread, a thousand times a second, until it answers false or `wait` returns.
-    /// `frame` must not panic: the scheduler cannot unwind.
+    /// Calls `frame` from the scheduler's thread, a thousand times a second, until it returns false
+    /// or `wait` returns. `frame` must not panic: the scheduler cannot unwind.
     pub fn while_scheduled<F: FnMut() -> bool + Send>(
         &self,
         frame: &mut F,
         wait: impl FnOnce(),
     ) -> Result<(), ErrorInfo> {
         let data = std::ptr::from_mut(frame).cast::<c_void>();
-        // SAFETY: `data` points to an `F`, which the scheduler alone uses until the guard below has stopped and
-        // unscheduled it, also when `wait` panics; it outlives this call.
+        // SAFETY: `data` points to an `F`, which the scheduler alone uses until the guard below has
+        // stopped and unscheduled it, also when `wait` panics; it outlives this call.
         let guard = unsafe {
             let callback = (self.functions.schedule_asynchronous)(call::<F>, data, MAX_PRIORITY);
             let guard = Scheduled { hd: self, callback };
             (self.functions.set_scheduler_rate)(RATE_HZ);
             guard
         };
-        // Old drivers refuse to be told a rate and keep to 1 kHz, their default: not an error.
+        // Some older drivers reject a rate and keep 1 kHz, their default: not an error.
         let refused = self.errors().filter(|info| !RATE_REFUSALS.contains(&info.code)).last();
         // SAFETY: no arguments.
         unsafe { (self.functions.start_scheduler)() };
@@ -258,12 +263,13 @@ impl Hd {
     }
 }
 
-/// More errors than can gather between two looks.
+/// Bound of the error stack, more than can accumulate between two calls.
 const ERRORS_KEPT: usize = 64;
-/// Invalid value, invalid operation, timer: what drivers answer to a rate that they cannot set.
+/// Invalid value, invalid operation, timer: the errors of drivers for a rate that they cannot set.
 const RATE_REFUSALS: [u32; 3] = [0x0101, 0x0102, 0x0304];
 
-/// A callback in the scheduler; stopped and taken out when dropped, in that order.
+/// A callback in the scheduler; dropping it first stops the scheduler and then removes the
+/// callback.
 struct Scheduled<'a> {
     hd: &'a Hd,
     callback: c_ulong,
@@ -271,7 +277,8 @@ struct Scheduled<'a> {
 
 impl Drop for Scheduled<'_> {
     fn drop(&mut self) {
-        // SAFETY: the handle is the one that scheduling answered; stopping returns when no callback runs any more.
+        // SAFETY: the handle was returned by scheduling; stopping returns when no callback runs any
+        // more.
         unsafe {
             (self.hd.functions.stop_scheduler)();
             (self.hd.functions.unschedule)(self.callback);
@@ -279,21 +286,22 @@ impl Drop for Scheduled<'_> {
     }
 }
 
-/// What the scheduler calls.
+/// The scheduler's callback.
 unsafe extern "system" fn call<F: FnMut() -> bool + Send>(data: *mut c_void) -> u32 {
-    // SAFETY: `while_scheduled` gave the scheduler a pointer to an `F` that nothing else uses while it is scheduled.
+    // SAFETY: `while_scheduled` gave the scheduler a pointer to an `F` that nothing else uses while
+    // it is scheduled.
     let frame = unsafe { &mut *data.cast::<F>() };
     if frame() { CALLBACK_CONTINUE } else { CALLBACK_DONE }
 }
 
-/// A string of the library; empty if there is none.
+/// Copies a string of the library; empty if the pointer is null.
 ///
 /// # Safety
-/// `text` is null or points to a string that ends with a zero.
+/// `text` is null or points to a NUL-terminated string.
 unsafe fn text(text: *const c_char) -> String {
     if text.is_null() {
         return String::new();
     }
-    // SAFETY: not null, and the caller's promise.
+    // SAFETY: not null, and guaranteed by the caller.
     unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
 }

@@ -1,5 +1,6 @@
-//! One frame of the device: what the driver does a thousand times a second, in the thread of the vendor's scheduler.
-//! Nothing here allocates, waits, locks or logs, and no panic of the tick gets out.
+//! One frame of the device: the driver's work a thousand times a second, in the thread of the
+//! vendor's scheduler. Nothing here allocates, waits, locks or logs, and no panic of the tick
+//! escapes.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -12,16 +13,16 @@ use super::ffi::{Handle, Hd, name};
 use crate::clock;
 use crate::device::{DeviceFault, DeviceInfo, Reading, Tick};
 
-/// What the thread that waits sees of the frames.
+/// State of the frames, visible to the waiting thread.
 #[derive(Default)]
 pub struct Watch {
     /// Frames made so far.
     pub frames: AtomicU64,
-    /// No further frame does anything; the force is zero.
+    /// The last frame has been made; the force is zero.
     pub ended: AtomicBool,
 }
 
-/// What a frame needs, put together before the first.
+/// The data of a frame, prepared before the first.
 pub struct DeviceFrame<'a, 'tick> {
     pub hd: &'a Hd,
     pub device: Handle,
@@ -35,14 +36,14 @@ pub struct DeviceFrame<'a, 'tick> {
     pub reports_heat: bool,
     /// The last good reading.
     pub reading: Reading,
-    /// What the device complained of in the last frame.
+    /// The fault reported in the last frame.
     pub fault: Option<DeviceFault>,
-    /// What the tick panicked with, to go on with where unwinding is allowed.
+    /// The payload of a panic of the tick, to resume where unwinding is allowed.
     pub panic: Option<Box<dyn Any + Send>>,
 }
 
 impl DeviceFrame<'_, '_> {
-    /// Makes a frame; false when it was the last.
+    /// Makes a frame; returns false if it was the last.
     pub fn make(&mut self) -> bool {
         self.hd.begin_frame(self.device);
         if let Some(reading) = self.read() {
@@ -55,15 +56,15 @@ impl DeviceFrame<'_, '_> {
         self.fault = self.hd.errors().map(describe_fault).reduce(graver);
         let goes_on = force_n.is_some() && self.fault != Some(DeviceFault::Gone);
         self.watch.frames.fetch_add(1, Ordering::Relaxed);
-        // Released after everything above, so that who sees the end may let go of the device.
+        // Stored last with release ordering: a thread that sees the end may release the device.
         self.watch.ended.store(!goes_on, Ordering::Release);
         goes_on
     }
 
-    /// The force that the tick wants, in N; none when it ends, or panics.
+    /// Runs the tick and returns its force, in N; `None` if it ends or panics.
     fn ask(&mut self) -> Option<Vector3<f64>> {
         let (tick, reading, fault) = (&mut *self.tick, &self.reading, self.fault);
-        // Unwind safe: after a panic the driver uses neither the tick nor what it borrowed again.
+        // Unwind safe: after a panic neither the tick nor its captures are used again.
         let asked = catch_unwind(AssertUnwindSafe(|| tick(reading, fault)));
         asked.unwrap_or_else(|panic| {
             self.panic = Some(panic);
@@ -71,7 +72,7 @@ impl DeviceFrame<'_, '_> {
         })
     }
 
-    /// Where the handle is; none when the driver gives no finite numbers.
+    /// Reads the handle; `None` if the driver returns numbers that are not finite.
     fn read(&self) -> Option<Reading> {
         let transform = self.hd.doubles(name::CURRENT_TRANSFORM);
         let (position_m, orientation) = pose(&transform)?;
@@ -89,7 +90,7 @@ pub fn read_motor_heat(hd: &Hd) -> f64 {
 
 /// Position in m and orientation of the handle, from a transform in mm with its columns one after the other.
 ///
-/// The driver's stylus points along its own −z; ours points along +z, which is half a turn about y.
+/// The driver's stylus points along its own −z; ours points along +z, half a turn about y away.
 fn pose(transform: &[f64; 16]) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
     if !transform.iter().all(|part| part.is_finite()) {
         return None;

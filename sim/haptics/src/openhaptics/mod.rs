@@ -1,9 +1,10 @@
 //! OpenHaptics devices: the Phantom Omni, its successor the Touch, and the Phantom Desktop.
 //!
-//! The device keeps the time: the vendor's scheduler calls back at 1 kHz and the servo's tick runs inside that call, so that
-//! a force answers the position of the same millisecond. The library `libHD.so` (`HD.dll`) is loaded when a device is opened.
+//! The device has its own clock: the vendor's scheduler calls back at 1 kHz and the servo's tick
+//! runs inside that call, so that a force responds to the position of the same millisecond. The
+//! library `libHD.so` (`HD.dll`) is loaded when a device is opened.
 //!
-//! Tried against a stand-in library with the same ABI, `tests/libhd`; not on hardware.
+//! Tested with a substitute library with the same ABI, `tests/libhd`; not on hardware.
 
 mod error;
 mod ffi;
@@ -22,22 +23,23 @@ use self::frame::{DeviceFrame, Watch, read_motor_heat};
 use crate::clock;
 use crate::device::{Clocked, DeviceFault, DeviceInfo, Reading, Tick};
 
-/// How often the thread that waits looks after the frames.
+/// Interval at which the waiting thread checks for frames.
 const LOOK: Duration = Duration::from_millis(5);
-/// Looks without a frame after which the device is lost: a second.
+/// Checks without a frame after which the device is lost: a second.
 const LOST_AFTER_LOOKS: u32 = 200;
-/// How often a device in its inkwell is asked to calibrate, and how long it gets for it.
+/// Number of calibration attempts of a device in its inkwell, and the time for each.
 const CALIBRATIONS: u32 = 5;
 const CALIBRATION: Duration = Duration::from_millis(50);
-/// Looks that the last frame gets to show zero force before the scheduler is stopped: a tenth of a second.
+/// Checks that the last frame gets to set zero force before the scheduler is stopped: a tenth of a
+/// second.
 const LAST_FRAME_LOOKS: u32 = 20;
 
-/// Which device to open.
+/// Options for opening a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OpenHapticsOptions {
     /// File name or path of the library.
     pub library: OsString,
-    /// Name of the device in the vendor's set-up; the default device if absent.
+    /// Name of the device in the vendor's configuration; the default device if absent.
     pub device: Option<String>,
 }
 
@@ -59,21 +61,22 @@ pub struct OpenHaptics {
 }
 
 impl OpenHaptics {
-    /// Opens a device, calibrates it if that needs no hand, and switches its motors on, at zero force.
+    /// Opens a device, calibrates it if no manual action is needed, and switches its motors on, at
+    /// zero force.
     ///
     /// # Errors
-    /// Which of the things that can be missing is missing; see [`OpenHapticsError::advice`].
+    /// The first missing requirement; see [`OpenHapticsError::advice`].
     pub fn open(options: &OpenHapticsOptions) -> Result<Self, OpenHapticsError> {
         let hd = load_openhaptics(options)?;
         let wanted = options.device.as_deref().unwrap_or("the default device");
         let not_found = |info: ErrorInfo| OpenHapticsError::of_device(wanted, info, hd.error_in_words(info.code));
-        // A name with a zero inside is no device's.
+        // No device has a name with a NUL inside.
         let name = options.device.as_deref().map(CString::new).transpose().map_err(|_| not_found(NO_DEVICE))?;
         let device = hd.init_device(name.as_deref());
         if let Some(info) = hd.error() {
             return Err(not_found(info));
         }
-        // Some drivers answer no handle and report no error.
+        // Some drivers return an invalid handle and report no error.
         if device == ffi::INVALID_HANDLE {
             return Err(not_found(NO_DEVICE));
         }
@@ -101,8 +104,8 @@ impl OpenHaptics {
         }
     }
 
-    /// Calibrates while frames are made, without force: the reference wants the scheduler to run when a device is calibrated in its
-    /// inkwell or by itself.
+    /// Calibrates while frames without force are made: the reference requires a running scheduler
+    /// to calibrate a device in its inkwell or automatically.
     fn update_calibration(&self, style: u32) {
         let mut frame = || {
             self.hd.begin_frame(self.device);
@@ -116,7 +119,7 @@ impl OpenHaptics {
                 self.hd.check_calibration() == calibration::OK
             });
         });
-        // What went wrong is seen in the status that the device then has.
+        // A failure shows in the calibration status, which the caller checks.
         let _unscheduled = scheduled;
     }
 
@@ -131,7 +134,7 @@ impl OpenHaptics {
         }
     }
 
-    /// Waits while frames are made; says why when they stop coming.
+    /// Waits while frames are made; returns a fault if they stop.
     fn wait(watch: &Watch, stop: &AtomicBool) -> Option<DeviceFault> {
         let (mut seen, mut looks) = (0, 0);
         while !watch.ended.load(Ordering::Acquire) {
@@ -208,12 +211,13 @@ fn load_openhaptics(options: &OpenHapticsOptions) -> Result<Hd, OpenHapticsError
 /// Stands for the error of a driver that reports none.
 const NO_DEVICE: ErrorInfo = ErrorInfo { code: 0, internal_code: 0, device: ffi::INVALID_HANDLE };
 
-/// What the device says of itself, where that is believable; else what the cautious know of its kind.
+/// The values that the device reports, where plausible; otherwise conservative values for its
+/// model.
 fn describe_device(hd: &Hd) -> DeviceInfo {
     let known = DataSheet::for_model(&hd.string(name::MODEL_TYPE));
     let serial = Some(hd.string(name::SERIAL_NUMBER)).filter(|serial| !serial.is_empty());
     let number = |name| Some(hd.doubles::<1>(name)[0]).filter(|value| value.is_finite() && *value > 0.0);
-    // The driver counts in N/mm. Where it and the table differ, the softer wall is the safe one.
+    // The driver uses N/mm. Where it and the table differ, the softer wall is the safe one.
     let stiffness = number(name::NOMINAL_MAX_STIFFNESS).map_or(f64::INFINITY, |n_per_mm| n_per_mm * 1e3);
     let workspace_mm: [f64; 6] = hd.doubles(name::USABLE_WORKSPACE);
     let info = DeviceInfo {
@@ -226,12 +230,12 @@ fn describe_device(hd: &Hd) -> DeviceInfo {
         measures_orientation: true,
         is_virtual: false,
     };
-    // What an old device cannot say is not an error of opening it.
+    // A value that an old device cannot report is not an error of opening it.
     let _forgotten = hd.error();
     info
 }
 
-/// What is known of a model from its data sheet.
+/// Data sheet values of a model.
 struct DataSheet {
     name: String,
     max_force_n: f64,
@@ -257,7 +261,7 @@ fn extent_m(corners_mm: &[f64; 6]) -> Option<[f64; 3]> {
     extent_m.iter().all(|side_m| side_m.is_finite() && *side_m > 0.0).then_some(extent_m)
 }
 
-/// Middle between the corners, in m; the driver's origin when it gives no corners.
+/// Middle between the corners, in m; the driver's origin if the corners are invalid.
 fn middle_m(corners_mm: &[f64; 6]) -> Vector3<f64> {
     match extent_m(corners_mm) {
         Some(_) => Vector3::from_fn(|axis, _| (corners_mm[axis] + corners_mm[axis + 3]) * 0.5e-3),

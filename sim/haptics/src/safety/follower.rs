@@ -1,46 +1,50 @@
-//! The motion behind an encoder's steps.
+//! Reconstructs smooth motion from an encoder's quantised readings.
 //!
-//! An encoder of 55 µm says of a handle at 0.5 mm/s nothing for 110 ticks and then that it made 55 mm/s for one. Whoever takes that
-//! for motion damps a hundred times too hard in one tick and not at all in the others. So the way from one reading to the next is
-//! spread over as many ticks as passed between the two. The whole way is never wrong by more than the last step, a handle that says
-//! something new in every tick is followed without delay, and neither the encoder's step nor the rate of the readings need be known.
-//! A time between readings counts as no more than twice the one before, and a tick: who starts after a rest did not creep till then.
+//! A handle at 0.5 mm/s on an encoder of 55 µm reads as standing still for 110 ticks and as moving
+//! at 55 mm/s for one. A damper that took these readings for motion would damp a hundred times too
+//! hard in one tick and not at all in the others. So the displacement between two readings is
+//! spread over as many ticks as passed between them. The total displacement is never off by more
+//! than the last step, a handle with a new reading in every tick is followed without delay, and
+//! neither the encoder's step nor its reading rate need be known. The time between two readings
+//! counts as at most twice the previous one plus a tick: a handle that starts after a rest was not
+//! creeping until then.
 
 use nalgebra::Vector3;
 
-/// How much a tick weighs in the mean of squares.
+/// Weight of a tick in the mean of squares.
 const WEIGHT: f64 = 1.0 / 8.0;
-/// Times between readings that are remembered: of a handle that is read after one tick, then after two, the even motion is sought.
+/// Number of remembered times between readings: bridges a handle that is read alternately after one
+/// tick and after two.
 const REMEMBERED: usize = 4;
 
 /// Follows a handle from reading to reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Follower {
-    /// Where the handle was said to be last, and where it is followed to by now, in m.
+    /// The last reading of the position, and the position followed so far, in m.
     said_m: Option<Vector3<f64>>,
     at_m: Vector3<f64>,
-    /// Ticks since what is said changed, and those of the changes before, the latest first.
+    /// Ticks since the reading changed, and those between the previous changes, latest first.
     age: u32,
     ages: [u32; REMEMBERED],
-    /// Mean square of the latest ways, in m².
+    /// Mean square of the latest displacements per tick, in m².
     square_m2: f64,
-    /// Ticks that are left of those over which the last change is spread.
+    /// Ticks left of those over which the last change is spread.
     left: u32,
 }
 
-/// What a handle does in a tick.
+/// Motion of a handle in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Followed {
-    /// Its way, in m.
+    /// Displacement, in m.
     pub way_m: Vector3<f64>,
-    /// Mean square of the latest ways, in m².
+    /// Mean square of the latest displacements per tick, in m².
     pub square_m2: f64,
-    /// Ticks from one reading to the next, at least 1.
+    /// Ticks between readings, at least 1.
     pub ticks: u32,
 }
 
 impl Follower {
-    /// A tick's motion, from where the handle is now said to be, in m.
+    /// Returns the motion of a tick, given the position as read now, in m.
     pub fn follow(&mut self, said_m: Vector3<f64>) -> Followed {
         self.age = self.age.saturating_add(1);
         match self.said_m {
@@ -62,7 +66,7 @@ impl Follower {
         Followed { way_m, square_m2: self.square_m2, ticks: self.spread() }
     }
 
-    /// The longest of the times between readings, in ticks.
+    /// The longest of the remembered times between readings, in ticks.
     fn spread(&self) -> u32 {
         self.ages.into_iter().fold(1, u32::max)
     }
@@ -70,11 +74,12 @@ impl Follower {
 
 #[cfg(test)]
 mod tests {
-    //! It would be of no use if it lost way, lagged behind a device that says something new in each tick, or let a step through.
+    //! The follower must lose no displacement, add no lag to a device with a new reading in every
+    //! tick, and let no step through.
 
     use super::*;
 
-    /// The ways along x, in m, of a handle that is said to be at each of some places.
+    /// Displacements along x, in m, for a sequence of position readings.
     fn ways_m(said_m: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let mut follower = Follower::default();
         said_m.into_iter().map(|x_m| follower.follow(Vector3::new(x_m, 0.0, 0.0)).way_m.x).collect()

@@ -1,53 +1,58 @@
-//! The gate: force comes in by a ramp, at the start and whenever it was away, wherever the needle then is.
+//! The gate: the force is ramped in at the start and after every interruption, for any
+//! position of the needle.
 //!
-//! A trainee who takes the handle up with the needle in the tissue must not be kicked, and one whose device was silent for a
-//! moment must not go on in silence. So the gate closes at the start, after the watchdog and after a device came back, and begins to
-//! open at once: over [`GateParams::ramp_s`], anchored at the needle, which the mapping has kept where it was.
+//! A trainee who picks up the handle with the needle in the tissue must not be kicked, and one
+//! whose device was silent for a moment must not continue without force. So the gate closes at the
+//! start, after the watchdog has cut the force and after a device has come back, and immediately
+//! begins to open over [`GateParams::ramp_s`], anchored at the needle, whose position the mapping
+//! has kept.
 //!
-//! A gain that rises while the handle moves could give more than was taken: pushed in at a tenth of the force and let out at the
-//! whole of it, a spring would drive the hand. The observer of [`super::passivity`] keeps the account through the ramp, and after it
-//! until it is settled; where it is overdrawn the gate closes and begins anew.
+//! A gain that increases while the handle moves could return more energy than was put in: pushed in
+//! at a tenth of the force and released at the full force, a spring would drive the hand. The
+//! observer of [`super::passivity`] keeps the energy account during the ramp, and after it until
+//! the account is settled; if it is overdrawn, the gate closes and starts again.
 
-/// How the gate opens.
+/// Parameters of the gate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GateParams {
-    /// How long it takes to open, in s.
+    /// Opening time, in s.
     pub ramp_s: f64,
 }
 
 impl Default for GateParams {
-    /// Our choice: the largest force of a Touch comes at 2 N/s, which a hand follows.
+    /// Our choice: the maximum force of a Touch rises at 2 N/s, which a hand can follow.
     fn default() -> Self {
         Self { ramp_s: 1.5 }
     }
 }
 
-/// A stall of the ticks opens the gate no further than this would, in s.
+/// Longest tick that the ramp counts, in s: a stall opens the gate no further.
 const LONGEST_STEP_S: f64 = 0.01;
 
-/// Closed by default.
+/// State of the gate. Closed by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GateState {
-    /// How far it is open: from 0 to 1.
+    /// Opening, from 0 to 1.
     open: f64,
-    /// When it was looked at last, in s; `None` before that.
+    /// Time of the last step, in s; `None` before the first.
     last_s: Option<f64>,
-    /// It was wholly open with a settled account: the account is the damper's affair now.
+    /// The gate was fully open with a settled account: from now on the damper alone keeps the
+    /// account.
     trusted: bool,
 }
 
-/// How the account of energy stands.
+/// State of the energy account.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Account {
-    /// More was given than was ever taken.
+    /// The hand was given more energy than it put in.
     Overdrawn,
-    /// What the tissue may still give back was not all paid for.
+    /// The energy that the tissue may still return is not fully covered.
     Open,
-    /// Whatever the tissue may give back was paid for.
+    /// All energy that the tissue may return is covered.
     Settled,
 }
 
-/// How far the gate is open at a time in s: from 0 to 1.
+/// Returns the opening of the gate at a time in s, from 0 to 1.
 pub fn step(params: &GateParams, state: &mut GateState, now_s: f64, account: Account) -> f64 {
     let passed_s = state.last_s.map_or(0.0, |last_s| (now_s - last_s).clamp(0.0, LONGEST_STEP_S));
     state.last_s = Some(now_s);
@@ -62,13 +67,13 @@ pub fn step(params: &GateParams, state: &mut GateState, now_s: f64, account: Acc
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "what is kept must be kept to the bit")]
 mod tests {
-    //! The gate would be useless if it waited for a low force, and a kick if it opened at once.
+    //! The gate would be useless if it waited for a low force, and would kick if it opened at once.
 
     use super::*;
 
     const PERIOD_S: f64 = 1e-3;
 
-    /// How far it is open after each of some ticks with an account that stands as told.
+    /// Opening after each of `ticks` ticks, with the account given per tick.
     fn opened(ticks: u32, account: impl Fn(u32) -> Account) -> Vec<f64> {
         let (params, mut state) = (GateParams::default(), GateState::default());
         (0..ticks).map(|tick| step(&params, &mut state, f64::from(tick) * PERIOD_S, account(tick))).collect()

@@ -1,54 +1,56 @@
-//! First link: a reading that is not to be believed is replaced by the last good one, and then the force goes.
+//! First link: replaces an implausible reading by the last good one, and then removes the force.
 //!
-//! Not believed: no reading, a number that is not finite, an orientation that is no rotation, a time that goes back, a jump.
-//! The last good reading is held for [`HoldParams::hold_s`]; then the force ramps to zero in [`HoldParams::ramp_s`]. The same happens
-//! to a device that repeats one reading: that is what a frozen one looks like. Once the force is gone, readings must agree
-//! with each other for [`HoldParams::rejoin_readings`] before they are believed again, from wherever the device then is.
+//! Implausible are a missing reading, a number that is not finite, an orientation that is not a
+//! rotation, a time that goes back and a jump. The last good reading is held for
+//! [`HoldParams::hold_s`]; then the force ramps to zero in [`HoldParams::ramp_s`]. The same applies
+//! to a device that repeats one reading, because a frozen device looks like that. Once the force is
+//! zero, [`HoldParams::rejoin_readings`] readings in a row must agree with each other before the
+//! device is trusted again, from its current position.
 
 use crate::device::Reading;
 
-/// What is believed.
+/// Limits of plausible readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HoldParams {
-    /// For how long the last good reading is held with its whole force, in s.
+    /// Time for which the last good reading is held at full force, in s.
     pub hold_s: f64,
-    /// For how long the force then ramps to zero, in s.
+    /// Time in which the force then ramps to zero, in s.
     pub ramp_s: f64,
     /// Fastest motion of a handle, in m/s.
     pub max_speed_m_per_s: f64,
-    /// What a position may jump besides, in m.
+    /// Position jump allowed in addition, in m.
     pub max_jump_m: f64,
     /// Tick period, in s.
     pub period_s: f64,
-    /// How many readings in a row must agree before a device that was lost is believed again.
+    /// Number of consecutive readings that must agree before a lost device is trusted again.
     pub rejoin_readings: u32,
 }
 
-/// However long a tick took, motion is judged over no more than this, in s, so that 50 mm are a jump at any time.
+/// Longest interval over which motion is judged, in s: 50 mm are a jump however long a tick took.
 const LONGEST_MOTION_S: f64 = 0.008;
 
 impl HoldParams {
-    /// Our choice, at a tick period in s: 50 mm are a jump, a stab of 1 m/s is not.
+    /// Our choice, for a tick period in s: 50 mm are a jump, a stab of 1 m/s is not.
     #[must_use]
     pub fn new(period_s: f64) -> Self {
         Self { hold_s: 0.02, ramp_s: 0.1, max_speed_m_per_s: 5.0, max_jump_m: 0.005, period_s, rejoin_readings: 50 }
     }
 
-    /// After this time without a good reading the force is zero, in s.
+    /// Time without a good reading after which the force is zero, in s.
     #[must_use]
     pub fn gone_after_s(&self) -> f64 {
         self.hold_s + self.ramp_s
     }
 }
 
-/// What the link remembers.
+/// State of the link.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct HoldState {
-    /// The last good reading, and when it came, in s of the servo's clock.
+    /// The last good reading, and its arrival in s of the servo's clock.
     good: Option<(Reading, f64)>,
-    /// The force is gone: readings are watched, not believed.
+    /// The force is zero: readings are checked, but not used.
     lost: bool,
-    /// While lost: the last reading, and how many have agreed.
+    /// While lost: the last reading, and the number that have agreed.
     candidate: Option<(Reading, u32)>,
 }
 
@@ -57,15 +59,15 @@ pub struct HoldState {
 pub struct Believed {
     /// The last good reading.
     pub reading: Reading,
-    /// Part of the force to show: 1, or less while ramping to zero.
+    /// Fraction of the force to apply: 1, or less while ramping to zero.
     pub gain: f64,
-    /// The reading is not the device's latest word.
+    /// Whether the reading is held instead of the device's latest.
     pub held: bool,
-    /// The device is believed again, from wherever it is now: nothing may be concluded from where it was.
+    /// The device is trusted again, from its current position: previous positions are meaningless.
     pub rejoined: bool,
 }
 
-/// How a reading stands to the one before it.
+/// Judgement of a reading, compared with the previous one.
 #[derive(Clone, Copy, PartialEq)]
 enum Verdict {
     Good,
@@ -73,7 +75,7 @@ enum Verdict {
     Bad,
 }
 
-/// Judges a reading at a time of the servo's clock, in s. `None` until the first good one.
+/// Judges a reading at a time of the servo's clock, in s. Returns `None` until the first good one.
 pub fn step(params: &HoldParams, state: &mut HoldState, now_s: f64, reading: Option<Reading>) -> Option<Believed> {
     let reading = reading.filter(is_sane);
     let Some((good, since_s)) = state.good else {
@@ -103,7 +105,7 @@ pub fn step(params: &HoldParams, state: &mut HoldState, now_s: f64, reading: Opt
     }
 }
 
-/// Watches a lost device; the reading from which it is believed again, if this is it.
+/// Checks the readings of a lost device; returns the reading from which it is trusted again.
 fn rejoin(params: &HoldParams, state: &mut HoldState, now_s: f64, reading: Option<Reading>) -> Option<Believed> {
     let Some(reading) = reading else {
         state.candidate = None;
@@ -125,11 +127,11 @@ fn rejoin(params: &HoldParams, state: &mut HoldState, now_s: f64, reading: Optio
     Some(Believed { reading, gain: 1.0, held: false, rejoined: true })
 }
 
-/// A reading that could be true by itself.
+/// Whether a reading is plausible by itself.
 fn is_sane(reading: &Reading) -> bool {
-    /// How far the square of an orientation's norm may be from 1.
+    /// Allowed deviation of the square of an orientation's norm from 1.
     const UNIT_TOLERANCE: f64 = 1e-3;
-    /// Farthest believable handle from the middle of its workspace, in m.
+    /// Greatest plausible distance of the handle from the middle of its workspace, in m.
     const FARTHEST_M: f64 = 10.0;
     reading.t_s.is_finite()
         && reading.position_m.iter().all(|part| part.abs() <= FARTHEST_M)
@@ -156,8 +158,8 @@ fn judge(params: &HoldParams, before: &Reading, reading: Option<&Reading>) -> Ve
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "what is kept must be kept to the bit")]
 mod tests {
-    //! A reading is believed, held or dropped exactly as the module says. A link that believes a jump pulls the needle through
-    //! layers; one that holds for ever leaves the motors on.
+    //! A reading is accepted, held or dropped exactly as the module documents. A link that accepts
+    //! a jump pulls the needle through layers; one that holds for ever leaves the motors on.
 
     use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -175,7 +177,8 @@ mod tests {
         }
     }
 
-    /// Feeds 100 good readings at 1 kHz, then `bad` made from the tick's time, for `ticks`; what is believed of those.
+    /// Feeds 100 good readings at 1 kHz, then `ticks` readings of `bad` at the tick's time; returns
+    /// the link's output for those.
     fn after_good(ticks: u32, bad: impl Fn(f64) -> Option<Reading>) -> Vec<Believed> {
         let params = HoldParams::new(PERIOD_S);
         let mut state = HoldState::default();
@@ -197,7 +200,7 @@ mod tests {
             ("infinite time", Box::new(|_| Some(reading(f64::INFINITY, 0.0)))),
             ("no rotation", Box::new(move |t| Some(Reading { orientation: not_unit, ..reading(t, 0.0) }))),
             ("backwards", Box::new(move |t| Some(reading(2.0 * last_s - t, 0.0)))),
-            // Alternating, so that the new place never becomes a habit.
+            // Alternating, so that the new position is never accepted.
             (
                 "jumps",
                 Box::new(|t| {

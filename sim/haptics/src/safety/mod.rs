@@ -1,11 +1,13 @@
-//! The safety chain between device and force law, and between force law and motors (physics section 5).
+//! The safety chain between device and force law, and between force law and motors (physics section
+//! 5).
 //!
-//! Before the law, [`believe`] decides which reading counts. After it, [`step`] passes the wanted force through every link, in
-//! this order: start gate, passivity, clamp, limit of the rise, thermal budget, watchdog. Each link is a file with its own tests and
-//! knows nothing of the others. Everything here is in the device's frame and in the newtons of its motors.
+//! Before the law, [`believe`] decides which reading counts. After it, [`step`] passes the wanted
+//! force through all links in this order: start gate, passivity, clamp, rise limit, thermal budget,
+//! watchdog. Each link is a file with its own tests and is independent of the others. Everything
+//! here is in the device frame, and forces are in N at the handle.
 //!
-//! Whatever comes in, what goes out is finite and within the device's force, and zero within [`hold::SafetyParams::gone_after_s`] of
-//! the last good reading.
+//! For any input, the output is finite, within the device's maximum force, and zero within
+//! [`hold::HoldParams::gone_after_s`] of the last good reading.
 
 pub mod follower;
 pub mod gate;
@@ -22,55 +24,59 @@ use nalgebra::Vector3;
 use crate::clamp;
 use crate::device::{DeviceFault, DeviceInfo, Reading};
 
-/// What the chain changed, a bit each. They keep clear of the four lowest bits, which a recording's samples use for themselves.
+/// Flags of the changes that the chain made, one bit each. The four lowest bits are left to the
+/// samples of a recording.
 pub mod flags {
     /// The reading was bad or missing: the last good one is held, or the force is ramping to zero.
     pub const HELD: u32 = 1 << 4;
-    /// Force comes back: the gate is not wholly open.
+    /// The force is being ramped in: the gate is not fully open.
     pub const GATED: u32 = 1 << 5;
     /// Damping was added, by more than [`super::passivity::FELT_N`].
     pub const DAMPED: u32 = 1 << 6;
-    /// The force was larger than the device's maximum.
+    /// The force exceeded the device's maximum.
     pub const CLAMPED: u32 = 1 << 7;
-    /// The force rose faster than it may.
+    /// The force rose faster than allowed.
     pub const RISE_LIMITED: u32 = 1 << 8;
     /// The force was reduced to keep the motors cool.
     pub const THERMAL: u32 = 1 << 9;
     /// The watchdog has cut the force.
     pub const WATCHDOG: u32 = 1 << 10;
-    /// The law asked for a force that is not a number.
+    /// The law's force was not finite.
     pub const NOT_FINITE: u32 = 1 << 11;
-    /// The hand was given less than half of the force that the law wants of this device, although that can be felt. Kept apart from
-    /// the bits of [`crate::servo::flags`] between.
+    /// The hand was given less than half of the force that the law wants of this device, although
+    /// that force is perceptible. Separated from the other flags by the bits of
+    /// [`crate::servo::flags`].
     pub const UNFELT: u32 = 1 << 16;
-    /// What the links changed.
+    /// All flags of changes by the links.
     pub const ALL: u32 = HELD | GATED | DAMPED | CLAMPED | RISE_LIMITED | THERMAL | WATCHDOG | NOT_FINITE;
 }
 
-/// Limits of every link, constant for an attempt.
+/// Parameters of all links, constant for an attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SafetyParams {
-    /// What readings are believed, and for how long the last one is.
+    /// Which readings are plausible, and how long the last one is held.
     pub hold: hold::HoldParams,
-    /// How force is let in; at once where it can hurt nobody.
+    /// The ramp of the force; `None` for a virtual device, which cannot hurt anyone.
     pub gate: Option<gate::GateParams>,
     /// Energy observer and damping.
     pub passivity: passivity::PassivityParams,
-    /// Largest force, in N.
+    /// Maximum force, in N.
     pub max_force_n: f64,
-    /// Largest rise of the force in a tick, in N.
+    /// Maximum rise of the force per tick, in N.
     pub max_rise_n: f64,
-    /// Budget of heat.
+    /// Thermal budget.
     pub thermal: thermal::ThermalParams,
-    /// Deadlines; none where a late force can hurt nobody.
+    /// Deadline supervision; `None` for a virtual device, which cannot hurt anyone.
     pub watchdog: Option<watchdog::WatchdogParams>,
 }
 
 impl SafetyParams {
-    /// The limits for a device at a tick rate in Hz. `softest_n_per_m` is the least stiffness that the scene shows on this device.
+    /// The parameters for a device at a tick rate in Hz. `softest_n_per_m` is the lowest stiffness
+    /// that the scene has on this device.
     #[must_use]
     pub fn new(info: &DeviceInfo, rate_hz: f64, softest_n_per_m: f64) -> Self {
-        /// Fastest rise from nothing to the largest force, in s (choice): a stab, never a knock.
+        /// Shortest time for a rise from zero to the maximum force, in s (choice): a stab, never a
+        /// knock.
         const FULL_RISE_S: f64 = 0.02;
         let period_s = 1.0 / rate_hz;
         let max_force_n = info.max_force_n.max(0.0);
@@ -86,7 +92,7 @@ impl SafetyParams {
     }
 }
 
-/// What the links remember.
+/// State of the links.
 #[derive(Clone, Debug, Default)]
 pub struct SafetyState {
     hold: hold::HoldState,
@@ -98,33 +104,33 @@ pub struct SafetyState {
     sent_n: Vector3<f64>,
 }
 
-/// What goes into the chain after the law.
+/// Input of the chain after the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyInput {
     /// Time of the servo's clock, in s.
     pub now_s: f64,
-    /// How many periods the tick is late.
+    /// Lateness of the tick, in periods.
     pub late_periods: f64,
-    /// The device took the last force.
+    /// Whether the device accepted the last force.
     pub connected: bool,
-    /// What is believed of the device.
+    /// The plausible reading.
     pub believed: Believed,
-    /// The force that the law wants, scaled to the device, in N.
+    /// The law's force, scaled to the device, in N.
     pub wanted_n: Vector3<f64>,
 }
 
-/// What comes out of the chain.
+/// Output of the chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Output {
     /// The force to send, in N.
     pub force_n: Vector3<f64>,
-    /// What was changed, and by whom; see [`flags`].
+    /// The changes that were made; see [`flags`].
     pub changed: u32,
-    /// The part of the force that hold, gate and watchdog let through, from 0 to 1.
+    /// Fraction of the force that hold, gate and watchdog let through, from 0 to 1.
     pub let_through: f64,
 }
 
-/// The first link: what to believe of a reading. `None` until the first good one.
+/// The first link: decides which reading counts. Returns `None` until the first good one.
 pub fn believe(
     params: &SafetyParams,
     state: &mut SafetyState,
@@ -182,7 +188,7 @@ pub fn step(params: &SafetyParams, state: &mut SafetyState, input: &SafetyInput)
     Output { force_n, changed, let_through: if barks { 0.0 } else { gate * believed.gain } }
 }
 
-/// Whether a force that can be felt is not: less than half of it is given, both in N.
+/// Whether a perceptible force is not delivered: less than half of it is given, both in N.
 fn is_unfelt(owed_n: &Vector3<f64>, given_n: &Vector3<f64>) -> bool {
     owed_n.norm() > passivity::FELT_N && given_n.norm() < 0.5 * owed_n.norm()
 }

@@ -1,12 +1,13 @@
-//! The rise of the force in a tick is limited, never its fall: a fall is a pop, and a pop that comes late is not felt.
+//! Limits the rise of the force per tick, never its fall: a fall is a pop, and a late pop is not
+//! felt.
 
 use nalgebra::Vector3;
 
-/// The force nearest to `wanted_n` that is reached from `last_n` within a rise of `max_rise_n`, all in N, and whether it is
-/// another one.
+/// Returns the force nearest to `wanted_n` that is reachable from `last_n` within a rise of
+/// `max_rise_n`, all in N, and whether it was changed.
 ///
-/// Towards zero everything is allowed. So what counts of the last force is its part along the wanted one, and a force that
-/// turns round falls at once and rises slowly.
+/// Any change towards zero is allowed. So only the component of the last force along the wanted one
+/// counts, and a force that reverses falls at once and rises slowly.
 #[must_use]
 pub fn limit(last_n: &Vector3<f64>, wanted_n: &Vector3<f64>, max_rise_n: f64) -> (Vector3<f64>, bool) {
     let norm_n = wanted_n.norm();
@@ -20,7 +21,8 @@ pub fn limit(last_n: &Vector3<f64>, wanted_n: &Vector3<f64>, max_rise_n: f64) ->
 
 #[cfg(test)]
 mod tests {
-    //! A limit that also slows the fall would swallow the pops; one that forgets direction would let a force flip.
+    //! A limit that also slowed the fall would swallow the pops; one that ignored direction would
+    //! let a force flip.
 
     use super::*;
 

@@ -12,12 +12,12 @@ const TIME_CONSTANT_S: f64 = 120.0;
 /// Part of the limit at which the largest force begins to go down.
 const WARM: f64 = 0.8;
 
-/// What the motors bear.
+/// Thermal limits of the motors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThermalParams {
     /// Tick period, in s.
     pub period_s: f64,
-    /// Largest force, in N.
+    /// Maximum force, in N.
     pub max_force_n: f64,
     /// Force that can be held for ever, in N. If it is not below the largest there is no limit to keep.
     pub continuous_force_n: f64,

@@ -1,9 +1,10 @@
-//! What a virtual wall needs to be passive: b > K T/2 + |B| (Colgate and Schenkel 1997).
+//! Passivity of a virtual wall: b > K T/2 + |B| (Colgate and Schenkel 1997).
 //!
-//! A wall of stiffness K sampled with period T gives back more than it took, as if it were damped by −K T/2; whatever delays the
-//! force by another d adds K d. The handle's own damping b must outweigh that and the wall's own damping |B|.
+//! A wall of stiffness K sampled with period T returns more energy than it absorbed, as if it were
+//! damped by −K T/2; an additional force delay d adds K d. The handle's own damping b must exceed
+//! that and the wall's own damping |B|.
 
-/// A wall as the servo shows it.
+/// A wall as the servo renders it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorkspaceWall {
     /// Stiffness, in N/m.
@@ -12,12 +13,12 @@ pub struct WorkspaceWall {
     pub damping_n_s_per_m: f64,
     /// Tick period, in s.
     pub period_s: f64,
-    /// Delay of the force beyond the period's own hold, in s.
+    /// Delay of the force in addition to the hold of one period, in s.
     pub delay_s: f64,
 }
 
 impl WorkspaceWall {
-    /// The damping that the handle must have of its own, in N·s/m.
+    /// The damping that the handle itself must have, in N·s/m.
     #[must_use]
     pub fn needs_n_s_per_m(&self) -> f64 {
         self.stiffness_n_per_m * (0.5 * self.period_s + self.delay_s) + self.damping_n_s_per_m.abs()

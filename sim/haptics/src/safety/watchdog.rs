@@ -1,16 +1,17 @@
-//! The watchdog: missed deadlines and a device that takes no force cut the force.
+//! The watchdog: missed deadlines, and a device that rejects forces, cut the force.
 //!
-//! A stall as long as [`WatchdogParams::longest_late_periods`] cuts at once; so do late ticks that come too often, counted by a bucket
-//! that leaks one for every tick in time. It lets go again when the bucket has run dry.
+//! A stall longer than [`WatchdogParams::longest_late_periods`] cuts at once; frequent late ticks
+//! do too, counted by a leaky bucket that loses one for every tick on time. The force is released
+//! again when the bucket is empty.
 
-/// When to bark.
+/// Trigger limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WatchdogParams {
-    /// A tick this many periods late cuts the force at once.
+    /// A tick later than this, in periods, cuts the force at once.
     pub longest_late_periods: f64,
-    /// What a late tick adds to the bucket.
+    /// Increase of the bucket for a late tick.
     pub late_weight: u32,
-    /// The bucket's size.
+    /// Size of the bucket.
     pub bucket: u32,
 }
 
@@ -21,14 +22,15 @@ impl Default for WatchdogParams {
     }
 }
 
-/// What it remembers.
+/// State of the watchdog.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WatchdogState {
     level: u32,
     barking: bool,
 }
 
-/// Whether the force is cut in this tick, which comes some periods late, from a device that took the last force or not.
+/// Returns whether the force is cut in this tick, given its lateness in periods and whether the
+/// device accepted the last force.
 pub fn step(params: &WatchdogParams, state: &mut WatchdogState, late_periods: f64, connected: bool) -> bool {
     let late = late_periods > 1.0 || late_periods.is_nan();
     state.level =
@@ -43,7 +45,8 @@ pub fn step(params: &WatchdogParams, state: &mut WatchdogState, late_periods: f6
 
 #[cfg(test)]
 mod tests {
-    //! It must bark at what is dangerous, stay quiet at what any virtual machine does, and stop barking.
+    //! It must trigger on dangerous timing, ignore the jitter of any virtual machine, and release
+    //! again.
 
     use super::*;
 

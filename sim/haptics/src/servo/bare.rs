@@ -1,15 +1,15 @@
-//! What the machine gives at best: the servo's thread without a servo in it.
+//! Timing baseline of the machine: the servo's thread with empty ticks.
 
 use std::{io, thread};
 
 use super::grid::TickGrid;
 use super::{StartError, Times, priority, run};
 
-/// How late `ticks` ticks begin in a thread that has the servo's priority, waits as it does, and does nothing. What is
-/// later than this in a servo is the servo's own.
+/// Measures the lateness of `ticks` empty ticks in a thread with the servo's priority and wait.
+/// Lateness of a servo beyond this is caused by the servo itself.
 ///
 /// # Errors
-/// When the rate is none or the system gives no thread.
+/// If `rate_hz` is not positive and finite, or the thread cannot be created.
 pub fn bare(rate_hz: f64, ticks: u32) -> Result<Times, StartError> {
     let (mut grid, mut lateness) = (TickGrid::new(rate_hz)?, Times::new()?);
     let count = move || {
@@ -28,7 +28,8 @@ pub fn bare(rate_hz: f64, ticks: u32) -> Result<Times, StartError> {
 
 #[cfg(test)]
 mod tests {
-    //! A reference that skipped ticks, or took any rate for one, would flatter or condemn the servo.
+    //! A baseline that skipped ticks, or accepted an invalid rate, would make the servo look better
+    //! or worse than it is.
 
     use super::*;
 

@@ -1,4 +1,4 @@
-//! One servo tick after another, told the time: what the thread runs, and what tests run faster than time.
+//! The servo's tick with time as an argument: the thread runs it in real time, tests run it faster.
 
 use std::sync::Arc;
 
@@ -17,21 +17,21 @@ use crate::mapping::{Mapping, NeedlePose};
 use crate::safety::{self, Believed};
 use crate::scaling::Scaling;
 
-/// A device that answers with errors of its own for this long, in s, is lost.
+/// A device that has only reported errors for this long, in s, counts as lost.
 const LOST_AFTER_S: f64 = 2.0;
-/// Quantiles for the overlay are taken every so many ticks: each costs a walk over a histogram.
+/// Ticks between two updates of the overlay's quantiles: each one walks a histogram.
 const QUANTILES_EVERY: u64 = 50;
 
-/// When a tick is made.
+/// Time of a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TickMoment {
-    /// Time of the servo's clock, in s.
+    /// Time on the servo's clock, in s.
     pub now_s: f64,
-    /// How late that is, in s.
+    /// Lateness of the tick, in s.
     pub late_s: f64,
 }
 
-/// Everything that a tick changes.
+/// The state that ticks change.
 pub struct Engine {
     params: Arc<PunctureParams>,
     scaling: Scaling,
@@ -41,43 +41,43 @@ pub struct Engine {
     scratch: PunctureScratch,
     chain: safety::SafetyState,
     grid: TickGrid,
-    /// The tip was in the body at the last tick.
+    /// Whether the tip was in the body at the last tick.
     inside: bool,
-    /// What became of the last force.
+    /// Result of writing the last force.
     wrote: Result<(), DeviceFault>,
-    /// It says that it shows another.
+    /// Whether the device reports a force other than the commanded one.
     disagrees: bool,
-    /// Since when the device has answered with errors alone, in s.
+    /// Start of the current run of device errors, in s.
     failing_since_s: Option<f64>,
-    /// Why it is over.
+    /// Why the servo ended, once it has.
     ended: Option<Ended>,
     records: Sender,
     latest: Publisher,
     counts: Counts,
-    /// How late ticks began, and what they took.
+    /// Lateness and compute time of the ticks.
     lateness: Times,
     compute: Times,
     shown: (Quantiles, Quantiles),
 }
 
-/// What has happened so far.
+/// Event counts since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Ticks made.
     pub ticks: u64,
     /// Ticks that began more than a period late.
     pub stalls: u64,
-    /// Boundaries that gave way.
+    /// Boundaries that ruptured.
     pub ruptures: u64,
-    /// Records that the recorder was too slow for.
+    /// Records dropped because the recorder was too slow.
     pub dropped: u64,
 }
 
 impl Engine {
-    /// An engine, and the two ends that others read.
+    /// Returns an engine, the records for the recorder and a reader of the latest tick.
     ///
     /// # Errors
-    /// When the rate is none.
+    /// If `rate_hz` is not positive and finite, or a histogram cannot be created.
     pub fn new(setup: Setup) -> Result<(Self, Records, LatestReader), StartError> {
         let Setup { params, mapping, scaling, safety, rate_hz } = setup;
         let (sender, records) = record::ring();
@@ -106,13 +106,14 @@ impl Engine {
         Ok((engine, records, reader))
     }
 
-    /// When ticks are due.
+    /// The times at which ticks are due.
     pub(super) fn grid(&self) -> &TickGrid {
         &self.grid
     }
 
-    /// One tick: a reading goes in (or why there is none), the force for the device comes out, in N, device frame; `None` when
-    /// the device is lost. `clock` tells the time in s while the tick is being made.
+    /// Makes one tick: takes a reading, or the fault that prevented it, and returns the force for
+    /// the device, in N, device frame; `None` if the device is lost. `clock` returns the time in s
+    /// while the tick is computed.
     pub fn tick(
         &mut self,
         reading: Result<Reading, DeviceFault>,
@@ -139,7 +140,7 @@ impl Engine {
         Some(sent.force_n)
     }
 
-    /// Notes whether the device took the force of the last tick.
+    /// Records whether the device accepted the force of the last tick.
     pub fn wrote(&mut self, result: Result<(), DeviceFault>) {
         self.wrote = result;
         if result == Err(DeviceFault::Gone) {
@@ -147,15 +148,15 @@ impl Engine {
         }
     }
 
-    /// Notes whether the device says that it shows another force than it was sent.
+    /// Records whether the device reports a force other than the commanded one.
     pub fn doubted(&mut self, disagrees: bool) {
         self.disagrees = disagrees;
     }
 
-    /// Notes what the whole tick took, in s, reading and writing the device included.
+    /// Records the duration of the whole tick, in s, including reading and writing the device.
     pub fn took(&mut self, compute_s: f64) {
         self.compute.add(compute_s);
-        // The two take turns, so that no tick pays for both.
+        // The two alternate, so that no tick pays for both.
         match self.counts.ticks % QUANTILES_EVERY {
             0 => self.shown.0 = self.lateness.quantiles(),
             25 => self.shown.1 = self.compute.quantiles(),
@@ -163,25 +164,25 @@ impl Engine {
         }
     }
 
-    /// Why it is over, if it is.
+    /// Why the servo ended, if it has.
     #[must_use]
     pub fn ended(&self) -> Option<Ended> {
         self.ended
     }
 
-    /// What has happened so far.
+    /// Event counts since the start.
     #[must_use]
     pub fn counts(&self) -> Counts {
         Counts { dropped: self.records.dropped(), ..self.counts }
     }
 
-    /// How late ticks began, and what they took.
+    /// Lateness and compute time of the ticks.
     #[must_use]
     pub fn times(&self) -> (&Times, &Times) {
         (&self.lateness, &self.compute)
     }
 
-    /// Gives a device up that is gone, or that has answered with errors alone for too long.
+    /// Ends the servo if the device is disconnected or has reported only errors for too long.
     fn watch(&mut self, reading: &Result<Reading, DeviceFault>, now_s: f64) {
         match *reading {
             Ok(_) => self.failing_since_s = None,
@@ -195,7 +196,7 @@ impl Engine {
         }
     }
 
-    /// The force law.
+    /// Steps the force law.
     fn advance(&mut self, t_s: f64, needle: &NeedlePose) -> PunctureOutput {
         let input = PunctureInput { t_s, patient_from_needle: needle.isometry() };
         let output = step(&self.params, &mut self.state, &mut self.scratch, &input);
@@ -223,7 +224,7 @@ impl Engine {
         self.counts.stalls += u64::from(moment.late_s > self.grid.period_s());
     }
 
-    /// Tells recorder and picture.
+    /// Sends the tick to the recorder and publishes it for the display.
     fn tell(&mut self, told: &TickReceivers, clock: &dyn Fn() -> f64) {
         let device_n = self.mapping.patient_from_device(&told.sent.force_n);
         let record = Record {
@@ -244,7 +245,7 @@ impl Engine {
             output: told.output,
             owed_n: told.owed_n,
             device_n,
-            // Filled in place: an empty vector is no allocation.
+            // Filled in place: an empty vector does not allocate.
             loads_n: Vec::new(),
             buttons: told.believed.reading.buttons,
             let_through: told.sent.let_through,
@@ -259,7 +260,7 @@ impl Engine {
         self.latest.publish(snapshot, |loads_n| write_loads(params, state, scratch, loads_n));
     }
 
-    /// What happened to this tick besides the safety chain.
+    /// The flags of this tick, without those of the safety chain.
     fn flags(&self, moment: &TickMoment) -> u32 {
         let flag = |on: bool, flag: u32| if on { flag } else { 0 };
         flag(moment.late_s > self.grid.period_s(), flags::STALLED)
@@ -270,7 +271,7 @@ impl Engine {
     }
 }
 
-/// A tick, for those who want to know.
+/// The data of one tick for the recorder and the display.
 struct TickReceivers {
     t_s: f64,
     needle: NeedlePose,

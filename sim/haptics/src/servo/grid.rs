@@ -1,22 +1,22 @@
-//! When ticks are, on a grid of whole periods since the first.
+//! Tick times, on a grid of whole periods since the first tick.
 
 use super::StartError;
 
-/// Stamps ticks with whole numbers of periods that only rise.
+/// Stamps ticks with strictly increasing whole numbers of periods.
 #[derive(Clone, Debug)]
 pub(super) struct TickGrid {
     rate_hz: f64,
-    /// When the first tick was, in s.
+    /// Time of the first tick, in s.
     origin_s: Option<f64>,
-    /// The number of the next tick.
+    /// Number of the next tick.
     next: u64,
 }
 
 impl TickGrid {
-    /// A grid whose first tick is still to come.
+    /// A grid before its first tick.
     ///
     /// # Errors
-    /// When the rate is none.
+    /// If `rate_hz` is not positive and finite.
     pub fn new(rate_hz: f64) -> Result<Self, StartError> {
         match rate_hz > 0.0 && rate_hz.is_finite() {
             true => Ok(Self { rate_hz, origin_s: None, next: 0 }),
@@ -28,15 +28,16 @@ impl TickGrid {
         1.0 / self.rate_hz
     }
 
-    /// When the next tick is due, in s of the same clock; `None` before the first.
+    /// Due time of the next tick, in s of the same clock; `None` before the first.
     pub fn due_s(&self) -> Option<f64> {
         self.origin_s.map(|origin_s| origin_s + self.next as f64 / self.rate_hz)
     }
 
-    /// The time of a tick that is made now, in s since the first: a multiple of the period.
+    /// Stamps a tick made now and returns its time, in s since the first: a multiple of the period.
     ///
-    /// A tick follows the last by one period, however it trembles. Only when it comes more than a whole period late are the
-    /// periods that passed left out, so that a stall is a gap in the times and not a change of their pace.
+    /// Each tick is one period after the last one, regardless of jitter. Only a tick more than a
+    /// whole period late skips the missed periods, so that a stall is a gap in the times and not a
+    /// change of rate.
     pub fn stamp(&mut self, now_s: f64) -> f64 {
         let passed = (now_s - *self.origin_s.get_or_insert(now_s)) * self.rate_hz;
         if passed - self.next as f64 > 1.0 {
@@ -50,7 +51,7 @@ impl TickGrid {
 
 #[cfg(test)]
 mod tests {
-    //! Times that repeat or go back are held by the force law as bad input; times that run away no longer say when.
+    //! The force law rejects times that repeat or go back; times that drift no longer locate events.
 
     use super::*;
 

@@ -1,7 +1,9 @@
-//! The servo: a thread that reads the device, asks the force law and drives the device, once a millisecond.
+//! The servo: a thread that reads the device, steps the force law and drives the device, once a
+//! millisecond.
 //!
-//! A tick is: read → map → force law → scale → safety chain → write → tell recorder and picture. It never allocates, locks, logs
-//! or opens a file. [`start`] runs it in a thread of its own; [`Engine`] is the same without thread and clock.
+//! A tick is: read → map → force law → scale → safety chain → write → record and publish. It never
+//! allocates, locks, logs or opens a file. [`start`] runs it in a thread of its own; [`Engine`] is
+//! the same without a thread and a clock.
 
 mod bare;
 mod engine;
@@ -32,28 +34,30 @@ use crate::mapping::Mapping;
 use crate::safety;
 use crate::scaling::Scaling;
 
-/// What happened to a tick besides what the safety chain did, in [`Record::flags`] beside [`safety::flags`].
+/// Flags of a tick in [`Record::flags`], in addition to those of the safety chain,
+/// [`safety::flags`].
 pub mod flags {
     /// The tick began more than a period late.
     pub const STALLED: u32 = 1 << 12;
     /// The clutch holds the needle.
     pub const CLUTCHED: u32 = 1 << 13;
-    /// The device did not take the force before.
+    /// The device rejected the previous force.
     pub const REFUSED: u32 = 1 << 14;
-    /// The scene is scaled to the device.
+    /// The forces of the scene are scaled to the device.
     pub const SCALED: u32 = 1 << 15;
-    /// The device says that it shows another force than it was sent. The bit below is the safety chain's.
+    /// The device reports a force other than the commanded one. The bit below belongs to the safety
+    /// chain.
     pub const DISAGREES: u32 = 1 << 17;
 }
 
-/// What an attempt is made of.
+/// Everything that a servo needs for an attempt.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// The force law.
     pub params: Arc<PunctureParams>,
-    /// From the device to the patient.
+    /// From the device frame to the patient frame.
     pub mapping: Mapping,
-    /// The scene's forces on this device.
+    /// The scaling of the scene's forces to this device.
     pub scaling: Scaling,
     /// Limits of the safety chain.
     pub safety: safety::SafetyParams,
@@ -62,7 +66,8 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Fits a force law to a device. `target_x_m` is the axial displacement that the exercise asks for, in m.
+    /// Fits a force law to a device. `target_x_m` is the axial displacement that the exercise
+    /// requires, in m.
     #[must_use]
     pub fn new(
         params: Arc<PunctureParams>,
@@ -77,16 +82,16 @@ impl Setup {
     }
 }
 
-/// A device, and who paces its ticks.
+/// A device, by the clock that paces its ticks.
 pub enum Driven {
-    /// Our timer does.
+    /// Paced by the servo's timer.
     ByTimer(Box<dyn Device>),
-    /// The device does.
+    /// Paced by the device.
     ByDevice(Box<dyn Clocked>),
 }
 
 impl Driven {
-    /// What the device is and can do.
+    /// Identity and limits of the device.
     #[must_use]
     pub fn info(&self) -> &DeviceInfo {
         match self {
@@ -96,28 +101,28 @@ impl Driven {
     }
 }
 
-/// Why there is no servo.
+/// Why the servo could not start.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
-    /// The rate is none.
+    /// The rate is not positive and finite.
     #[error("tick rate = {0} Hz: must be a finite number above 0")]
     Rate(f64),
-    /// The histogram refuses its bounds.
+    /// The histogram rejects its bounds.
     #[error("histogram: {0}")]
     Histogram(#[from] hdrhistogram::errors::CreationError),
-    /// The system gives no thread.
+    /// The thread cannot be created.
     #[error("no thread for the servo: {0}")]
     Thread(#[from] io::Error),
 }
 
-/// Why a servo is over.
+/// Why a servo ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// It was told to stop.
+    /// It was asked to stop.
     Stopped,
     /// The device is lost.
     DeviceLost(DeviceFault),
-    /// The program has a defect; the force was zero before anything else.
+    /// The program has a defect; the force was set to zero first.
     Panicked,
 }
 
@@ -131,18 +136,18 @@ impl fmt::Display for Ended {
     }
 }
 
-/// What a servo came to.
+/// The final report of a servo.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// Why it is over.
+    /// Why it ended.
     pub ended: Ended,
-    /// What happened.
+    /// Event counts.
     pub counts: Counts,
     /// The thread's priority.
     pub priority: Priority,
-    /// How late ticks began.
+    /// Lateness of the ticks.
     pub lateness: Times,
-    /// What ticks took.
+    /// Compute time of the ticks.
     pub compute: Times,
 }
 
@@ -159,17 +164,17 @@ impl fmt::Display for Report {
     }
 }
 
-/// A servo that has been started.
+/// A started servo.
 pub struct Started {
-    /// To stop it, and to hear how it went.
+    /// Stops the servo and returns its report.
     pub running: Running,
     /// For the recorder.
     pub records: Records,
-    /// For picture, field and overlay.
+    /// For the display, the field and the overlay.
     pub latest: LatestReader,
 }
 
-/// What both sides of the thread see.
+/// State shared between the servo thread and its owner.
 #[derive(Debug, Default)]
 struct ServoShared {
     stop: AtomicBool,
@@ -177,17 +182,18 @@ struct ServoShared {
     ended: OnceLock<Ended>,
 }
 
-/// A servo at work. Dropped, it stops, with zero force on the device.
+/// A running servo. Dropping it stops it and leaves zero force on the device.
 #[derive(Debug)]
 pub struct Running {
     shared: Arc<ServoShared>,
     thread: Option<JoinHandle<Report>>,
 }
 
-/// Starts a servo in a thread of its own, at real-time priority where that is allowed.
+/// Starts a servo in a thread of its own, at real-time priority if the system allows it.
 ///
 /// # Errors
-/// When the rate is none or the system gives no thread. The device is closed then.
+/// If `rate_hz` is not positive and finite, or the thread cannot be created. The device is then
+/// closed.
 pub fn start(setup: Setup, driven: Driven) -> Result<Started, StartError> {
     let (mut engine, records, latest) = Engine::new(setup)?;
     let shared = Arc::new(ServoShared::default());
@@ -196,13 +202,13 @@ pub fn start(setup: Setup, driven: Driven) -> Result<Started, StartError> {
     Ok(Started { running: Running { shared, thread: Some(thread) }, records, latest })
 }
 
-/// The thread.
+/// Body of the servo thread.
 fn serve(engine: &mut Engine, driven: Driven, shared: &ServoShared) -> Report {
     let priority = match driven {
         Driven::ByTimer(_) => priority::raise(priority::SERVO),
         Driven::ByDevice(_) => Priority::Device,
     };
-    // Nobody else sets these two.
+    // Only this thread sets these two cells, so `set` cannot fail.
     let _ = shared.priority.set(priority);
     let ended = run::run(engine, driven, &shared.stop);
     let _ = shared.ended.set(ended);
@@ -217,18 +223,18 @@ impl Running {
         self.shared.priority.get().copied()
     }
 
-    /// Why it is over, once it is.
+    /// Why the servo ended, once it has.
     #[must_use]
     pub fn ended(&self) -> Option<Ended> {
         self.shared.ended.get().copied()
     }
 
-    /// Asks it to stop, without waiting: from a signal, for example.
+    /// Requests a stop without waiting, for example from a signal handler.
     pub fn ask_to_stop(&self) {
         self.shared.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Stops it and says how it went; `None` if the thread itself was killed by a defect.
+    /// Stops the servo and returns its report; `None` if the thread itself panicked.
     pub fn stop(mut self) -> Option<Report> {
         self.join()
     }

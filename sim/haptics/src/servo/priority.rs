@@ -1,20 +1,20 @@
-//! Real-time priority of the servo's thread, and how to allow it.
+//! Real-time priority of the servo's thread, and advice on how to allow it.
 
 use std::fmt;
 
-/// What the thread got.
+/// The priority that a thread has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Priority {
-    /// Real time: nothing ordinary keeps it from a deadline.
+    /// Real time: ordinary threads cannot delay it.
     RealTime,
-    /// The device's own thread ticks; its driver sets the priority.
+    /// The ticks run in the device's own thread; its driver sets the priority.
     Device,
-    /// As any other thread: the system refused.
+    /// Ordinary priority: the system refused real time.
     Ordinary,
 }
 
 impl Priority {
-    /// What to do about it; empty when nothing.
+    /// Advice for the user; empty if there is nothing to do.
     #[must_use]
     pub fn advice(self) -> &'static str {
         match self {
@@ -38,12 +38,13 @@ impl fmt::Display for Priority {
     }
 }
 
-/// The servo's level: above whatever else asks for real time, below the system's own threads.
+/// The servo's level: above other real-time programs, below the system's own threads.
 pub(crate) const SERVO: u8 = 80;
-/// The level of a driver that speaks with its device in a thread of its own: below the servo, above everything ordinary.
+/// The level of a driver that communicates with its device in a thread of its own: below the servo,
+/// above all ordinary threads.
 pub(crate) const DRIVER: u8 = 70;
 
-/// Raises the current thread to a level, if that is allowed.
+/// Raises the current thread to a level, if the system allows it.
 #[cfg(unix)]
 pub(crate) fn raise(level: u8) -> Priority {
     use thread_priority::{
@@ -57,7 +58,7 @@ pub(crate) fn raise(level: u8) -> Priority {
     if raised { Priority::RealTime } else { Priority::Ordinary }
 }
 
-/// Raises the current thread as far as it is allowed; elsewhere there are no levels.
+/// Raises the current thread as far as the system allows; levels do not exist outside Unix.
 #[cfg(not(unix))]
 pub(crate) fn raise(_level: u8) -> Priority {
     let raised = thread_priority::set_current_thread_priority(thread_priority::ThreadPriority::Max).is_ok();

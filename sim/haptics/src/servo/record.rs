@@ -1,33 +1,35 @@
-//! What the servo hands to the recorder: a ring that drops and counts, and never makes the servo wait.
+//! The records from the servo to the recorder: a ring that drops and counts on overflow, and never
+//! blocks the servo.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
-/// Ticks that the recorder may fall behind: half a minute at 1 kHz, for a disk that makes it wait.
+/// Capacity of the ring, in ticks: half a minute at 1 kHz, to bridge a slow disk.
 pub const CAPACITY: usize = 1 << 15;
 
-/// One tick: exactly what the force law was fed, to the bit, and what came of it.
+/// One tick: the exact input of the force law, bit for bit, and its results.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Record {
-    /// Time since the first tick, in s: a whole number of periods. Times rise; a stall is a gap.
+    /// Time since the first tick, in s: a whole number of periods. Times increase; a stall is a
+    /// gap.
     pub t_s: f64,
     /// Tip position, in m, patient frame.
     pub position_m: [f64; 3],
     /// patient_from_needle as a unit quaternion x, y, z, w.
     pub orientation: [f64; 4],
-    /// The confirm button is down.
+    /// Whether the confirm button is down.
     pub confirm: bool,
-    /// Whole force of the law on the hand, in N, patient frame.
+    /// Total force of the law on the hand, in N, patient frame.
     pub force_n: [f32; 3],
-    /// Force sent to the device after scaling and safety chain, in N, patient frame.
+    /// Force sent to the device after scaling and the safety chain, in N, patient frame.
     pub device_n: [f32; 3],
-    /// What was changed and what happened: the safety chain's flags and [`super::flags`].
+    /// Flags of the safety chain and of [`super::flags`].
     pub flags: u32,
-    /// How late the tick began, in µs.
+    /// Lateness of the tick, in µs.
     pub lateness_us: f32,
-    /// What it took to compute, in µs.
+    /// Compute time of the tick, in µs.
     pub compute_us: f32,
 }
 
@@ -38,7 +40,7 @@ pub(super) struct Sender {
 }
 
 impl Sender {
-    /// Sends a record, or drops and counts it where the recorder has fallen behind.
+    /// Sends a record; drops and counts it if the ring is full.
     pub fn send(&mut self, record: Record) {
         if self.ring.push(record).is_err() {
             self.dropped.fetch_add(1, Ordering::Relaxed);
@@ -59,21 +61,21 @@ pub struct Records {
 }
 
 impl Records {
-    /// The next record, if there is one already.
+    /// Returns the next record, if one is available.
     pub fn pop(&mut self) -> Option<Record> {
         self.ring.pop().ok()
     }
 
-    /// Records dropped so far because this end had fallen behind.
+    /// Records dropped so far because the recorder was too slow.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }
 
-    /// The servo is gone and everything it sent has been taken.
+    /// Whether the servo has ended and all its records have been taken.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        // In this order: what it sent last is in the ring before it is gone.
+        // In this order: the servo pushes its last record before it abandons the ring.
         self.ring.is_abandoned() && self.ring.is_empty()
     }
 }
@@ -88,7 +90,8 @@ pub(super) fn ring() -> (Sender, Records) {
 
 #[cfg(test)]
 mod tests {
-    //! A ring that overwrote or blocked would lose an attempt or stop the servo; one that did not count would lie about it.
+    //! A ring that overwrote or blocked would lose an attempt or stop the servo; one that did not
+    //! count drops would hide them.
 
     use super::*;
 

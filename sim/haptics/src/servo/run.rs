@@ -1,4 +1,4 @@
-//! The servo's thread: two pacers, and zero force on every way out.
+//! The servo's thread: two ways to pace the ticks, and zero force on every exit path.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,12 +13,12 @@ use super::{Driven, Ended};
 use crate::clock;
 use crate::device::{Clocked, Device, DeviceFault, Reading};
 
-/// The last stretch before a tick is spun, in ns: longer than a system takes to wake a thread.
+/// Time before a tick that is spent spinning, in ns: longer than a system needs to wake a thread.
 const SPIN_NS: u32 = 100_000;
 
-/// Runs until it is stopped or the device is lost; says why.
+/// Runs until the servo is stopped or the device is lost, and returns the reason.
 pub(super) fn run(engine: &mut Engine, driven: Driven, stop: &AtomicBool) -> Ended {
-    // Nothing is used afterwards that a panic could have left half done: the engine only says what it counted.
+    // Unwind safe: after a panic only the engine's counters are read.
     let ended = catch_unwind(AssertUnwindSafe(|| match driven {
         Driven::ByTimer(mut device) => by_timer(engine, device.as_mut(), stop),
         Driven::ByDevice(mut device) => by_device(engine, device.as_mut(), stop),
@@ -26,20 +26,20 @@ pub(super) fn run(engine: &mut Engine, driven: Driven, stop: &AtomicBool) -> End
     ended.unwrap_or(Ended::Panicked)
 }
 
-/// Sends zero force and closes when it goes, whether by return or by panic.
+/// Sends zero force and closes the device when dropped, on return and on panic alike.
 struct Released<'a> {
     device: &'a mut dyn Device,
 }
 
 impl Drop for Released<'_> {
     fn drop(&mut self) {
-        // A device that takes no force has none to let go of.
+        // A device that rejects the write applies no force anyway.
         let _ = self.device.write(&Vector3::zeros());
         self.device.close();
     }
 }
 
-/// Our timer paces: sleep, then spin.
+/// Paced by the servo's timer: sleep, then spin.
 fn by_timer(engine: &mut Engine, device: &mut dyn Device, stop: &AtomicBool) -> Ended {
     let sleeper = sleeper();
     let released = Released { device };
@@ -58,7 +58,7 @@ fn by_timer(engine: &mut Engine, device: &mut dyn Device, stop: &AtomicBool) -> 
     }
 }
 
-/// Sleeps, and spins the last stretch.
+/// A sleeper that spins for the last [`SPIN_NS`].
 pub(super) fn sleeper() -> SpinSleeper {
     SpinSleeper::new(SPIN_NS).with_spin_strategy(SpinStrategy::SpinLoopHint)
 }
@@ -66,7 +66,7 @@ pub(super) fn sleeper() -> SpinSleeper {
 /// Waits for the next tick.
 pub(super) fn wait(grid: &TickGrid, sleeper: SpinSleeper) -> TickMoment {
     let Some(due_s) = grid.due_s() else {
-        // Before the first tick: a device that has nothing to say yet is asked once a period.
+        // Before the first tick: poll a device that has no reading yet once a period.
         sleeper.sleep(Duration::from_secs_f64(grid.period_s()));
         return TickMoment { now_s: clock::now_s(), late_s: 0.0 };
     };
@@ -75,7 +75,8 @@ pub(super) fn wait(grid: &TickGrid, sleeper: SpinSleeper) -> TickMoment {
     TickMoment { now_s, late_s: now_s - due_s }
 }
 
-/// The device paces: the tick runs inside its callback. Its driver sends zero force when that ends or panics.
+/// Paced by the device: the tick runs inside the device's callback. The driver sends zero force
+/// when the callback ends or panics.
 fn by_device(engine: &mut Engine, device: &mut dyn Clocked, stop: &AtomicBool) -> Ended {
     let period_s = engine.grid().period_s();
     let mut last_s = None;

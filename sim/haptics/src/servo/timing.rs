@@ -1,13 +1,14 @@
-//! How late ticks begin and how long they take: histograms in bounded memory, allocated before the first tick.
+//! Lateness and compute time of ticks, in histograms of bounded memory that are allocated before
+//! the first tick.
 
 use std::fmt;
 
 use hdrhistogram::Histogram;
 use hdrhistogram::errors::CreationError;
 
-/// Longest time that is told apart, in ns: what is longer counts as this.
+/// Longest time that the histogram resolves, in ns: longer times count as this.
 const LONGEST_NS: u64 = 10_000_000_000;
-/// Digits that are kept.
+/// Significant decimal digits of the histogram.
 const DIGITS: u8 = 2;
 
 /// Quantiles of a time, in µs.
@@ -37,47 +38,47 @@ pub struct Times {
 }
 
 impl Times {
-    /// Nothing measured yet.
+    /// An empty distribution.
     ///
     /// # Errors
-    /// Never with our bounds; they are the library's to judge.
+    /// Never with the bounds used here; the library checks them.
     pub(super) fn new() -> Result<Self, CreationError> {
         Ok(Self { histogram: Histogram::new_with_bounds(10, LONGEST_NS, DIGITS)? })
     }
 
-    /// Adds a time in s; what is below nothing counts as nothing.
+    /// Adds a time in s; negative times count as zero.
     pub(super) fn add(&mut self, time_s: f64) {
-        // A cast saturates: negative and not a number are 0.
+        // The cast saturates: negative values and NaN become 0.
         self.histogram.saturating_record((time_s * 1e9) as u64);
     }
 
-    /// How many times were measured.
+    /// Number of measurements.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.histogram.len()
     }
 
-    /// How many measurements are longer than a time in µs, to the two digits that are kept.
+    /// Number of measurements longer than a time in µs, to the histogram's two digits.
     #[must_use]
     pub fn longer_than_us(&self, time_us: f64) -> u64 {
         let next = self.histogram.next_non_equivalent((time_us * 1e3) as u64);
         self.histogram.count_between(next, self.histogram.high())
     }
 
-    /// The time that a share of the measurements does not exceed, in µs.
+    /// The quantile at `share` (0 to 1), in µs.
     #[must_use]
     pub fn at_us(&self, share: f64) -> f64 {
         self.histogram.value_at_quantile(share) as f64 * 1e-3
     }
 
-    /// The usual quantiles.
+    /// The quantiles for reports.
     #[must_use]
     pub fn quantiles(&self) -> Quantiles {
         let max_us = self.histogram.max() as f64 * 1e-3;
         Quantiles { p50_us: self.at_us(0.5), p99_us: self.at_us(0.99), p999_us: self.at_us(0.999), max_us }
     }
 
-    /// Each time that was measured, in µs, rising, with the share of the measurements that exceed it.
+    /// Each measured time, in µs, ascending, with the fraction of the measurements that exceed it.
     #[must_use]
     pub fn exceeded(&self) -> Vec<(f64, f64)> {
         let count = self.count().max(1) as f64;
@@ -92,7 +93,7 @@ impl Times {
 
 #[cfg(test)]
 mod tests {
-    //! A histogram that grows, or whose quantiles are off by more than it says, would not be worth its place.
+    //! The histogram must not grow, and its quantiles must be as precise as documented.
 
     use super::*;
 

@@ -1,22 +1,23 @@
-//! Static over kinetic friction: how much of its cap the presliding spring has.
+//! Static and kinetic friction: selects the cap of the presliding spring.
 //!
-//! The cap is Σ c_s l until the spring has slid by the breakaway length, in whatever direction, then Σ c l. It is Σ c_s l again after a rest in
-//! which nothing slid for a while, and after the needle has gone backwards from where it had slid to by the same length. Slid length decides
-//! and not speed, so an encoder's steps do not rattle between the two.
+//! The cap is Σ c_s l until the spring has slid by the breakaway length, in either direction, then
+//! Σ c l. It is Σ c_s l again after a rest without sliding, and after the needle has moved
+//! backwards by the same length from where it had slid to. The criterion is slid length and not
+//! speed, so an encoder's steps do not switch between the two.
 
 use serde::{Deserialize, Serialize};
 
 use super::options::Breakaway;
 use super::springs::{SpringTick, SpringWork};
 
-/// Where the shaft is between static and kinetic friction.
+/// State between static and kinetic friction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Adhesion {
-    /// It has broken away: friction is kinetic.
+    /// Whether the shaft has broken away: friction is kinetic.
     is_broken: bool,
-    /// It broke away, or slid last in that direction, on its way into the body.
+    /// Whether it broke away, or last slid in that direction, while moving into the body.
     inwards: bool,
-    /// Unbroken, the length slid, in m; broken, how far the needle has gone back, in m.
+    /// Before breakaway, the length slid, in m; after it, the distance moved back, in m.
     way_m: f64,
     /// Time without sliding, in s.
     still_s: f64,
@@ -39,7 +40,7 @@ pub(super) struct FrictionTick {
     pub caps: FrictionCaps,
 }
 
-/// What friction came to.
+/// Result of friction in a tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slid {
     pub force_n: f64,
@@ -47,7 +48,8 @@ pub(super) struct Slid {
     pub adhesion: Adhesion,
 }
 
-/// A spring under one cap: its force and work, and how far its far end slid over the tissue, in m, also where its cap shrank.
+/// A spring under one cap: its force and work, and the sliding of its far end over the tissue, in
+/// m, including that by a shrinking cap.
 struct Capped {
     force_n: f64,
     work: SpringWork,
@@ -60,23 +62,23 @@ impl FrictionTick {
         let Self { stiffness_n_per_m, before_n, dx_m, .. } = *self;
         let trial_n = before_n + stiffness_n_per_m * dx_m;
         let after_n = trial_n.max(-cap_n).min(cap_n);
-        // A spring that its cap never stopped has only been stretched, whatever the cap was before.
+        // A spring that its cap never stopped has only been stretched, for any previous cap.
         let kept_n = if trial_n.abs() <= cap_n { before_n } else { before_n.max(-cap_n).min(cap_n) };
         let slid_m = if trial_n.abs() <= cap_n { 0.0 } else { dx_m - (after_n - kept_n) / stiffness_n_per_m };
         let work = SpringTick { stiffness_n_per_m, before_n, kept_n, after_n, slid_m }.integrate();
         Capped { force_n: after_n, work, way_m: (trial_n - after_n) / stiffness_n_per_m }
     }
 
-    /// Under the kinetic cap alone, as in version 2.
+    /// Slides under the kinetic cap alone, as in version 2.
     pub fn slide(&self) -> Slid {
         let Capped { force_n, work, .. } = self.cap(self.caps.kinetic_n);
         Slid { force_n, work, adhesion: Adhesion::default() }
     }
 
-    /// Under the cap that the shaft's adhesion leaves it.
+    /// Slides under the cap of the shaft's adhesion.
     pub fn slide_with(&self, breakaway: &Breakaway, adhesion: Adhesion) -> Slid {
         if self.caps.static_n <= 0.0 {
-            // Nothing is inserted, or nothing rubs.
+            // Nothing is inserted, or there is no friction.
             return self.slide();
         }
         let adhesion = adhesion.turned(self.dx_m, breakaway);
@@ -93,7 +95,8 @@ impl FrictionTick {
         self.break_away(left_m.max(0.0), way_m)
     }
 
-    /// Slides at the static cap for what is left of the breakaway length, lets the force fall to the kinetic one, and slides on.
+    /// Slides at the static cap for the rest of the breakaway length, drops the force to the
+    /// kinetic cap, and slides on.
     fn break_away(&self, left_m: f64, way_m: f64) -> Slid {
         let direction = if way_m < 0.0 { -1.0 } else { 1.0 };
         let rest_m = direction * (way_m.abs() - left_m).min(self.dx_m.abs());
@@ -109,7 +112,7 @@ impl FrictionTick {
 }
 
 impl Adhesion {
-    /// What travel makes of it: going back by the breakaway length renews it.
+    /// State after travel: moving back by the breakaway length restores static friction.
     fn turned(self, dx_m: f64, breakaway: &Breakaway) -> Self {
         if !self.is_broken {
             return self;
@@ -119,7 +122,7 @@ impl Adhesion {
         if way_m >= breakaway.slid_m { Self::default() } else { Self { way_m, ..self } }
     }
 
-    /// What a tick that slid so far makes of it: rest renews it.
+    /// State after a tick with this sliding: rest restores static friction.
     fn after(self, way_m: f64, dt_s: f64, breakaway: &Breakaway) -> Self {
         let still_s = if way_m == 0.0 { self.still_s + dt_s } else { 0.0 };
         if still_s >= breakaway.rest_s { Self::default() } else { Self { still_s, ..self } }

@@ -1,15 +1,20 @@
 //! Books a tick into the energy ledger.
 //!
-//! The hand's work in a tick is the change of elastic energy before the ruptures, what the presliding springs took exactly
-//! ([`super::springs`]), and viscous force times Δx or, from version 5, what the damping's spring and dashpot took exactly
-//! ([`super::damping`]). Every joule of it is booked once, so the ledger closes to round-off by
-//! construction; what the tests establish is that each part is a dissipation, agrees with ∫F dx and does not depend on the tick.
+//! The hand's work in a tick is the change of elastic energy before the ruptures, the exact work on
+//! the presliding springs ([`super::springs`]), and viscous force times Δx or, from version 5, the
+//! exact work on the damping's spring and dashpot ([`super::damping`]). Every joule of it is booked
+//! once, so the ledger closes to round-off by construction; the tests establish that each part is a
+//! dissipation, agrees with ∫F dx and does not depend on the tick.
 //!
-//! Up to version 4 viscous force follows speed over a window, so that for a tick within one window after a reversal it may push with the motion. What
-//! it gives back there is taken off its layers' loss and counted apart, in [`Ledger::lagged_j`].
+//! Up to version 4 viscous force follows speed over a window, so that for a tick within one window
+//! after a reversal it may push with the motion. The energy that it returns is subtracted from its
+//! layers' loss and counted separately, in [`Ledger::lagged_j`].
 //!
-//! Choices. Elastic and rupture energy belong to the layer whose boundary is tented or opened. Viscous and friction
-//! losses are shared by b_j l_j and by what friction holds at most, c_j l_j or its static value; what relaxation loses is viscous, and of the layer whose boundary is tented. Cutting belongs to the layer that the tip is in, or was in the tick before.
+//! Choices. Elastic and rupture energy belong to the layer whose boundary is tented or opened.
+//! Viscous and friction losses are distributed by b_j l_j and by the friction cap, c_j l_j or its
+//! static value; the loss by relaxation is viscous, and belongs to the layer whose boundary is
+//! tented. Cutting belongs to the layer that contains the tip, or contained it in the previous
+//! tick.
 
 use super::params::{AxialParams, Layer};
 use super::path::{Open, Path};
@@ -18,21 +23,21 @@ use super::springs::SpringWork;
 use super::state::{AxialOutput, AxialScratch, AxialState, Rupture};
 use crate::ledger::{LayerEnergy, Ledger};
 
-/// What a tick did.
+/// The energies of a tick.
 pub(super) struct BookedTick<'a> {
     pub open: Open,
     pub x_m: f64,
-    /// Change of the elastic energy before the ruptures and what the branches lost, in J.
+    /// Change of the elastic energy before the ruptures plus the loss of the branches, in J.
     pub elastic_work_j: f64,
     /// The branches after the ruptures.
     pub relaxed: &'a RelaxedTents,
     pub before: AxialOutput,
     pub after: AxialOutput,
-    /// What damping, friction and cutting did.
+    /// Work and loss of damping, friction and cutting.
     pub viscous: SpringWork,
     pub friction: SpringWork,
     pub cutting: SpringWork,
-    /// What the springs of friction, cutting and damping hold now, in J.
+    /// Energy stored now by the springs of friction, cutting and damping, in J.
     pub presliding_j: f64,
 }
 
@@ -57,12 +62,13 @@ fn book_work(ledger: &mut Ledger, work_j: f64) {
     }
 }
 
-/// Books the tick's drop of elastic energy, cascade as a whole.
+/// Books the tick's drop of elastic energy, for a cascade as a whole.
 ///
-/// Within a cascade a member may raise the energy, because the tick evaluates all of them at its end and the next
-/// boundary is by then tented deeper than the one that gave way. The rises are paid by the falls in proportion. What
-/// they cannot pay (a coarse tick over an unsound boundary) is work that the hand would have done on the way: it is
-/// booked as input, so that a dissipation never decreases.
+/// Within a cascade a member may raise the energy, because the tick evaluates all of them at its
+/// end and the next boundary is by then tented deeper than the ruptured one. The rises are paid by
+/// the falls in proportion. An unpaid rest (a coarse tick over an unsound boundary) is work that
+/// the hand would have done on the way: it is booked as input, so that a dissipation never
+/// decreases.
 fn book_ruptures(ledger: &mut Ledger, ruptures: &[Rupture]) {
     if ruptures.is_empty() {
         return;
@@ -81,7 +87,8 @@ fn book_ruptures(ledger: &mut Ledger, ruptures: &[Rupture]) {
     ledger.input_j += (rises_j - falls_j).max(0.0);
 }
 
-/// What is stored now by springs and branches, and what the branches' dashpots lost: viscosity.
+/// Books the energy stored by springs and branches, and the loss of the branches' dashpots as
+/// viscosity.
 fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick<'_>) {
     for entry in &mut ledger.layers {
         entry.elastic_j = 0.0;
@@ -93,7 +100,8 @@ fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick<'_>) {
         }
     }
     for &RelaxedTent { boundary, stored_j, lost_j } in [&tick.relaxed.tip, &tick.relaxed.rim] {
-        // After a rupture nothing is stored, and what was lost before it belongs to the boundary that was tented.
+        // After a rupture nothing is stored, and an earlier loss belongs to the boundary that was
+        // tented.
         if let Some(entry) = ledger.layers.get_mut(boundary) {
             entry.elastic_j += stored_j;
             entry.viscous_j += lost_j;
@@ -101,7 +109,8 @@ fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick<'_>) {
     }
 }
 
-/// Books a loss along the shaft. When the last of the needle leaves, nothing is inserted any more and the loss is shared as the tick before.
+/// Books a loss along the shaft. When the needle leaves completely, nothing is inserted any more
+/// and the loss is distributed as in the previous tick.
 fn book_along(ledger: &mut Ledger, path: &Path<'_>, here: &Share, before_m: f64) {
     if !book_share(ledger, path, here) {
         book_share(ledger, path, &Share { depth_m: before_m, ..*here });
@@ -115,14 +124,14 @@ fn book_cutting(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick<'_>) {
     }
 }
 
-/// A loss shared among the layers by coefficient × inserted length.
+/// A loss distributed among the layers by coefficient × inserted length.
 struct Share {
     depth_m: f64,
     total_j: f64,
     part: Part,
 }
 
-/// Which coefficient weighs, and which entry is booked.
+/// The weighting coefficient, and the entry to book.
 #[derive(Clone, Copy)]
 struct Part {
     coefficient: fn(&Layer) -> f64,
@@ -134,14 +143,15 @@ const FRICTION: Part = Part { coefficient: Layer::static_friction_n_per_m, entry
 
 const LATERAL: Part = Part { coefficient: |_| 1.0, entry: |energy| &mut energy.lateral_j };
 
-/// Books lateral work, in J, on the layers in proportion to the inserted lengths of the step just made.
+/// Books lateral work, in J, on the layers in proportion to the inserted lengths of the step just
+/// made.
 pub(crate) fn book_lateral(params: &AxialParams, state: &mut AxialState, scratch: &AxialScratch, work_j: f64) {
     let depth_m = state.last_output().depth_m;
     let path = Path::new(params.spec(), &scratch.boundaries_m, scratch.incidence);
     book_share(&mut state.ledger, &path, &Share { depth_m, total_j: work_j, part: LATERAL });
 }
 
-/// Books a share; false when no layer has a weight.
+/// Books a share; returns false if no layer has a weight.
 fn book_share(ledger: &mut Ledger, path: &Path<'_>, share: &Share) -> bool {
     let weight = |(layer, inserted_m): (&Layer, f64)| (share.part.coefficient)(layer) * inserted_m;
     let total: f64 = path.inserted(share.depth_m).map(weight).sum();

@@ -1,10 +1,13 @@
-//! Damping along the shaft from version 5 of the law: a dashpot B = Σ b_j l_j in series with a spring B/τ, a Maxwell element.
+//! Damping along the shaft from version 5 of the law: a dashpot B = Σ b_j l_j in series with a
+//! spring B/τ, a Maxwell element.
 //!
-//! Speed over a window lags by half of it, and a force that lags drives a free handle above 1/(2 T). This force depends on the way alone, and
-//! an element of a spring and a dashpot never gives back more than its spring stores, q²τ/(2 B). τ keeps an encoder's steps small.
+//! Speed over a window lags by half of it, and a lagging force drives a free handle above 1/(2 T).
+//! This force depends on displacement only, and an element of a spring and a dashpot never returns
+//! more than its spring stores, q²τ/(2 B). τ keeps the effect of an encoder's steps small.
 //!
-//! B changes with the inserted length at the start of a tick. Where it grows the force q is kept, where it shrinks the strain q τ/B: both lose
-//! energy, as does what is stored when the needle leaves.
+//! B changes with the inserted length at the start of a tick. If it grows, the force q is kept; if
+//! it shrinks, the strain q τ/B: both lose energy, and so does the stored energy when the needle
+//! leaves.
 
 use super::maxwell::Stretch;
 use super::springs::SpringWork;
@@ -12,7 +15,7 @@ use super::springs::SpringWork;
 /// The element over a tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DampingTick {
-    /// τ, in s; 0 is a dashpot alone.
+    /// τ, in s; 0 for a dashpot alone.
     pub time_s: f64,
     /// Force at the last tick, in N.
     pub before_n: f64,
@@ -23,7 +26,7 @@ pub(super) struct DampingTick {
     pub dt_s: f64,
 }
 
-/// What the element came to.
+/// Result of the element.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Damped {
     pub force_n: f64,

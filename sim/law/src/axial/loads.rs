@@ -1,14 +1,16 @@
-//! What the needle does to the tissue: the forces of a step as loads at boundaries and along layers.
+//! The needle's loads on the tissue: the forces of a step at boundaries and along layers.
 
 use super::params::{AxialParams, Layer};
 use super::path::Path;
 use super::state::{AxialScratch, AxialStanding};
 
-/// Writes the loads of a needle that stands so into `loads_n`, in N, positive into the body: for n layers first the contactor at
-/// each of the n boundaries, then the drag along each of the n layers. Their sum is the axial force. Never allocates.
+/// Writes the loads of a needle in a given state into `loads_n`, in N, positive into the body: for
+/// n layers first the contactor at each of the n boundaries, then the drag along each of the n
+/// layers. Their sum is the axial force. Never allocates.
 ///
-/// Viscosity is shared by b_j l_j and friction by c_j l_j, as in the ledger; cutting drags the layer that the tip is in.
-/// `scratch` is that of the last step. Entries that `loads_n` lacks are left out.
+/// Viscosity is distributed by b_j l_j and friction by c_j l_j, as in the ledger; cutting drags the
+/// layer that contains the tip. `scratch` is that of the last step. Loads beyond the length of
+/// `loads_n` are dropped.
 pub fn write_loads(params: &AxialParams, standing: &AxialStanding, scratch: &AxialScratch, loads_n: &mut [f64]) {
     loads_n.fill(0.0);
     let layers = params.spec().layers.len();

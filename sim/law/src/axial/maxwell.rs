@@ -1,5 +1,5 @@
-//! A Maxwell element: a spring K in series with a dashpot of time τ. Over a tick its end moves linearly in time, so that with Δ = Δt/τ and
-//! u = 1 − e^(−Δ)
+//! A Maxwell element: a spring K in series with a dashpot of time τ. Over a tick its end moves
+//! linearly in time, so that with Δ = Δt/τ and u = 1 − e^(−Δ)
 //!
 //! ```text
 //! q ← q e^(−Δ) + K Δx u/Δ
@@ -7,16 +7,17 @@
 //! lost    ∫ q²/(K τ) dt = (1/K) (q₀² (u − u²/2) + q₀ a u²/Δ + a² (Δ − u − u²/2)/Δ²),   a = K Δx
 //! ```
 //!
-//! exactly, whatever the tick.
+//! exact for any tick.
 
-/// A tick of the element: the way of its end in m, and the time in units of τ.
+/// A tick of the element: the displacement of its end in m, and the time in units of τ.
 pub(super) struct Stretch {
     pub way_m: f64,
     pub delta: f64,
 }
 
 impl Stretch {
-    /// Brings the force q of an element to the end of the tick. Returns the loss of its dashpot, in J, never negative.
+    /// Advances the force q of an element to the end of the tick. Returns the loss of its dashpot,
+    /// in J, never negative.
     pub fn relax(&self, q: &mut f64, stiffness_n_per_m: f64) -> f64 {
         let Self { way_m, delta } = *self;
         let a = stiffness_n_per_m * way_m;
@@ -32,9 +33,10 @@ impl Stretch {
     }
 }
 
-/// (Δ − u − u²/2)/Δ². Since Δ = −ln(1 − u) = u + u²/2 + u³/3 + …, what is left of a short tick is its higher powers.
+/// (Δ − u − u²/2)/Δ². Since Δ = −ln(1 − u) = u + u²/2 + u³/3 + …, only higher powers of u remain
+/// for a short tick.
 fn ramp_loss(u: f64, delta: f64) -> f64 {
-    /// Below it the series is exact to round-off in as many terms as are summed.
+    /// Bound of u below which the series is exact to round-off with the summed terms.
     const SHORT: f64 = 0.03;
     if u >= SHORT {
         return (delta - u - 0.5 * u * u) / (delta * delta);

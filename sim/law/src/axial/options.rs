@@ -1,51 +1,56 @@
-//! What version 3 of the law adds: options of a layer and of the needle. Without them version 3 is version 2 to the bit.
+//! Options of version 3 of the law, for a layer and for the needle. Without them version 3 is
+//! bit-identical to version 2.
 
 use serde::{Deserialize, Serialize};
 
 use super::params::{AxialSpec, Domain, ForceLaw, Layer, ParamError};
 
-/// Most Maxwell branches beside a tent: keeps a step bounded and its state of one size.
+/// Maximum number of Maxwell branches per tent: keeps a step bounded and its state of constant
+/// size.
 pub const MAX_BRANCHES: usize = 3;
 
-/// A spring in series with a dashpot, beside the spring of a tented boundary.
+/// A spring in series with a dashpot, parallel to the spring of a tented boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaxwellBranch {
     /// Stiffness of its spring as a share g of the boundary's own: g k.
     pub share: f64,
-    /// Time τ in which its force falls to 1/e while the needle is held, in s.
+    /// Time constant τ of its force while the needle is held, in s.
     pub time_s: f64,
 }
 
-/// What opens a boundary that relaxes. One that does not knows no difference.
+/// Rupture criterion of a boundary that relaxes. Irrelevant for others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RuptureCriterion {
-    /// Its spring and branches together hold the threshold: the peak is the same at any speed, the dent smaller the faster the needle.
+    /// Spring and branches together reach the threshold: the peak does not depend on speed, the
+    /// dent is smaller for a faster needle.
     #[default]
     Force,
-    /// Its spring alone holds the threshold, so that it is dented by so much: the dent is the same at any speed, the peak higher by what the
-    /// branches still hold.
+    /// The spring alone reaches the threshold, so the criterion is the dent: the dent does not
+    /// depend on speed, the peak is higher by the remaining force of the branches.
     Dent,
 }
 
-/// What a layer may have beside the numbers that every layer has.
+/// Optional parameters of a layer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LayerOptions {
     /// κ of a tent that stiffens, F = k w + κ w², in N/m²; 0 for one that does not.
     pub stiffening_n_per_m2: f64,
-    /// Branches that relax, beside the tent of tip and of rim; at most [`MAX_BRANCHES`].
+    /// Branches that relax, parallel to the tents of tip and rim; at most [`MAX_BRANCHES`].
     pub branches: Vec<MaxwellBranch>,
-    /// What opens the boundary where it relaxes.
+    /// Rupture criterion of the boundary if it relaxes.
     pub gives_way_at: RuptureCriterion,
-    /// Cap of friction per inserted length until the shaft has broken away, in N/m; none where it is the kinetic one.
+    /// Friction cap per inserted length before breakaway of the shaft, in N/m; if absent, the
+    /// kinetic one.
     pub static_friction_n_per_m: Option<f64>,
-    /// Fibres that part under an edge along them; none in tissue alike all round.
+    /// Fibres that part under an edge along them; `None` for isotropic tissue.
     pub sheet: Option<FibrousSheet>,
 }
 
-/// A sheet of connective tissue. The layer's stiffness and thresholds are those under an edge across its fibres.
+/// A sheet of connective tissue. The layer's stiffness and thresholds are those under an edge
+/// across its fibres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FibrousSheet {
@@ -57,21 +62,23 @@ pub struct FibrousSheet {
     pub along_threshold: f64,
 }
 
-/// Direction of a needle's cutting edge in the plane of the skin where nobody says another: the patient's x.
+/// Default direction of a needle's cutting edge in the plane of the skin: the patient's x.
 pub const PLAIN_EDGE: [f64; 2] = [1.0, 0.0];
 
-/// When static friction gives way to kinetic friction, and when it is back. The presliding spring is the needle's, so these are.
+/// Conditions for the transition from static to kinetic friction and back. The presliding spring
+/// belongs to the needle, so these do too.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Breakaway {
-    /// Slid length after which friction is kinetic, and travel backwards after which it is static again, in m.
+    /// Slid length after which friction is kinetic, and backward travel after which it is static
+    /// again, in m.
     pub slid_m: f64,
     /// Time without sliding after which it is static again, in s.
     pub rest_s: f64,
 }
 
 impl LayerOptions {
-    /// Whether there are none.
+    /// Whether all options have their defaults.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
@@ -83,7 +90,8 @@ impl LayerOptions {
         !self.branches.is_empty()
     }
 
-    /// The most that the boundary holds, as a multiple of its threshold: that of a needle infinitely fast.
+    /// Maximum force that the boundary holds, as a multiple of its threshold: for an infinitely
+    /// fast needle.
     #[must_use]
     pub fn greatest_hold(&self) -> f64 {
         match self.gives_way_at {
@@ -92,7 +100,7 @@ impl LayerOptions {
         }
     }
 
-    /// Σ g of the branches: how much stiffer than slowly a boundary is when it is dented at once.
+    /// Σ g of the branches: relative increase of a boundary's stiffness under fast loading.
     #[must_use]
     pub fn branch_share(&self) -> f64 {
         self.branches.iter().map(|branch| branch.share).sum()
@@ -100,14 +108,15 @@ impl LayerOptions {
 }
 
 impl Layer {
-    /// Cap of friction per inserted length before the shaft has broken away, in N/m.
+    /// Friction cap per inserted length before breakaway of the shaft, in N/m.
     #[must_use]
     pub fn static_friction_n_per_m(&self) -> f64 {
         self.options.static_friction_n_per_m.unwrap_or(self.friction_n_per_m)
     }
 
-    /// Dent at which spring and branches together hold a force, in m, where so much of the branches' force is there still: 0 for a
-    /// needle infinitely slow, 1 for one infinitely fast. Solves k (1 + held Σg) w + κ w² = F.
+    /// Dent at which spring and branches together hold a force, in m, with the fraction `held` of
+    /// the branches' force remaining: 0 for an infinitely slow needle, 1 for an infinitely fast
+    /// one. Solves k (1 + held Σg) w + κ w² = F.
     #[must_use]
     pub fn dent_m(&self, force_n: f64, held: f64) -> f64 {
         let k = self.stiffness_n_per_m * (1.0 + held * self.options.branch_share());
@@ -115,11 +124,12 @@ impl Layer {
         if kappa <= 0.0 {
             return force_n / k;
         }
-        // The root that is exact for a small κ, where the textbook's loses its digits.
+        // The form of the root that is accurate for a small κ, where the textbook form cancels.
         2.0 * force_n / (k + libm::sqrt(k * k + 4.0 * kappa * force_n))
     }
 
-    /// Greatest stiffness that a hand feels at this boundary, in N/m: fast, and just before it gives way.
+    /// Greatest stiffness that a hand feels at this boundary, in N/m: under fast loading, just
+    /// before the rupture.
     #[must_use]
     pub fn greatest_stiffness_n_per_m(&self, has_rim: bool) -> f64 {
         let turned = self.options.sheet.map_or(1.0, |sheet| sheet.along_stiffness.max(1.0));
@@ -130,21 +140,22 @@ impl Layer {
 }
 
 impl AxialSpec {
-    /// Whether some boundary relaxes, so that where it gives way depends on speed.
+    /// Whether a boundary relaxes, so that the rupture position depends on speed.
     #[must_use]
     pub fn relaxes(&self) -> bool {
         self.layers.iter().any(|layer| layer.options.relaxes())
     }
 
-    /// Whether a layer or the needle names an option of version 3.
+    /// Whether a layer or the needle has an option of version 3.
     #[must_use]
     pub fn has_options(&self) -> bool {
         self.breakaway.is_some() || self.layers.iter().any(|layer| !layer.options.is_empty())
     }
 }
 
-/// What a tension T in N/m adds to the stiffness of a sheet's boundary, in N/m: 2πT/ln(R/a) for a disc of radius a in a sheet that is held at
-/// R, both in m; R must be larger than a. The tension pulls alike all round, so it does not depend on the edge.
+/// Stiffness that a tension T in N/m adds to a sheet's boundary, in N/m: 2πT/ln(R/a) for a disc of
+/// radius a in a sheet clamped at R, both in m; R must be larger than a. The tension is isotropic,
+/// so it does not depend on the edge.
 #[must_use]
 pub fn tense_stiffness_n_per_m(tension_n_per_m: f64, held_radius_m: f64, radius_m: f64) -> f64 {
     core::f64::consts::TAU * tension_n_per_m / libm::log(held_radius_m / radius_m)
@@ -157,13 +168,14 @@ impl FibrousSheet {
         cos * cos
     }
 
-    /// Factor on the stiffness under an edge: 1 across the fibres, cos² of the way to that along them.
+    /// Factor on the stiffness under an edge: 1 across the fibres, interpolated by cos² to the
+    /// value along them.
     #[must_use]
     pub fn stiffness_share(&self, edge: [f64; 2]) -> f64 {
         1.0 + (self.along_stiffness - 1.0) * self.along(edge)
     }
 
-    /// Factor on the thresholds, likewise.
+    /// Factor on the thresholds, interpolated in the same way.
     #[must_use]
     pub fn threshold_share(&self, edge: [f64; 2]) -> f64 {
         1.0 + (self.along_threshold - 1.0) * self.along(edge)
@@ -171,13 +183,14 @@ impl FibrousSheet {
 }
 
 impl AxialSpec {
-    /// Whether some boundary depends on how the needle's edge is turned.
+    /// Whether a boundary depends on the direction of the needle's edge.
     #[must_use]
     pub fn has_sheets(&self) -> bool {
         self.layers.iter().any(|layer| layer.options.sheet.is_some())
     }
 
-    /// The same tissue as it is under an edge of unit length, without fibres: each sheet's numbers are those of that edge.
+    /// The tissue under an edge of unit length, without fibres: each sheet gets the values for that
+    /// edge.
     #[must_use]
     pub fn under_edge(&self, edge: [f64; 2]) -> Self {
         let mut spec = self.clone();
@@ -192,7 +205,7 @@ impl AxialSpec {
     }
 }
 
-/// Checks what version 3 adds.
+/// Checks the options of version 3.
 pub(super) fn check_options(spec: &AxialSpec) -> Result<(), ParamError> {
     for (index, layer) in spec.layers.iter().enumerate() {
         if spec.law < ForceLaw::Version3 && !layer.options.is_empty() {
@@ -221,7 +234,7 @@ fn refuse_version(field: String, law: ForceLaw) -> ParamError {
     ParamError { field, value, unit: "is the law", allowed: "must be absent before version 3 of the law" }
 }
 
-/// A static cap needs to be told when it ends.
+/// A static cap requires a breakaway condition.
 fn check_breakaway_present(spec: &AxialSpec) -> Result<(), ParamError> {
     for (index, layer) in spec.layers.iter().enumerate() {
         if let Some(value) = layer.options.static_friction_n_per_m {

@@ -1,22 +1,22 @@
-//! What the axial law is made of, and the check that it makes sense.
+//! The parameters of the axial law, and their checks.
 
 use serde::{Deserialize, Serialize};
 
 use super::options::{Breakaway, LayerOptions, check_options};
 
-/// Most layers that a specification may hold: keeps a step bounded.
+/// Maximum number of layers: keeps a step bounded.
 pub const MAX_LAYERS: usize = 64;
 
-/// Longest window that speed is measured over, in s.
+/// Maximum window of the speed measurement, in s.
 const LONGEST_SPEED_WINDOW_S: f64 = 0.05;
 
-/// Longest time of the damping's spring and dashpot, in s.
+/// Maximum time of the damping's spring and dashpot, in s.
 const LONGEST_DAMPING_TIME_S: f64 = 0.05;
 
-/// One tissue layer as the force law needs it, already scaled for the needle and the tissue.
+/// One tissue layer for the force law, already scaled for the needle and the tissue.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
-    /// Name shown to people, for example `skin`.
+    /// Name shown to users, for example `skin`.
     pub name: String,
     /// Thickness along the surface normal, in m. May be 0 for a fascia.
     pub thickness_m: f64,
@@ -30,9 +30,9 @@ pub struct Layer {
     pub rim_rupture_n: f64,
     /// Coulomb friction cap per inserted length, in N/m.
     pub friction_n_per_m: f64,
-    /// Cutting force, in N: what the tip meets while it advances into new material.
+    /// Cutting force, in N, while the tip advances into new material.
     pub cutting_n: f64,
-    /// What version 3 of the law may add.
+    /// Options of version 3 of the law.
     #[serde(default, skip_serializing_if = "LayerOptions::is_empty")]
     pub options: LayerOptions,
 }
@@ -40,31 +40,36 @@ pub struct Layer {
 /// Rate dependence of the rupture thresholds: P(v) = P∞ + (P0 − P∞)/(1 + |v|/v0).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateDependence {
-    /// P∞, the threshold that every boundary tends to at high speed, in N.
+    /// P∞, the limit of every threshold at high speed, in N.
     pub p_infinity_n: f64,
-    /// Speed at which half of the change has happened, in m/s.
+    /// Speed at half of the change, in m/s.
     pub v0_m_per_s: f64,
 }
 
-/// Which law a scene was made for. A recording re-simulates by the law that its scene names, so an old one is never edited.
+/// Version of the law for which a scene was made. A recording is re-simulated with the version that
+/// its scene names, so an old version is never edited.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "u32", into = "u32")]
 pub enum ForceLaw {
-    /// Cutting acts in the ticks that advance into new material. On an encoder, where most ticks bring no new position, it rattles.
+    /// Cutting acts in the ticks that advance into new material. On an encoder, where most ticks
+    /// bring no new position, it rattles.
     Version1,
-    /// Cutting is a one-sided presliding spring behind a front that advance drags, and speed is taken over a window.
+    /// Cutting is a one-sided presliding spring behind a front dragged by the advance, and speed is
+    /// measured over a window.
     #[default]
     Version2,
-    /// Version 2 with the options of [`LayerOptions`] and [`Breakaway`]. Without them it is version 2 to the bit.
+    /// Version 2 with the options of [`LayerOptions`] and [`Breakaway`]. Without them it is
+    /// bit-identical to version 2.
     Version3,
-    /// Version 3 with bone that cannot be pushed through: the tip slides on its surface. Without bone it is version 3 to the bit.
+    /// Version 3 with impenetrable bone: the tip slides on its surface. Without bone it is
+    /// bit-identical to version 3.
     Version4,
-    /// Version 4 with damping by a spring and a dashpot, whose force does not lag behind the motion. With a time of 0 and without a window it
-    /// is version 4 to the bit.
+    /// Version 4 with damping by a spring and a dashpot, whose force does not lag behind the
+    /// motion. With a time of 0 and without a window it is bit-identical to version 4.
     Version5,
 }
 
-/// A number that no force law has.
+/// An unknown version number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("law {0} is not known: 1, 2, 3, 4 and 5 are")]
 pub struct UnknownForceLaw(pub u32);
@@ -96,29 +101,30 @@ impl From<ForceLaw> for u32 {
     }
 }
 
-/// What [`AxialParams`] is made of, unchecked.
+/// Specification of [`AxialParams`], unchecked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxialSpec {
-    /// Which version of the law.
+    /// Version of the law.
     #[serde(default)]
     pub law: ForceLaw,
     /// Layers from the surface down.
     pub layers: Vec<Layer>,
-    /// Distance from the stylet tip to the cannula rim, in m. 0 is a single contactor.
+    /// Distance from the stylet tip to the cannula rim, in m; 0 for a single contactor.
     pub tip_to_rim_m: f64,
     /// Stiffness of friction and, from version 2, of cutting before they slide, in N/m.
     pub presliding_stiffness_n_per_m: f64,
-    /// How far back speed is measured, in s, 0 to 0.05: over the newest earlier sample at least so old; 0 takes the last two samples.
-    /// Version 1 knows only 0. Speed lags by half of it.
+    /// Window of the speed measurement, in s, 0 to 0.05: from the newest earlier sample at least
+    /// this old; 0 uses the last two samples. Version 1 allows only 0. Speed lags by half of it.
     #[serde(default)]
     pub speed_window_s: f64,
-    /// Time τ of the damping's spring and dashpot, in s, 0 to 0.05; 0 is a dashpot alone. From version 5.
+    /// Time τ of the damping's spring and dashpot, in s, 0 to 0.05; 0 for a dashpot alone. From
+    /// version 5.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub damping_time_s: f64,
     /// Optional rate dependence of the thresholds.
     #[serde(default)]
     pub rate: Option<RateDependence>,
-    /// When static friction ends, in version 3.
+    /// Conditions for the end of static friction, in version 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub breakaway: Option<Breakaway>,
 }
@@ -139,17 +145,17 @@ pub struct AxialParams {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{field} = {value} {unit}: {allowed}")]
 pub struct ParamError {
-    /// Which parameter, for example `layers[1].thickness_m`.
+    /// Name of the parameter, for example `layers[1].thickness_m`.
     pub field: String,
     /// The value found.
     pub value: f64,
     /// Its unit.
     pub unit: &'static str,
-    /// What is allowed, in words.
+    /// Description of the allowed values.
     pub allowed: &'static str,
 }
 
-/// The numbers a parameter may be. The upper ends only keep squares and products finite.
+/// Allowed range of a parameter. The upper ends only keep squares and products finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Domain {
     /// 0 to 1e9.
@@ -166,7 +172,7 @@ impl Domain {
     /// Checks the value of a field.
     ///
     /// # Errors
-    /// When the value is out of the domain.
+    /// If the value is out of the domain.
     pub fn check(self, field: impl Into<String>, value: f64, unit: &'static str) -> Result<(), ParamError> {
         let (inside, allowed) = match self {
             Self::NotNegative => ((0.0..=1e9).contains(&value), "must be a number from 0 to 1e9"),

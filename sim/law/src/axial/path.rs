@@ -1,10 +1,11 @@
-//! The layers along a needle's path: where boundaries lie and what they do when tented. Shared by the step and the closed form.
+//! The layers along a needle's path: positions of the boundaries and their response when tented.
+//! Shared by the step and the closed form.
 
 use super::options::PLAIN_EDGE;
 use super::params::{AxialSpec, Layer};
 use crate::skin::Incidence;
 
-/// How many boundaries each contactor has opened; they open in order.
+/// Number of boundaries that each contactor has opened; they open in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Open {
     pub tip: usize,
@@ -19,7 +20,8 @@ pub(crate) struct TentedBoundary {
     pub energy_j: f64,
 }
 
-/// The layers laid along a path. `boundaries_m[i]` is D_i; one more entry than layers, the last being the far side.
+/// The layers along a path. `boundaries_m[i]` is D_i; one more entry than layers, the last being
+/// the far side.
 pub(crate) struct Path<'a> {
     pub layers: &'a [Layer],
     pub boundaries_m: &'a [f64],
@@ -29,18 +31,18 @@ pub(crate) struct Path<'a> {
     pub edge: [f64; 2],
 }
 
-/// Fills `boundaries_m` with the way along the needle to each boundary and to the far side.
+/// Fills `boundaries_m` with the distance along the needle to each boundary and to the far side.
 pub(crate) fn lay_boundaries(layers: &[Layer], incidence: &Incidence, boundaries_m: &mut Vec<f64>) {
     incidence.lay_layers(layers.iter().map(|layer| layer.thickness_m), boundaries_m);
 }
 
 impl<'a> Path<'a> {
-    /// The path of a specification over boundaries laid for the same incidence.
+    /// The path of a specification over boundaries computed for the same incidence.
     pub fn new(spec: &'a AxialSpec, boundaries_m: &'a [f64], incidence: Incidence) -> Self {
         Self { layers: &spec.layers, boundaries_m, tip_to_rim_m: spec.tip_to_rim_m, incidence, edge: PLAIN_EDGE }
     }
 
-    /// The same path under a needle whose edge is turned so.
+    /// The same path under another direction of the needle's edge.
     pub fn under_edge(self, edge: [f64; 2]) -> Self {
         Self { edge, ..self }
     }
@@ -51,7 +53,7 @@ impl<'a> Path<'a> {
         layer.options.sheet.map_or(k, |sheet| k * sheet.stiffness_share(self.edge))
     }
 
-    /// What a threshold of a layer is under this needle, in N.
+    /// A threshold of a layer under this needle, in N.
     pub fn threshold_n(&self, layer: &Layer, across_n: f64) -> f64 {
         layer.options.sheet.map_or(across_n, |sheet| across_n * sheet.threshold_share(self.edge))
     }
@@ -62,18 +64,19 @@ impl<'a> Path<'a> {
         };
         let w = (reach_m - depth).max(0.0);
         let (k, kappa) = (self.stiffness_n_per_m(layer), layer.options.stiffening_n_per_m2);
-        // Without κ both gain a zero, which changes no bit.
+        // Without κ both add zero, which changes no bit.
         let force_n = k * w + kappa * w * w;
         let energy_j = 0.5 * k * w * w + kappa * w * w * w / 3.0;
         TentedBoundary { deflection_m: w, force_n, energy_j }
     }
 
-    /// The boundary that the tip tents: the first it has not opened.
+    /// The boundary tented by the tip: the first that it has not opened.
     pub fn tip(&self, open: Open, x_m: f64) -> TentedBoundary {
         self.tent(open.tip, x_m)
     }
 
-    /// The boundary that the rim tents: the first it has not opened, if the tip has. A single contactor has no rim.
+    /// The boundary tented by the rim: the first that it has not opened, if the tip has. A single
+    /// contactor has no rim.
     pub fn rim(&self, open: Open, x_m: f64) -> TentedBoundary {
         if self.tip_to_rim_m > 0.0 && open.rim < open.tip {
             self.tent(open.rim, x_m - self.tip_to_rim_m)
@@ -82,18 +85,20 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// What the springs hold, U = ½ k w² + ⅓ κ w³ of tip and rim, in J.
+    /// Energy stored by the springs, U = ½ k w² + ⅓ κ w³ of tip and rim, in J.
     pub fn energy_j(&self, open: Open, x_m: f64) -> f64 {
         self.tip(open, x_m).energy_j + self.rim(open, x_m).energy_j
     }
 
-    /// Material depth s of the tip, in m: a boundary still intact is carried along instead of being passed.
+    /// Material depth s of the tip, in m: an intact boundary is carried along instead of being
+    /// passed.
     pub fn depth_m(&self, open: Open, x_m: f64) -> f64 {
         let stop = if open.tip < self.layers.len() { self.boundaries_m.get(open.tip) } else { None };
         stop.map_or(x_m, |boundary| x_m.min(*boundary)).max(0.0)
     }
 
-    /// Each layer with the length l_j = clip(s − D_j, 0, d_j) of needle inside it, in m, for a material depth s.
+    /// Each layer with the length l_j = clip(s − D_j, 0, d_j) of needle inside it, in m, for a
+    /// material depth s.
     pub fn inserted(&self, depth_m: f64) -> impl Iterator<Item = (&'a Layer, f64)> + use<'a> {
         let incidence = self.incidence;
         self.layers.iter().zip(self.boundaries_m.windows(2)).map(move |(layer, ends_m)| {
@@ -103,7 +108,7 @@ impl<'a> Path<'a> {
         })
     }
 
-    /// The layer j with D_j < s ≤ D_{j+1}; none above the skin and below the last layer.
+    /// The layer j with D_j < s ≤ D_{j+1}; `None` above the skin and below the last layer.
     pub fn layer_at(&self, depth_m: f64) -> Option<usize> {
         self.boundaries_m.windows(2).position(|pair| matches!(pair, [near, far] if *near < depth_m && depth_m <= *far))
     }

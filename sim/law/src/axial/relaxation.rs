@@ -1,11 +1,12 @@
-//! Maxwell branches beside a tent: what a held needle loses.
+//! Maxwell branches parallel to a tent: the force decay of a held needle.
 //!
-//! Each branch is a spring g k in series with a dashpot of time τ ([`super::maxwell`]). Where a contactor touches or leaves a boundary within a
-//! tick, the branch works for its part of the tick.
+//! Each branch is a spring g k in series with a dashpot of time τ ([`super::maxwell`]). If a
+//! contactor touches or leaves a boundary within a tick, the branch acts for its part of the tick.
 //!
-//! A tip that draws back faster than the tissue follows would be pulled by branches that have relaxed. Tissue does not stick to a needle:
-//! where spring and branches together would pull, the branches that do lose as much as brings the force to 0, and what they stored for it is
-//! lost. A contactor that tents nothing has no branches.
+//! A tip that retracts faster than the tissue follows would be pulled by branches that have
+//! relaxed. Tissue does not stick to a needle: if spring and branches together would pull, the
+//! pulling branches are reduced so that the force is 0, and their stored energy is lost. A
+//! contactor without a tent has no branches.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,51 +14,52 @@ use super::maxwell::Stretch;
 use super::options::{MAX_BRANCHES, MaxwellBranch};
 use super::state::Contactor;
 
-/// The branches beside one tent.
+/// The branches of one tent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Branches {
-    /// Force q of each, in N; 0 beyond those that the layer has.
+    /// Force q of each, in N; 0 for unused entries.
     pub forces_n: [f64; MAX_BRANCHES],
 }
 
-/// The branches beside the tents of both contactors.
+/// The branches of the tents of both contactors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct HeldBranches {
     pub tip: Branches,
     pub rim: Branches,
 }
 
-/// A boundary that has branches, and its stiffness under the needle, in N/m.
+/// A boundary with branches, and its stiffness under the needle, in N/m.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BranchedBoundary<'a> {
     pub branches: &'a [MaxwellBranch],
     pub stiffness_n_per_m: f64,
 }
 
-/// How a tent moved in a tick: its deflections in m and its spring's force in N at the end.
+/// Motion of a tent in a tick: its deflections in m and its spring's force in N at the end.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TentMotion {
     pub from_m: f64,
     pub to_m: f64,
-    /// Change of the displacement of the needle, in m: more than that of the tent where it is touched or left within the tick.
+    /// Displacement of the needle, in m: more than that of the tent if it is touched or left within
+    /// the tick.
     pub dx_m: f64,
     pub dt_s: f64,
     pub spring_n: f64,
 }
 
 impl Branches {
-    /// Force of all, in N.
+    /// Total force, in N.
     pub fn force_n(&self) -> f64 {
         self.forces_n.iter().sum()
     }
 
-    /// Energy that all hold beside a boundary of stiffness k, Σ q²/(2 g k), in J.
+    /// Energy stored by all branches of a boundary of stiffness k, Σ q²/(2 g k), in J.
     pub fn stored_j(&self, beside: &BranchedBoundary<'_>) -> f64 {
         let stored_j = |(branch, q): (&MaxwellBranch, &f64)| q * q / (2.0 * branch.share * beside.stiffness_n_per_m);
         beside.branches.iter().zip(&self.forces_n).map(stored_j).sum()
     }
 
-    /// Lets a tick pass; what the dashpots lost in it, in J, never negative.
+    /// Advances by a tick; returns the loss of the dashpots, in J, never negative.
     pub fn relax(&mut self, beside: &BranchedBoundary<'_>, motion: &TentMotion) -> f64 {
         if beside.branches.is_empty() || (motion.from_m <= 0.0 && motion.to_m <= 0.0) {
             *self = Self::default();
@@ -74,7 +76,7 @@ impl Branches {
         lost_j + self.let_go(beside, motion)
     }
 
-    /// Takes off what would pull the contactor; what was stored for it, in J.
+    /// Removes the part that would pull the contactor; returns its stored energy, in J.
     fn let_go(&mut self, beside: &BranchedBoundary<'_>, motion: &TentMotion) -> f64 {
         let before_j = self.stored_j(beside);
         if motion.to_m <= 0.0 {
@@ -86,7 +88,8 @@ impl Branches {
             return 0.0;
         }
         let pulling_n: f64 = self.forces_n.iter().map(|q| q.min(0.0)).sum();
-        // The rest of what pulls is the pull less what is too much of it: total_n is negative, and no more so than pulling_n.
+        // The remaining fraction of the pulling forces is the pull minus its excess: total_n is
+        // negative, and no more so than pulling_n.
         let kept = ((pulling_n - total_n) / pulling_n).clamp(0.0, 1.0);
         for q in self.forces_n.iter_mut().filter(|q| **q < 0.0) {
             *q *= kept;
@@ -95,18 +98,18 @@ impl Branches {
     }
 }
 
-/// What a tick made of the branches beside one tent.
+/// Result of a tick for the branches of one tent.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RelaxedTent {
-    /// Which boundary.
+    /// Index of the boundary.
     pub boundary: usize,
-    /// What they hold, in J.
+    /// Their stored energy, in J.
     pub stored_j: f64,
-    /// What they lost in the tick before its ruptures, in J.
+    /// Their loss in the tick before its ruptures, in J.
     pub lost_j: f64,
 }
 
-/// What a tick made of the branches beside both.
+/// Result of a tick for the branches of both tents.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RelaxedTents {
     pub held: HeldBranches,
@@ -115,17 +118,18 @@ pub(super) struct RelaxedTents {
 }
 
 impl RelaxedTents {
-    /// What all hold, in J.
+    /// Total stored energy, in J.
     pub fn stored_j(&self) -> f64 {
         self.tip.stored_j + self.rim.stored_j
     }
 
-    /// What all lost, in J.
+    /// Total loss, in J.
     pub fn lost_j(&self) -> f64 {
         self.tip.lost_j + self.rim.lost_j
     }
 
-    /// A contactor that goes through leaves its branches behind. What takes over was dented slowly, or long ago: it has relaxed.
+    /// Clears the branches of a contactor at a rupture. The next boundary was dented slowly, or
+    /// long ago: its branches have relaxed.
     pub fn give_way(&mut self, contactor: Contactor) {
         match contactor {
             Contactor::Tip => {
@@ -141,7 +145,7 @@ impl RelaxedTents {
 }
 
 impl HeldBranches {
-    /// Those of a contactor.
+    /// The branches of a contactor.
     pub fn of(&self, contactor: Contactor) -> &Branches {
         match contactor {
             Contactor::Tip => &self.tip,

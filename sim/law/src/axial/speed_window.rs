@@ -1,19 +1,20 @@
-//! Speed over a window of time. One tick of an encoder in steps of 55 µm is 55 mm/s, and most ticks bring no new position: a
-//! difference over two samples is noise there.
+//! Speed over a window of time. One tick of an encoder in steps of 55 µm is 55 mm/s, and most ticks
+//! bring no new position: a difference over two samples would be noise.
 
 use serde::{Deserialize, Serialize};
 
-/// Most samples that a window remembers: 50 ms at 10 kHz, 7.5 ms at 68 kHz. At a higher rate the window is shorter.
+/// Maximum number of samples in a window: 50 ms at 10 kHz, 7.5 ms at 68 kHz. At a higher rate the
+/// window is shorter.
 const MOST_SAMPLES: usize = 512;
 
-/// A displacement of the tip and when it was.
+/// A displacement of the tip and its time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct TimedDisplacement {
     pub t_s: f64,
     pub x_m: f64,
 }
 
-/// The samples of the last moments, oldest first, in a ring that is allocated once.
+/// The recent samples, oldest first, in a ring that is allocated once.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct SpeedWindow {
     samples: Vec<TimedDisplacement>,
@@ -22,7 +23,7 @@ pub(super) struct SpeedWindow {
 }
 
 impl SpeedWindow {
-    /// Room for the samples of a window, in s; none where it is 0.
+    /// An empty window with room for its samples; without room if `window_s`, in s, is 0.
     pub fn new(window_s: f64) -> Self {
         let capacity = if window_s > 0.0 { MOST_SAMPLES } else { 0 };
         Self { samples: vec![TimedDisplacement::default(); capacity], first: 0, count: 0 }
@@ -40,13 +41,14 @@ impl SpeedWindow {
         self.count -= 1;
     }
 
-    /// The newest sample at least `window_s` older than `t_s`, else the oldest; none before the first.
+    /// The newest sample at least `window_s` older than `t_s`, otherwise the oldest; `None` before
+    /// the first.
     pub fn reference(&self, t_s: f64, window_s: f64) -> Option<TimedDisplacement> {
         let old_enough = (1..self.count).map_while(|age| self.get(age).filter(|sample| t_s - sample.t_s >= window_s));
         old_enough.last().or_else(|| self.get(0))
     }
 
-    /// Remembers a sample, and forgets those that no later one will be measured from.
+    /// Stores a sample, and drops those that no later one will be measured from.
     pub fn push(&mut self, sample: TimedDisplacement, window_s: f64) {
         if self.samples.is_empty() {
             return;

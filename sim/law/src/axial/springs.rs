@@ -1,10 +1,12 @@
-//! Presliding springs: friction, held within ± its cap, and cutting, one-sided behind a front that is dragged.
+//! Presliding springs: friction, held within ± its cap, and cutting, one-sided behind a front that
+//! is dragged.
 //!
-//! Between two ticks the force of such a spring is piecewise linear in x, so its work is known exactly: it stores F²/(2 k), loses
-//! |F| times the way that it slid at its cap, and loses what a cap that has shrunk no longer lets it hold. Booking F Δx instead, with
-//! the force at the tick's end, made the parts depend on the tick: 4 % at 1 kHz and 16 % at 250 Hz.
+//! Between two ticks the force of such a spring is piecewise linear in x, so its work is known
+//! exactly: it stores F²/(2 k), loses |F| times the distance that it slid at its cap, and loses the
+//! stored energy that a smaller cap no longer allows. Booking F Δx instead, with the force at the
+//! tick's end, made the parts depend on the tick: 4 % at 1 kHz and 16 % at 250 Hz.
 
-/// What a presliding spring did in a tick.
+/// Energy balance of a presliding spring in a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct SpringWork {
     /// Work of the hand on it, in J.
@@ -13,18 +15,18 @@ pub(super) struct SpringWork {
     pub lost_j: f64,
 }
 
-/// The forces of a presliding spring at both ends of a tick, and the way between.
+/// The forces of a presliding spring at both ends of a tick, and its sliding.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SpringTick {
     /// Stiffness k, in N/m.
     pub stiffness_n_per_m: f64,
     /// Force at the last tick, in N.
     pub before_n: f64,
-    /// Force at the last tick that the cap of this one lets it hold, in N.
+    /// Force at the last tick, clamped to the cap of this one, in N.
     pub kept_n: f64,
     /// Force at this tick, in N.
     pub after_n: f64,
-    /// How far the spring's far end slid, in m: Δx less the change of `kept_n` to `after_n` over k.
+    /// Sliding of the spring's far end, in m: Δx minus the change of `kept_n` to `after_n` over k.
     pub slid_m: f64,
 }
 
@@ -36,8 +38,9 @@ impl SpringTick {
 
     /// Work and loss of the tick.
     ///
-    /// A spring that relaxes while its cap shrinks slides "backwards" in this account: the hand gets back cap times the way, out of
-    /// what the shrinking lost, of which it is at most the half; so the loss is never negative. The floor removes round-off.
+    /// A spring that relaxes while its cap shrinks slides "backwards" in this balance: the hand
+    /// receives cap times the distance, out of the loss by shrinking, of which it is at most half;
+    /// so the loss is never negative. The floor removes round-off.
     pub fn integrate(&self) -> SpringWork {
         let stored_j = |force_n| Self::stored_j(self.stiffness_n_per_m, force_n);
         let slid_j = self.after_n * self.slid_m;
@@ -54,7 +57,7 @@ impl SpringTick {
 pub(super) struct Cut {
     /// Force, in N.
     pub force_n: f64,
-    /// Where the front x_cut is now, in m; none before the skin is open.
+    /// Current position of the front x_cut, in m; `None` before the skin is open.
     pub front_m: Option<f64>,
 }
 

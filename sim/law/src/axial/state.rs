@@ -1,4 +1,4 @@
-//! What goes in and out of a step, and what lasts between steps.
+//! Input, output and state of a step.
 
 use phrase::{Phrase, phrase};
 use serde::{Deserialize, Serialize};
@@ -12,10 +12,11 @@ use super::speed_window::SpeedWindow;
 use crate::ledger::Ledger;
 use crate::skin::Incidence;
 
-/// Samples closer than this are the same instant, in s: recordings count nanoseconds, and a velocity over less is noise.
+/// Samples closer than this count as the same instant, in s: recordings count nanoseconds, and a
+/// velocity over less is noise.
 const MIN_TICK_S: f64 = 1e-9;
 
-/// Which of the two contactors.
+/// One of the two contactors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Contactor {
@@ -26,7 +27,7 @@ pub enum Contactor {
 }
 
 impl Contactor {
-    /// As ids and files have it.
+    /// Name in ids and files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -35,8 +36,8 @@ impl Contactor {
         }
     }
 
-    /// What a pop is called everywhere: by the layer that the contactor has got into. The boundary that gave way is that layer's upper one, so
-    /// whoever is told of it must hear the name of what lies under it, not of what was left.
+    /// Describes a pop by the layer that the contactor entered. The ruptured boundary is that
+    /// layer's upper one, so messages must name the layer below it, not the one that was left.
     #[must_use]
     pub fn into_layer(self, layer: impl Into<Phrase>) -> Phrase {
         let layer: Phrase = layer.into();
@@ -47,7 +48,7 @@ impl Contactor {
     }
 }
 
-/// Where a boundary stands, as in the paper.
+/// Stage of a boundary, as in the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PiercingStage {
     /// The tip has not reached the boundary.
@@ -65,16 +66,16 @@ pub enum PiercingStage {
 /// One rupture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rupture {
-    /// Which contactor went through.
+    /// The contactor that passed.
     pub contactor: Contactor,
-    /// Which boundary, from 0 at the surface.
+    /// Index of the boundary, from 0 at the surface.
     pub boundary: usize,
     /// The contactor's own elastic force just before, in N.
     pub force_n: f64,
     /// Axial displacement of the tip, in m.
     pub x_m: f64,
-    /// Drop of the total elastic energy at this rupture, U_before − U_after, in J. Within a cascade one member may
-    /// be negative: what takes over was tented deeper than what gave way.
+    /// Drop of the total elastic energy at this rupture, U_before − U_after, in J. Within a cascade
+    /// one member may be negative: the next boundary was tented deeper than the ruptured one.
     pub dissipated_j: f64,
 }
 
@@ -85,7 +86,7 @@ pub struct AxialInput {
     pub t_s: f64,
     /// Axial displacement of the tip from the skin, in m.
     pub x_m: f64,
-    /// How the needle's line meets the layers.
+    /// Incidence of the needle's line on the layers.
     pub incidence: Incidence,
 }
 
@@ -94,9 +95,9 @@ pub struct AxialInput {
 pub struct AxialOutput {
     /// Speed of x over the scene's window, in m/s; without a window the backward difference.
     pub v_m_per_s: f64,
-    /// Force of the boundary the tip tents, in N: of its spring and of its branches.
+    /// Force of the boundary tented by the tip, in N: of its spring and of its branches.
     pub tip_n: f64,
-    /// Force of the boundary the rim tents, in N, likewise.
+    /// Force of the boundary tented by the rim, in N: of its spring and of its branches.
     pub rim_n: f64,
     /// Viscous force, in N.
     pub viscous_n: f64,
@@ -106,7 +107,8 @@ pub struct AxialOutput {
     pub cutting_n: f64,
     /// Material depth of the tip, in m, ≥ 0.
     pub depth_m: f64,
-    /// A bad input (non-finite, or time not increasing) was held: forces are those of the last good sample's state.
+    /// Whether an invalid input (non-finite, or time not increasing) was ignored: forces are those
+    /// of the last good sample's state.
     pub held: bool,
 }
 
@@ -118,35 +120,38 @@ pub(super) struct LastSample {
     pub output: AxialOutput,
 }
 
-/// All that must be saved to continue: one puncture track and the last sample.
+/// The complete state, sufficient to continue: one puncture track and the last sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxialState {
-    /// How many boundaries the tip has opened on this track; they open in order.
+    /// Number of boundaries that the tip has opened on this track; they open in order.
     pub tip_open: usize,
-    /// How many boundaries the rim has opened on this track. Stays 0 for a single contactor.
+    /// Number of boundaries that the rim has opened on this track. Stays 0 for a single contactor.
     pub rim_open: usize,
-    /// Deepest material depth that the tip has reached on this track, in m along the path. Version 1 cuts below it.
+    /// Maximum material depth of the tip on this track, in m along the path. Version 1 cuts below
+    /// it.
     pub deepest_m: f64,
-    /// Cutting front x_cut of this track, in m along the path; none before the skin is open. Version 2 cuts in front of it.
+    /// Cutting front x_cut of this track, in m along the path; `None` before the skin is open.
+    /// Version 2 cuts in front of it.
     #[serde(default)]
     pub front_m: Option<f64>,
-    /// Energy so far.
+    /// Energies so far.
     pub ledger: Ledger,
-    /// The last good sample; none before the first.
+    /// The last good sample; `None` before the first.
     pub(super) last: Option<LastSample>,
-    /// Earlier samples that speed is measured from.
+    /// Earlier samples from which speed is measured.
     #[serde(default)]
     pub(super) window: SpeedWindow,
-    /// Forces of the branches beside the tents. Version 3.
+    /// Forces of the branches of the tents. Version 3.
     #[serde(default)]
     pub(super) held: HeldBranches,
-    /// Where the shaft is between static and kinetic friction. Version 3.
+    /// State between static and kinetic friction. Version 3.
     #[serde(default)]
     pub(super) adhesion: Adhesion,
     /// Σ b_j l_j at the last good sample, in N·s/m. Version 5.
     #[serde(default)]
     pub(super) damping_n_s_per_m: f64,
-    /// Direction of the needle's edge in the plane of the skin, of unit length: latched with its axis. Version 3.
+    /// Direction of the needle's edge in the plane of the skin, of unit length: latched with its
+    /// axis. Version 3.
     #[serde(default = "plain_edge")]
     pub edge: [f64; 2],
 }
@@ -155,12 +160,12 @@ fn plain_edge() -> [f64; 2] {
     PLAIN_EDGE
 }
 
-/// Where the law stands: what is open, and the forces.
+/// State of the law: open boundaries and forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxialStanding {
-    /// How many boundaries the tip has opened.
+    /// Number of boundaries that the tip has opened.
     pub tip_open: usize,
-    /// How many boundaries the rim has opened.
+    /// Number of boundaries that the rim has opened.
     pub rim_open: usize,
     /// The forces.
     pub output: AxialOutput,
@@ -169,16 +174,17 @@ pub struct AxialStanding {
 /// Reused between steps, never saved.
 #[derive(Clone, Debug, Default)]
 pub struct AxialScratch {
-    /// Ruptures of the last step, in the order resolved. Capacity for every boundary twice, so a step never allocates.
+    /// Ruptures of the last step, in the order resolved. Capacity for every boundary twice, so a
+    /// step never allocates.
     pub ruptures: Vec<Rupture>,
     /// D_i along the path of the current step, in m.
     pub(super) boundaries_m: Vec<f64>,
-    /// How the layers were met in the current step.
+    /// Incidence on the layers in the current step.
     pub(super) incidence: Incidence,
 }
 
 impl AxialState {
-    /// A needle that has touched nothing.
+    /// The state before any contact.
     #[must_use]
     pub fn new(params: &AxialParams) -> Self {
         let layers = params.spec().layers.len();
@@ -203,7 +209,7 @@ impl AxialState {
         self.last.map_or_else(AxialOutput::default, |last| last.output)
     }
 
-    /// Where the law stands at the last good sample.
+    /// State of the law at the last good sample.
     #[must_use]
     pub fn standing(&self) -> AxialStanding {
         AxialStanding { tip_open: self.tip_open, rim_open: self.rim_open, output: self.last_output() }
@@ -232,7 +238,8 @@ impl AxialScratch {
         }
     }
 
-    /// Where each boundary rests along the path of the last step, and the far side, in m. Empty before the first step.
+    /// Resting positions of the boundaries along the path of the last step, and of the far side, in
+    /// m. Empty before the first step.
     #[must_use]
     pub fn boundaries_m(&self) -> &[f64] {
         &self.boundaries_m
@@ -240,7 +247,8 @@ impl AxialScratch {
 }
 
 impl AxialOutput {
-    /// The axial force, in N: the sum of the parts in the order tip, rim, viscous, friction, cutting.
+    /// The axial force, in N: the sum of the parts in the order tip, rim, viscous, friction,
+    /// cutting.
     #[must_use]
     pub fn total_n(&self) -> f64 {
         self.tip_n + self.rim_n + self.viscous_n + self.friction_n + self.cutting_n

@@ -11,12 +11,12 @@ use super::speed_window::TimedDisplacement;
 use super::springs::{Cut, SpringTick, SpringWork, cut};
 use super::state::{AxialInput, AxialOutput, AxialScratch, AxialStanding, AxialState, Contactor, LastSample, Rupture};
 
-/// A displacement beyond this, in m, is a broken device, not a needle.
+/// A displacement beyond this, in m, indicates a broken device.
 const MAX_DISPLACEMENT_M: f64 = 1e3;
-/// Largest path factor, 1/cos θ.
+/// Maximum path factor, 1/cos θ.
 const MAX_PATH_FACTOR: f64 = 1e3;
 
-/// How an accepted sample moved: since the last one, and over the scene's window of speed.
+/// Motion of an accepted sample: since the last one, and over the scene's window of speed.
 struct AxialMotion {
     dx_m: f64,
     /// Time since the last sample, in s.
@@ -24,16 +24,17 @@ struct AxialMotion {
     v_m_per_s: f64,
 }
 
-/// Where a tick stands once its ruptures are resolved.
+/// A tick with its ruptures resolved.
 struct ResolvedTick {
     open: Open,
     x_m: f64,
     motion: AxialMotion,
-    /// What is left of the branches.
+    /// The remaining branches.
     held: HeldBranches,
 }
 
-/// One step of the axial law. A bad input changes nothing: the last output comes back, marked as held.
+/// One step of the axial law. An invalid input changes nothing: the last output is returned, marked
+/// as held.
 pub fn step(
     params: &AxialParams,
     state: &mut AxialState,
@@ -56,7 +57,8 @@ pub fn step(
     let elastic_work_j = dented_j - state.ledger.elastic_j() + relaxed.lost_j();
     let thresholds = Thresholds { rate: spec.rate, speed_m_per_s: motion.v_m_per_s.abs() };
     let mut open = state.open();
-    // Withdrawal ruptures nothing. Without rate dependence this changes no bit: what a lesser tent could open is open.
+    // Withdrawal ruptures nothing. Without rate dependence this changes no bit: any boundary that a
+    // smaller tent could open is open.
     if motion.dx_m >= 0.0 {
         open = open_reached_boundaries(&Tenting { path: &path, x_m, at: &thresholds }, open, &mut relaxed, ruptures);
     }
@@ -89,7 +91,7 @@ pub fn step(
     output
 }
 
-/// What the presliding springs hold, in J. Version 1 has no spring that cuts.
+/// Energy stored by the presliding springs, in J. Version 1 has no cutting spring.
 fn stored_energy_j(spec: &AxialSpec, output: &AxialOutput) -> f64 {
     let spring_j = |force_n| SpringTick::stored_j(spec.presliding_stiffness_n_per_m, force_n);
     match spec.law {
@@ -100,10 +102,12 @@ fn stored_energy_j(spec: &AxialSpec, output: &AxialOutput) -> f64 {
     }
 }
 
-/// What the law would say `dt_s` after the last good sample if the needle kept its velocity; changes nothing.
+/// Predicts the output `dt_s` after the last good sample if the needle kept its velocity; changes
+/// no state.
 ///
-/// For whoever sees the law's samples at a lower rate: boundaries that would give way in between do so in the answer.
-/// `scratch` is that of the last step. The ruptures foreseen are left in it.
+/// For consumers that receive the law's samples at a lower rate: boundaries that would rupture in
+/// between do so in the prediction. `scratch` is that of the last step. The predicted ruptures are
+/// left in it.
 #[must_use]
 pub fn forecast_standing(
     params: &AxialParams,
@@ -130,7 +134,8 @@ pub fn forecast_standing(
     AxialStanding { tip_open: open.tip, rim_open: open.rim, output }
 }
 
-/// The motion since the last good sample, or none when this one is not to be believed. Both differences are 0 on the first.
+/// The motion since the last good sample, or `None` for an implausible one. Both differences are 0
+/// on the first.
 fn accept_motion(params: &AxialParams, state: &AxialState, input: &AxialInput) -> Option<AxialMotion> {
     let believable = state.is_later(input.t_s)
         && input.x_m.abs() <= MAX_DISPLACEMENT_M
@@ -148,8 +153,8 @@ fn accept_motion(params: &AxialParams, state: &AxialState, input: &AxialInput) -
     })
 }
 
-/// Lets the branches beside both tents come to the end of a tick, before its ruptures. The first sample comes out of nowhere: what it
-/// finds tented has relaxed.
+/// Advances the branches of both tents to the end of a tick, before its ruptures. At the first
+/// sample existing tents have relaxed.
 fn relax_tents(path: &Path<'_>, state: &AxialState, x_m: f64, motion: &AxialMotion) -> RelaxedTents {
     let open = state.open();
     let mut relaxed = RelaxedTents { held: state.held, ..RelaxedTents::default() };
@@ -191,15 +196,15 @@ impl Thresholds {
     }
 }
 
-/// What a tick's ruptures are judged by.
+/// Inputs of the rupture checks of a tick.
 struct Tenting<'a> {
     path: &'a Path<'a>,
     x_m: f64,
     at: &'a Thresholds,
 }
 
-/// Opens every boundary whose threshold is reached: tips in boundary order, then rims. Each pass of the inner loop
-/// opens one boundary, so it is bounded by the number of layers.
+/// Opens every boundary whose threshold is reached: tips in boundary order, then rims. Each pass of
+/// the inner loop opens one boundary, so it is bounded by the number of layers.
 fn open_reached_boundaries(
     tenting: &Tenting<'_>,
     mut open: Open,
@@ -217,7 +222,7 @@ fn open_reached_boundaries(
 }
 
 impl Tenting<'_> {
-    /// The rupture that a contactor causes, if any, and what is open after it.
+    /// The rupture that a contactor causes, if any, and the open boundaries after it.
     fn next_rupture(&self, open: Open, relaxed: &RelaxedTents, contactor: Contactor) -> Option<(Rupture, Open)> {
         let Self { path, x_m, at } = *self;
         let (boundary, tent, stored_j) = match contactor {
@@ -241,7 +246,7 @@ impl Tenting<'_> {
     }
 }
 
-/// The forces of a tick, and what its dashpots and presliding springs did.
+/// The forces of a tick, and the work of its dashpots and presliding springs.
 struct Forces {
     output: AxialOutput,
     /// The cutting front, in m.
@@ -269,7 +274,7 @@ fn forces_after_ruptures(params: &AxialParams, path: &Path<'_>, state: &AxialSta
     let (Cut { force_n: cutting_n, front_m }, cutting) = cut_tissue(params, path, state, at);
     let output = AxialOutput {
         v_m_per_s: at.motion.v_m_per_s,
-        // What the branches pull is let go of but for round-off.
+        // The pull of the branches has been removed up to round-off.
         tip_n: (path.tip(at.open, at.x_m).force_n + at.held.tip.force_n()).max(0.0),
         rim_n: (path.rim(at.open, at.x_m).force_n + at.held.rim.force_n()).max(0.0),
         viscous_n: damped.force_n,
@@ -281,7 +286,7 @@ fn forces_after_ruptures(params: &AxialParams, path: &Path<'_>, state: &AxialSta
     Forces { output, front_m, damping_n_s_per_m, damped, friction, adhesion, cutting }
 }
 
-/// Damping, by the law of the scene, of a shaft on which Σ b_j l_j acts.
+/// Damping of a shaft with Σ b_j l_j, by the version of the scene.
 fn damp(params: &AxialParams, state: &AxialState, at: &ResolvedTick, damping_n_s_per_m: f64) -> Damped {
     let spec = params.spec();
     if spec.law < ForceLaw::Version5 {
@@ -300,7 +305,7 @@ fn damp(params: &AxialParams, state: &AxialState, at: &ResolvedTick, damping_n_s
     tick.advance()
 }
 
-/// Friction, by the law of the scene: a presliding spring within a cap.
+/// Friction, by the version of the scene: a presliding spring within a cap.
 fn friction_force(params: &AxialParams, state: &AxialState, at: &ResolvedTick, caps: FrictionCaps) -> Slid {
     let spec = params.spec();
     let stiffness_n_per_m = spec.presliding_stiffness_n_per_m;
@@ -316,7 +321,7 @@ fn friction_force(params: &AxialParams, state: &AxialState, at: &ResolvedTick, c
     spec.breakaway.as_ref().map_or_else(|| tick.slide(), |breakaway| tick.slide_with(breakaway, state.adhesion))
 }
 
-/// Cutting, by the law of the scene.
+/// Cutting, by the version of the scene.
 fn cut_tissue(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &ResolvedTick) -> (Cut, SpringWork) {
     let depth_m = path.depth_m(at.open, at.x_m);
     let cap_n = path.layer_at(depth_m).and_then(|layer| path.layers.get(layer)).map_or(0.0, |layer| layer.cutting_n);
@@ -334,7 +339,8 @@ fn cut_tissue(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &Re
     }
 }
 
-/// The cutting spring from version 2 on. Its front begins where the needle is in the tick that opens the skin.
+/// The cutting spring from version 2 on. Its front starts at the needle's position in the tick that
+/// opens the skin.
 fn drag_front(params: &AxialParams, state: &AxialState, at: &ResolvedTick, cap_n: f64) -> (Cut, SpringWork) {
     let stiffness_n_per_m = params.spec().presliding_stiffness_n_per_m;
     let before_m = if state.tip_open == 0 && at.open.tip > 0 { Some(at.x_m) } else { state.front_m };

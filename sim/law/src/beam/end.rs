@@ -1,7 +1,8 @@
-//! The functions of an inserted beam's ends.
+//! Functions of the ends of an inserted beam.
 
-/// With x = βs and y = 2x, a beam with free ends under a force V and a moment M at one of them shows there
-/// w = (2β/k)(B V − β C M)/A and w' = (2β²/k)(−C V + 2β D M)/A, and at its other end w = (2β/k)(E V + 2β G M)/A, where
+/// With x = βs and y = 2x, a beam with free ends under a force V and a moment M at one of them
+/// shows there w = (2β/k)(B V − β C M)/A and w' = (2β²/k)(−C V + 2β D M)/A, and at its other end w
+/// = (2β/k)(E V + 2β G M)/A, where
 ///
 /// ```text
 /// A = sinh²x − sin²x             B = sinh x cosh x − sin x cos x     C = sinh²x + sin²x
@@ -18,19 +19,22 @@ pub(super) struct End {
     pub g: f64,
 }
 
-/// Up to this y the series are used: the closed forms cancel, A ~ y⁴/24 being left of numbers of size 1.
+/// Largest y for which the series are used: the closed forms cancel, A ~ y⁴/24 being the difference
+/// of numbers of size 1.
 const SERIES_UP_TO: f64 = 2.0;
-/// Terms of the series: at y = 2 the seventh of the slowest, A's, is 2⁻²⁸·10⁻¹⁶ of the first.
+/// Number of terms of the series: at y = 2 the seventh of the slowest, A's, is 2⁻²⁸·10⁻¹⁶ of the
+/// first.
 const TERMS: i32 = 7;
 
 impl End {
-    /// For y = 2βs, above 0 and finite.
+    /// Evaluates the functions for y = 2βs, above 0 and finite.
     pub fn new(y: f64) -> Self {
         if y < SERIES_UP_TO { Self::series(y) } else { Self::closed(y) }
     }
 
-    /// A = Σ y⁴ᵐ/(4m)! from m = 1; C, B and D the same of 4m − 2, 4m − 1 and 4m − 3. E and G are the parts of sinh and cosh
-    /// of (1 + i)x: E = −Σ 4 (−4)ᵐ x⁴ᵐ⁺³/(4m + 3)!, G = Σ 2 (−4)ᵐ x⁴ᵐ⁺²/(4m + 2)!, from m = 0.
+    /// A = Σ y⁴ᵐ/(4m)! from m = 1; C, B and D the same of 4m − 2, 4m − 1 and 4m − 3. E and G are
+    /// the parts of sinh and cosh of (1 + i)x: E = −Σ 4 (−4)ᵐ x⁴ᵐ⁺³/(4m + 3)!, G = Σ 2 (−4)ᵐ
+    /// x⁴ᵐ⁺²/(4m + 2)!, from m = 0.
     fn series(y: f64) -> Self {
         let x = 0.5 * y;
         let (mut end, mut wide, mut narrow, mut sign) =
@@ -55,7 +59,8 @@ impl End {
         end
     }
 
-    /// The closed forms times exp(−y), so that nothing overflows: a long needle's far end does not feel the hand.
+    /// The closed forms times exp(−y), so that nothing overflows: the far end of a long needle is
+    /// not affected by the hand.
     fn closed(y: f64) -> Self {
         let x = 0.5 * y;
         let p = libm::exp(-x);

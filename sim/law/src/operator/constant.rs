@@ -15,7 +15,7 @@ impl Constant {
         Self { plan: *plan, speed_m_per_s, elapsed_s: 0.0, confirmed: false }
     }
 
-    /// Advances and answers the pose; confirms in the tick that ends the hold.
+    /// Advances and returns the pose; confirms in the tick that ends the hold.
     pub fn advance(&mut self, dt_s: f64) -> Motion {
         self.elapsed_s += dt_s;
         let way_m = self.plan.target_x_m + self.plan.approach_m;

@@ -1,19 +1,20 @@
-//! Seeded draws. An own Gaussian over the generator's raw bits, so that no library update can change recorded attempts.
+//! Seeded random draws, with an own Gaussian over the generator's raw bits, so that no library
+//! update can change recorded attempts.
 
 use rand_core::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
-/// Draws farther out than this many standard deviations are cut off: a hand is clumsy, not absurd.
+/// Clamp of the normal draws, in standard deviations: a hand is clumsy, not absurd.
 const CUT_SD: f64 = 3.0;
 
-/// Seeded draws of virtual hands and of measurements.
+/// Seeded draws for virtual hands and measurements.
 #[derive(Clone, Debug)]
 pub struct Draw {
     bits: Pcg64,
 }
 
 impl Draw {
-    /// The draws of a seed, from the first on.
+    /// Starts the sequence of a seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self { bits: Pcg64::seed_from_u64(seed) }
@@ -25,7 +26,7 @@ impl Draw {
         ((self.bits.next_u64() >> 11) + 1) as f64 * SCALE
     }
 
-    /// Normal, mean 0, within three standard deviations (Box and Muller 1958).
+    /// Normal with mean 0, clamped to three standard deviations (Box and Muller 1958).
     pub fn normal(&mut self, sd: f64) -> f64 {
         let radius = libm::sqrt(-2.0 * libm::log(self.uniform()));
         let angle = core::f64::consts::TAU * self.uniform();

@@ -1,10 +1,11 @@
-//! How firmly the hand holds: a hard push brings the other hand, and the stiffness follows the force.
+//! Stiffness of the grip: it follows the force, and a hard push brings in the other hand.
 //!
-//! An arm's stiffness grows about in proportion to the force it exerts (Gomi and Osu 1998). Needles that need much force are
-//! pushed with two hands that rest on the body. The grip tightens within a tenth of a second and loosens slowly, so that a drop
-//! of force meets the stiffness that the push had.
+//! An arm's stiffness grows about in proportion to the force it exerts (Gomi and Osu 1998). Needles
+//! that need much force are pushed with two hands that rest on the body. The grip tightens within a
+//! tenth of a second and loosens slowly, so that a drop of the force occurs at the stiffness of the
+//! push.
 
-/// A push, in N, at which the other hand joins, and one at which both are braced (choice).
+/// Push, in N, at which the other hand joins, and at which both are braced (choice).
 const BRACING_N: (f64, f64) = (3.5, 8.0);
 /// Time constant of tightening, in s (choice, near the electromechanical delay of muscle).
 const TIGHTENING_S: f64 = 0.1;
@@ -16,17 +17,17 @@ const LOOSENING_S: f64 = 1.0;
 pub(super) struct Grip {
     light_n_per_m: f64,
     brace_n_per_m: f64,
-    /// Now, in N/m.
+    /// The current stiffness, in N/m.
     pub stiffness_n_per_m: f64,
 }
 
 impl Grip {
-    /// A light grip, with what bracing adds, both in N/m.
+    /// A light grip, with the stiffness that bracing adds, both in N/m.
     pub fn new(light_n_per_m: f64, brace_n_per_m: f64) -> Self {
         Self { light_n_per_m, brace_n_per_m, stiffness_n_per_m: light_n_per_m }
     }
 
-    /// Follows a push, in N, for `dt_s`. Returns the old stiffness over the new.
+    /// Follows a push, in N, for `dt_s`. Returns the old stiffness divided by the new.
     pub fn follow(&mut self, dt_s: f64, push_n: f64) -> f64 {
         let (from_n, to_n) = BRACING_N;
         let braced = ((push_n - from_n) / (to_n - from_n)).clamp(0.0, 1.0);

@@ -1,63 +1,68 @@
-//! What the operator wants, tick by tick: approach, insert, react to pops, redirect off bone, settle at the target, hold, confirm, withdraw.
+//! The operator's intention, tick by tick: approach, insert, react to pops, redirect off bone,
+//! settle at the target, hold, confirm, withdraw.
 //!
 //! The choices below are ours: the literature gives the hand and its reaction time, not a script.
 
 use super::pace::Pace;
 use super::pop::PopSense;
 
-/// Speed through the air and out of the body, in m/s, where the insertion is slower.
+/// Speed in the air and while withdrawing, in m/s, if the insertion is slower.
 const TRAVEL_M_PER_S: f64 = 0.010;
-/// Distance above the skin at which the insertion speed is taken up, in m.
+/// Height above the skin at which the insertion speed begins, in m.
 const SLOW_ABOVE_M: f64 = 0.002;
-/// From this far before the goal a careful hand slows down, in m.
+/// Distance before the goal at which a careful hand slows down, in m.
 const NEAR_M: f64 = 0.006;
-/// How many times its reaction time a mind takes that was elsewhere.
+/// Factor on the reaction time during a lapse of attention.
 const ABSENT: f64 = 2.0;
-/// Hardest push, in N: beyond it the set-point waits.
+/// Hardest push, in N: above it the set-point waits.
 const MAX_PUSH_N: f64 = 25.0;
-/// After pushing that hard without getting on for this long, in s, the operator gives up and confirms where the needle is.
+/// Duration of such a push without progress, in s, after which the operator gives up and confirms
+/// at the present position.
 const GIVE_UP_S: f64 = 3.0;
-/// Depth errors the operator lets be, in m.
+/// Depth error that the operator accepts, in m.
 const GOOD_ENOUGH_M: f64 = 0.0003;
-/// Longest time spent on correcting the depth, in s.
+/// Maximum time spent on correcting the depth, in s.
 const SETTLE_S: f64 = 6.0;
-/// How fast a seen depth error is corrected, per second.
+/// Rate at which a visible depth error is corrected, per second.
 const CORRECTION_PER_S: f64 = 1.5;
-/// The set-point has been back at the start for this long, in s: done, wherever the needle hangs.
+/// Time after which an operator whose set-point is back at the start is done, in s, at any position
+/// of the needle.
 const STUCK_S: f64 = 3.0;
 
-/// How often the operator redirects off bone before it gives up.
+/// Maximum number of redirections off bone before the operator gives up.
 const MAX_REDIRECTS: u32 = 3;
-/// How fast a hand lets go of what it pushes on, per second.
+/// Rate at which a hand releases its push, per second.
 const LET_GO_PER_S: f64 = 5.0;
-/// Distance above the skin at which a needle is turned, in m: inside, the tissue would hold it.
+/// Height above the skin at which a needle is turned, in m: inside, the tissue would hold it.
 const CLEAR_M: f64 = 0.003;
-/// How long looking again and leaning the needle takes, in s.
+/// Duration of re-aiming and turning the needle, in s.
 const TURN_S: f64 = 1.5;
 
 /// The operator's aims, drawn once for an attempt.
 #[derive(Clone, Debug)]
 pub(super) struct IntentAim {
-    /// Where the operator believes the target to be, in m along the axis.
+    /// Depth of the target as estimated by the operator, in m along the axis.
     pub goal_m: f64,
     pub approach_m: f64,
     pub hold_s: f64,
     pub speed_m_per_s: f64,
-    /// How evenly it advances.
+    /// Modulation of the speed.
     pub pace: Pace,
-    /// Part of the speed kept at the goal.
+    /// Fraction of the speed kept at the goal.
     pub care: f64,
     pub reaction_s: f64,
-    /// A bit for each felt pop, from the lowest: the mind is elsewhere. A pop after the last is met awake.
+    /// One bit for each felt pop, from the lowest: a lapse of attention. No lapses after the last
+    /// bit.
     pub lapses: u64,
     /// Halt after a felt pop, in s.
     pub pause_s: f64,
-    /// Push on bone before it is believed, in N.
+    /// Push on bone before it is recognised, in N.
     pub bone_push_n: f64,
 }
 
 impl IntentAim {
-    /// Speed of the set-point, in m/s, at a time in s and a displacement in m, both as the operator knows them.
+    /// Speed of the set-point, in m/s, at a time in s and a displacement in m, both as the operator
+    /// perceives them.
     fn pace_m_per_s(&self, t_s: f64, x_m: f64) -> f64 {
         let near = 1.0 - ((self.goal_m - x_m) / NEAR_M).clamp(0.0, 1.0);
         self.speed_m_per_s * self.pace.at(t_s) * (1.0 - near * (1.0 - self.care))
@@ -67,9 +72,9 @@ impl IntentAim {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum IntentPhase {
     Insert,
-    /// Off bone and out of the skin.
+    /// Withdraws off bone and out of the skin.
     Redirect,
-    /// Leans the needle anew.
+    /// Turns the needle to a new line.
     Turn,
     Settle,
     Hold,
@@ -77,46 +82,47 @@ enum IntentPhase {
     Done,
 }
 
-/// What the hand feels and sees in a tick.
+/// Perceptions of the hand and the eye in a tick.
 #[derive(Clone, Copy)]
 pub(super) struct Sensed {
     pub dt_s: f64,
-    /// Displacement of the hand, in m: where the tip is, but for the tremor that the eye averages out.
+    /// Displacement of the hand, in m: that of the tip without the tremor, which the eye averages
+    /// out.
     pub x_m: f64,
     /// Displacement of the tip itself, in m, at which the force was felt.
     pub tip_x_m: f64,
     pub force_n: f64,
-    /// How hard bone pushes on the tip, in N.
+    /// Push of bone on the tip, in N.
     pub bone_n: f64,
     /// Stiffness of the grip, in N/m.
     pub stiffness_n_per_m: f64,
 }
 
-/// What the operator does in a tick.
+/// Actions of the operator in a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Act {
     pub set_point_m: f64,
     pub speed_m_per_s: f64,
-    /// Share of the turn to another line that is done; 0 in the tick that chooses the line.
+    /// Completed fraction of the turn to another line; 0 in the tick that chooses the line.
     pub turned: Option<f64>,
     pub confirm: bool,
     pub done: bool,
 }
 
-/// The operator's mind.
+/// The operator's state of mind.
 #[derive(Clone, Debug)]
 pub(super) struct Intent {
     aim: IntentAim,
     phase: IntentPhase,
     t_s: f64,
-    /// When the phase began, in s.
+    /// Start of the phase, in s.
     since_s: f64,
     set_point_m: f64,
     pops: PopSense,
-    /// When a reaction takes effect, in s: to a pop, and to having reached the goal.
+    /// Time at which a reaction takes effect, in s: to a pop, and to reaching the goal.
     halt_at_s: f64,
     stop_at_s: f64,
-    /// When the operator reacts to bone, in s.
+    /// Time at which the operator reacts to bone, in s.
     bone_at_s: f64,
     redirects: u32,
     stalled_s: f64,
@@ -162,8 +168,8 @@ impl Intent {
         }
     }
 
-    /// The grip has changed with the hand at `x_m`: the set-point moves so that the push stays. `slackening` is the old stiffness
-    /// over the new.
+    /// Moves the set-point so that the push stays constant after a change of the grip, with the
+    /// hand at `x_m`. `slackening` is the old stiffness divided by the new.
     pub fn keep_push(&mut self, x_m: f64, slackening: f64) {
         self.set_point_m = x_m + (self.set_point_m - x_m) * slackening;
     }
@@ -205,7 +211,7 @@ impl Intent {
         self.aim.pace_m_per_s(self.t_s, sensed.x_m)
     }
 
-    /// Whether bone was felt, a reaction time ago.
+    /// Whether bone was felt at least one reaction time ago.
     fn meets_bone(&mut self, sensed: &Sensed) -> bool {
         if sensed.bone_n >= self.aim.bone_push_n && self.bone_at_s.is_infinite() {
             self.bone_at_s = self.t_s + self.aim.reaction_s;
@@ -213,7 +219,7 @@ impl Intent {
         self.t_s >= self.bone_at_s
     }
 
-    /// Redirects, or gives up and confirms where the needle is.
+    /// Redirects, or gives up and confirms at the present position.
     fn leave_bone(&mut self) -> f64 {
         let gives_up = self.redirects >= MAX_REDIRECTS;
         self.stop_at_s = f64::INFINITY;
@@ -221,7 +227,7 @@ impl Intent {
         0.0
     }
 
-    /// Draws the needle out of the skin.
+    /// Withdraws the needle from the skin.
     fn redirect(&mut self, sensed: &Sensed) -> f64 {
         if sensed.x_m > -CLEAR_M {
             return self.let_go_m_per_s(sensed) - self.travel_m_per_s();
@@ -231,12 +237,12 @@ impl Intent {
         0.0
     }
 
-    /// Speed of a set-point that gives up its push, in m/s.
+    /// Speed of a set-point that releases its push, in m/s.
     fn let_go_m_per_s(&self, sensed: &Sensed) -> f64 {
         (LET_GO_PER_S * (sensed.x_m - self.set_point_m)).min(0.0)
     }
 
-    /// Waits until the needle leans as it is to, and begins anew.
+    /// Waits for the end of the turn, and starts the insertion again.
     fn turn(&mut self) -> f64 {
         if self.t_s - self.since_s >= TURN_S {
             self.pops = PopSense::new();
@@ -250,14 +256,14 @@ impl Intent {
         (self.phase == IntentPhase::Turn).then(|| ((self.t_s - self.since_s) / TURN_S).min(1.0))
     }
 
-    /// Time to react to the pop that was just felt, in s.
+    /// Reaction time to the pop that was just felt, in s.
     fn react_s(&mut self) -> f64 {
         let absent = self.aim.lapses & 1 == 1;
         self.aim.lapses >>= 1;
         if absent { ABSENT * self.aim.reaction_s } else { self.aim.reaction_s }
     }
 
-    /// Whether the operator stands still after a pop; the reaction is forgotten when the pause is over.
+    /// Whether the operator pauses after a pop; clears the reaction when the pause is over.
     fn halted(&mut self) -> bool {
         let since_halt_s = self.t_s - self.halt_at_s;
         if since_halt_s >= self.aim.pause_s {
@@ -275,14 +281,14 @@ impl Intent {
         self.correct(error_m)
     }
 
-    /// Speed that takes away an error of depth, in m/s.
+    /// Speed that corrects a depth error, in m/s.
     fn correct(&self, error_m: f64) -> f64 {
         let limit = 0.5 * self.aim.speed_m_per_s;
         (CORRECTION_PER_S * error_m).max(-limit).min(limit)
     }
 
-    /// Stays at the goal: a hand that still pushed when it arrived would creep on. One that gave up on the way stays where it is, and
-    /// lets go of bone.
+    /// Stays at the goal: a hand that still pushed on arrival would creep on. An operator that gave
+    /// up stays at its position, and releases bone.
     fn hold(&mut self, sensed: &Sensed) -> f64 {
         if self.t_s - self.since_s >= self.aim.hold_s {
             self.turn_to(IntentPhase::Withdraw);

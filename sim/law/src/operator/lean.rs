@@ -1,41 +1,46 @@
-//! The line that a hand aims along: off the planned one by an error, less so each time the needle is redirected.
+//! The line along which a hand aims: off the planned one by an error, which decreases with each
+//! redirection.
 
 use nalgebra::Vector3;
 
 use super::gauss::Draw;
 use super::occasion::Traits;
 
-/// How a needle leans, and between which lines it is turned. All of unit length, in the patient frame.
+/// Inclination of a needle, and the lines between which it is turned. All of unit length, in the
+/// patient frame.
 #[derive(Clone, Debug)]
 pub(super) struct Lean {
     planned: Vector3<f64>,
     from: Vector3<f64>,
     to: Vector3<f64>,
-    /// Now.
+    /// The current axis.
     pub axis: Vector3<f64>,
 }
 
 impl Lean {
-    /// Off the planned line by a random angle of the given standard deviation, in a random direction.
+    /// An axis off the planned line by a random angle of the given standard deviation, in a random
+    /// direction.
     pub fn new(planned: &Vector3<f64>, sd_rad: f64, traits: &mut Traits) -> Self {
         let axis = tilt_randomly(planned, sd_rad, || traits.z());
         Self { planned: *planned, from: axis, to: axis, axis }
     }
 
-    /// Chooses another line: `correction` of the error is taken away, and a new one of the given standard deviation comes in.
+    /// Chooses another line: removes the fraction `correction` of the error, and adds a new one of
+    /// the given standard deviation.
     pub fn choose(&mut self, correction: f64, sd_rad: f64, draw: &mut Draw) {
         let nearer = (self.axis + (self.planned - self.axis) * correction).normalize();
         self.from = self.axis;
         self.to = tilt_randomly(&nearer, sd_rad, || draw.normal(1.0));
     }
 
-    /// Turns the needle to where it leans after a share of the turn.
+    /// Sets the axis after a fraction of the turn.
     pub fn turn(&mut self, share: f64) {
         self.axis = (self.from + (self.to - self.from) * share).normalize();
     }
 }
 
-/// An axis off by a random angle of the given standard deviation, in a random direction. `z` draws with mean 0 and deviation 1.
+/// Tilts an axis by a random angle of the given standard deviation, in a random direction. `z`
+/// draws with mean 0 and deviation 1.
 fn tilt_randomly(axis: &Vector3<f64>, sd_rad: f64, mut z: impl FnMut() -> f64) -> Vector3<f64> {
     let aside = if axis.x.abs() < 0.5 { Vector3::x() } else { Vector3::y() };
     let u = axis.cross(&aside).normalize();
@@ -46,12 +51,13 @@ fn tilt_randomly(axis: &Vector3<f64>, sd_rad: f64, mut z: impl FnMut() -> f64) -
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a hand that redirects does not come nearer to the planned line in the mean, or when a more skilled one comes no nearer.
+    //! Fails if a redirecting hand does not approach the planned line on average, or a more skilled
+    //! one does not approach it more closely.
 
     use super::super::{Occasion, Skill};
     use super::*;
 
-    /// Mean angle to the planned line before a redirection and after it, in degrees.
+    /// Mean angle to the planned line before and after a redirection, in degrees.
     fn errors_deg(skill: &Skill) -> [f64; 2] {
         const PEOPLE: u64 = 500;
         let planned = Vector3::new(0.0, 0.2, -1.0).normalize();

@@ -1,43 +1,51 @@
-//! Virtual operators: a seeded hand that holds the device, follows a set-point, trembles and reacts to felt pops.
+//! Virtual operators: a seeded hand that holds the device, follows a set-point, trembles and reacts
+//! to felt pops.
 //!
-//! A skilled operator is a mass on a spring and a damper (physics section 6) following a set-point along a line that was drawn, with
-//! its errors, at the start. After a felt pop the set-point halts, one reaction time late, and goes on after a pause.
-//! At the depth the operator takes for the target it stops (one reaction time late again), corrects, holds, confirms
-//! and withdraws. Bone that it feels it does not push away: it draws the needle out of the skin, leans it anew and goes in again
-//! ([`Felt`] says what is felt as bone). A hard push brings the second hand and stiffens the grip; at the hub the hand stops. Tremor is added to the tip.
-//! [`Operator::constant`] is kinematic. Traits have a part that stays with the person, one that stays for a day and one that
-//! is new with every attempt: [`Occasion`].
+//! A skilled operator is a mass on a spring and a damper (physics section 6) that follows a
+//! set-point along a line drawn, with its errors, at the start. After a felt pop the set-point
+//! halts, one reaction time late, and continues after a pause. At the estimated depth of the target
+//! the operator stops (again one reaction time late), corrects, holds, confirms and withdraws. It
+//! does not push through bone that it feels: it withdraws the needle from the skin, turns it and
+//! inserts it again ([`Felt`] defines when bone is felt). A hard push brings in the second hand and
+//! stiffens the grip; at the hub the hand stops. Tremor is added to the tip. [`Operator::constant`]
+//! is kinematic. Traits have a part constant for the person, one constant for a day and one that is
+//! new in every attempt: [`Occasion`].
 //!
 //! # What the presets are fitted to
 //!
-//! | figure | presets | of people | source |
+//! | figure | presets | people | source |
 //! |---|---|---|---|
 //! | overshoot after the skin's last pop | 5–14, 2–5, 0.8–1.5 mm | relaxed, normal, braced hand: the same | the specification, physics section 6 |
-//! | overshoot of novices to that of the skilled | about 3 : 1 at a loss of resistance | plunge of a drill 11.9 : 6.1 mm by training; one hand 13.0 ± 4.2, two hands 10.6 ± 3.5 mm; 9.4 ± 5.5 mm are held safe with a Veress needle | read (abstracts): "So you think you don't plunge?" 2017; Ding and Marmor 2019; Horeman-Franse et al. 2023 |
-//! | overshoot into the epidural space | 4–10 mm a novice, 1–4 mm an expert | named as the cause of dural punctures and measured by Cometa et al. 2020, whose figures we could not read; simulators tell novices from experts by those punctures | read (abstracts): Cometa et al. 2020; Davidor et al. 2023. The order of 1–10 mm: recalled |
-//! | stiffness with force, second hand | a push of 3.5–8 N braces | an arm's stiffness grows about in proportion to its torque, viscosity alike; that of a pinch with the grip | read (abstracts): Gomi and Osu 1998; Hasser and Cutkosky 2002. The newtons: choice |
-//! | peak force | a fifth above the expert's where a harder boundary lies behind the target | novices about a fifth higher | the specification, assessment section 1 |
+//! | overshoot of novices relative to skilled people | about 3 : 1 at a loss of resistance | plunge of a drill 11.9 : 6.1 mm by training; one hand 13.0 ± 4.2, two hands 10.6 ± 3.5 mm; 9.4 ± 5.5 mm are considered safe with a Veress needle | read (abstracts): "So you think you don't plunge?" 2017; Ding and Marmor 2019; Horeman-Franse et al. 2023 |
+//! | overshoot into the epidural space | 4–10 mm a novice, 1–4 mm an expert | named as the cause of dural punctures and measured by Cometa et al. 2020, whose figures we could not read; simulators distinguish novices from experts by those punctures | read (abstracts): Cometa et al. 2020; Davidor et al. 2023. The order of 1–10 mm: recalled |
+//! | stiffness with force, second hand | a push of 3.5–8 N braces | an arm's stiffness grows about in proportion to its torque, viscosity likewise; that of a pinch with the grip | read (abstracts): Gomi and Osu 1998; Hasser and Cutkosky 2002. The newtons: choice |
+//! | peak force | a fifth above the expert's if a harder boundary lies behind the target | novices about a fifth higher | the specification, assessment section 1 |
 //! | tremor, rms | 150, 100, 60 µm | 50–200 µm at 8–12 Hz; 38–49 µm of eye surgeons; 2.67 times less with the wrists supported; less with experience and with two hands | read (abstracts): Riviere et al. 1997; Coulson et al. 2010; Mürbe et al. 2001 |
 //! | sub-movements | below 1.5 Hz | 98.9 % of the power of voluntary movements lies below 2 Hz | read (abstract): Riviere et al. 1997 |
-//! | speed | 10, 4, 1.5 mm/s | a needle is stopped in a vein most easily at 3 mm/s | read (abstract): Kobayashi et al. 2013. That novices are quicker: choice |
-//! | reaction time | 0.25, 0.20, 0.15 s | about 0.15 s to a touch, 0.2 s by the eye | recalled |
-//! | person, day, attempt | ½, ¼, ¼ of the variance | repeated measurements of motor skills agree by about 0.5 to 0.8 | recalled; the shares: choice |
-//! | pushes on bone of 3, 2 and 1 N before it is believed; angle errors smaller by two, three and four fifths at the next pass, three times at most | off bone the needle is drawn back to the skin and turned by a few degrees: textbooks of regional anaesthesia. The numbers: choice | recalled |
-//! | lapses, pauses, care, depth judgement | see [`Skill`] | – | choice |
+//! | speed | 10, 4, 1.5 mm/s | a needle is stopped in a vein most easily at 3 mm/s | read (abstract): Kobayashi et al. 2013. That novices are faster: choice |
+//! | reaction time | 0.25, 0.20, 0.15 s | about 0.15 s to a touch, 0.2 s to a visual stimulus | recalled |
+//! | person, day, attempt | ½, ¼, ¼ of the variance | repeated measurements of motor skills correlate by about 0.5 to 0.8 | recalled; the fractions: choice |
+//! | redirection off bone | a push of 3, 2 and 1 N before bone is recognised; angle error smaller by two, three and four fifths at the next pass; at most three times | the needle is withdrawn to the skin and turned by a few degrees: textbooks of regional anaesthesia | recalled. The numbers: choice |
+//! | lapses, pauses, care, depth estimate | see [`Skill`] | – | choice |
 //!
-//! # Where a novice's peak is a fifth higher, and where it is not
+//! # When a novice's peak is a fifth higher
 //!
-//! At "stop in the fat" it is: 1.21 times the expert's, since who goes too far tents the fascia behind the target. At the other shipped
-//! exercises it is 1.00 to 1.01 times. The target lies behind the hardest boundary there, elastic peaks are set by thresholds, whoever
-//! pushes, and a quicker hand adds only its drag: for a fifth it would have to cross the muscle's boundary at 0.3 m/s, where novices' tips cross
-//! it at some 6 to 40 mm/s and experts' at 2 to 3. What else could raise it was left out. A threshold that grows with the
-//! speed would do it with P ∝ v^0.12, but studies disagree even on the sign for skin and organs. It was found at the ligamentum flavum, which has
-//! it in scenes that are made of a body ([`crate::axial::RuptureCriterion::Dent`]); the shipped profile of the epidural space was fitted without times. Forty times
-//! the damping is none that was measured; and a target moved before a harder boundary is another task.
-//! `stylet bench operators` measures all of this at the shipped exercises.
+//! It is at "stop in the fat": 1.21 times the expert's, since an overshoot tents the fascia behind
+//! the target. At the other shipped exercises it is 1.00 to 1.01 times. There the target lies
+//! behind the hardest boundary, elastic peaks are determined by thresholds regardless of the
+//! operator, and a faster hand adds only its drag: for a fifth it would have to cross the muscle's
+//! boundary at 0.3 m/s, where novices' tips cross it at about 6 to 40 mm/s and experts' at 2 to 3.
+//! Other causes of a higher peak were not modelled. A threshold that increases with the speed would
+//! suffice with P ∝ v^0.12, but studies disagree even on the sign for skin and organs. It was found
+//! at the ligamentum flavum, which has it in scenes made from a body
+//! ([`crate::axial::RuptureCriterion::Dent`]); the shipped profile of the epidural space was fitted
+//! without times. Forty times the damping has never been measured; and a target moved in front of a
+//! harder boundary is another task. `stylet bench operators` measures all of this at the shipped
+//! exercises.
 //!
-//! The first call of [`Operator::step`] answers the start position, `approach_m` above the entry, whatever its step;
-//! each later call advances by its step. A loop that stamps its n-th call (from 0) with n·dt so has t = 0 at the start.
+//! The first call of [`Operator::step`] returns the start position, `approach_m` above the entry,
+//! for any step; each later call advances by its step. A loop that stamps its n-th call (from
+//! 0) with n·dt therefore has t = 0 at the start.
 
 mod constant;
 mod gauss;
@@ -66,7 +74,7 @@ use skilled::Skilled;
 use crate::puncture::PunctureOutput;
 use crate::skin::Skin;
 
-/// What an operator intends.
+/// The operator's plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// Planned entry on the skin, in the patient frame, in m.
@@ -75,30 +83,31 @@ pub struct Plan {
     pub skin: Skin,
     /// Planned direction into the body, unit length.
     pub axis: Vector3<f64>,
-    /// Axial displacement to stop at, in m.
+    /// Axial displacement at which to stop, in m.
     pub target_x_m: f64,
-    /// Distance above the skin to start from, in m.
+    /// Height above the skin at which to start, in m.
     pub approach_m: f64,
     /// Time to hold at the target before withdrawing, in s.
     pub hold_s: f64,
-    /// Length of the needle from tip to hub, in m: there the hub meets the skin, and the hand goes no farther.
+    /// Length of the needle from tip to hub, in m: the hub then meets the skin, and stops the hand.
     pub reach_m: f64,
 }
 
 /// What the hand feels in a tick.
 ///
-/// Bone is felt as such, and not by its force alone: what a simulator gives of it, 2500 N/m, is no harder than a ligament, and a hand
-/// tells the two apart by what no force of a device carries.
+/// Bone is identified separately from its force: the simulated stiffness, 2500 N/m, is no harder
+/// than that of a ligament, and a real hand distinguishes the two by cues that a device's force
+/// does not carry.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Felt {
-    /// Whole force that the needle puts on the hand, in N, in the patient frame.
+    /// Total force of the needle on the hand, in N, in the patient frame.
     pub force_n: Vector3<f64>,
-    /// How hard bone pushes on the tip, in N; 0 where nothing tells.
+    /// Push of bone on the tip, in N; 0 if unknown.
     pub bone_n: f64,
 }
 
 impl Felt {
-    /// What is no number counts as nothing.
+    /// Replaces values that are not finite by zero.
     fn believed(&self) -> Self {
         Self {
             force_n: if self.force_n.iter().all(|part| part.is_finite()) { self.force_n } else { Vector3::zeros() },
@@ -108,7 +117,7 @@ impl Felt {
 }
 
 impl From<Vector3<f64>> for Felt {
-    /// A force, in N, of which nothing is known to be of bone.
+    /// A force, in N, without information about bone.
     fn from(force_n: Vector3<f64>) -> Self {
         Self { force_n, bone_n: 0.0 }
     }
@@ -120,18 +129,18 @@ impl From<&PunctureOutput> for Felt {
     }
 }
 
-/// What the hand does in a tick.
+/// Motion of the hand in a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Pose of the needle.
     pub patient_from_needle: Isometry3<f64>,
-    /// The operator confirms the position in this tick.
+    /// Whether the operator confirms the position in this tick.
     pub confirm: bool,
-    /// The attempt is over.
+    /// Whether the attempt is over.
     pub done: bool,
 }
 
-/// A hand at work. Bit-reproducible for a seed.
+/// A virtual operator. Bit-reproducible for a seed.
 #[derive(Clone, Debug)]
 pub struct Operator {
     hand: HandKind,
@@ -145,28 +154,29 @@ enum HandKind {
 }
 
 impl Operator {
-    /// A hand of a skill, of somebody who is seen once: see [`Occasion::once`].
+    /// An operator with a skill, for the only attempt of a person: see [`Occasion::once`].
     #[must_use]
     pub fn skilled(skill: &Skill, plan: &Plan, seed: u64) -> Self {
         Self::on(skill, plan, &Occasion::once(seed))
     }
 
-    /// A hand of a skill, of a person on a day.
+    /// An operator with a skill, for an attempt of a person on a day.
     #[must_use]
     pub fn on(skill: &Skill, plan: &Plan, occasion: &Occasion) -> Self {
         Self { hand: HandKind::Skilled(Box::new(Skilled::new(skill, plan, occasion))), last: None }
     }
 
-    /// A perfectly stiff hand at constant speed, in m/s: the test machine of the paper's plots. A speed that is not
-    /// above 0 is done at once.
+    /// A perfectly stiff hand at constant speed, in m/s: the test machine of the paper's plots. At
+    /// a speed that is not positive it is done at once.
     #[must_use]
     pub fn constant(speed_m_per_s: f64, plan: &Plan) -> Self {
         Self { hand: HandKind::Constant(Constant::new(speed_m_per_s, plan)), last: None }
     }
 
-    /// Advances by `dt_s` under what the hand has felt last.
+    /// Advances by `dt_s` with the latest perception of the hand.
     ///
-    /// A step that is not above 0 repeats the last motion; a force that is not finite counts as none.
+    /// A step that is not positive and finite repeats the last motion; a force that is not finite
+    /// counts as zero.
     pub fn step(&mut self, dt_s: f64, felt: &Felt) -> Motion {
         let felt = felt.believed();
         let motion = match (&mut self.hand, self.last) {

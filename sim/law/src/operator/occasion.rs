@@ -1,24 +1,26 @@
-//! Who performs, on which day, for the how manieth time: what stays with a person, what with a day, and what is new each time.
+//! Person, day and repetition of an attempt: traits have a part constant for the person, a part
+//! constant for the day, and a new part in each attempt.
 
 use super::gauss::Draw;
 
-/// Shares of a trait's variance that stay with the person, that stay for a day, and that are new with every attempt (choice).
-/// Attempts of one day so correlate by 0.75 and those of different days by 0.5, where all people have the same skill.
+/// Fractions of a trait's variance that are constant for the person, constant for a day, and new in
+/// every attempt (choice). The correlation of attempts is thus 0.75 within a day and 0.5 between
+/// days, if all people have the same skill.
 const VARIANCE: [f64; 3] = [0.5, 0.25, 0.25];
 
-/// An attempt as a person's on a day. Equal numbers draw equal traits.
+/// An attempt, identified by person, day and repetition. Equal numbers draw equal traits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Occasion {
-    /// Draws what the person is like.
+    /// Seed of the person's traits.
     pub person: u64,
-    /// Draws what the person is like that day.
+    /// Seed of the person's traits on that day.
     pub day: u64,
-    /// Draws what is new with every attempt: its errors, lapses and tremor.
+    /// Seed of the attempt: its errors, lapses and tremor.
     pub attempt: u64,
 }
 
 impl Occasion {
-    /// The only attempt of somebody who is seen once: everything is drawn from one seed.
+    /// The only attempt of a person: all traits are drawn from one seed.
     #[must_use]
     pub fn once(seed: u64) -> Self {
         Self { person: seed, day: seed, attempt: seed }
@@ -35,23 +37,26 @@ impl Traits {
         let Occasion { person, day, attempt } = *occasion;
         let person = scatter_seed(person, 1);
         let day = scatter_seed(person ^ day, 2);
-        // One day's attempts differ, and so do the first attempts of two days or two people with the same number.
+        // Attempts on one day differ, and so do the first attempts of two days or two people with
+        // the same number.
         Self { levels: [person, day, scatter_seed(day ^ attempt, 3)].map(Draw::new) }
     }
 
-    /// How far a trait is off its mean in this attempt, in standard deviations between attempts of different people.
+    /// Deviation of a trait from its mean in this attempt, in standard deviations between attempts
+    /// of different people.
     pub fn z(&mut self) -> f64 {
         self.levels.iter_mut().zip(VARIANCE).map(|(level, share)| level.normal(libm::sqrt(share))).sum()
     }
 
-    /// What is left to chance in the attempt itself.
+    /// The generator for random draws within the attempt.
     pub fn into_chance(self) -> Draw {
         let [_, _, attempt] = self.levels;
         attempt
     }
 }
 
-/// Scatters a seed, so that neighbouring numbers draw unlike traits (the finaliser of `SplitMix64`, Steele et al. 2014).
+/// Scatters a seed, so that neighbouring numbers draw unrelated traits (the finaliser of
+/// `SplitMix64`, Steele et al. 2014).
 fn scatter_seed(seed: u64, level: u64) -> u64 {
     let z = seed.wrapping_add(level.wrapping_mul(0x9E37_79B9_7F4A_7C15));
     let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -61,8 +66,8 @@ fn scatter_seed(seed: u64, level: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a person is another one the next day, or the same every day: a trait must correlate by 0.5 between days
-    //! and by 0.75 within one.
+    //! Fails if a person's traits are new each day, or the same every day: a trait must correlate
+    //! by 0.5 between days and by 0.75 within one.
 
     use super::*;
 

@@ -1,14 +1,15 @@
-//! How evenly the set-point advances: a slow wave on the speed, so that an uneven hand goes in fits and starts.
+//! Modulation of the set-point's speed by slow waves, so that an uneven hand advances in fits and
+//! starts.
 
 use super::gauss::Draw;
 use super::wave::Wave;
 
-/// Sinusoids of the wave.
+/// Number of sinusoids.
 const WAVES: usize = 5;
 /// Their band, in Hz: the sub-movements of a voluntary motion lie below 2 Hz.
 const BAND_HZ: [f64; 2] = [0.3, 1.5];
 
-/// The factor on the speed.
+/// A factor on the speed.
 #[derive(Clone, Debug)]
 pub(super) struct Pace {
     swells: [Wave; WAVES],
@@ -16,8 +17,8 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// A pace whose factor has mean 1 and the given standard deviation before it is cut off at 0: the hand halts, but does
-    /// not draw back.
+    /// A pace whose factor has mean 1 and the given standard deviation before it is clamped at 0:
+    /// the hand halts, but does not retract.
     pub fn new(unevenness: f64, draw: &mut Draw) -> Self {
         let mut swells = [Wave::default(); WAVES];
         swells.fill_with(|| Wave::draw(BAND_HZ, draw));

@@ -1,10 +1,11 @@
-//! Feeling a pop: the axial force falls by more than 0.25 N within 30 ms while the needle goes forward.
+//! Detection of a pop: the axial force falls by more than 0.25 N within 30 ms while the needle
+//! advances.
 
-/// Least drop that is felt, in N (physics section 6).
+/// Smallest perceptible drop, in N (physics section 6).
 const DROP_N: f64 = 0.25;
-/// Within this time, in s.
+/// Time window of the drop, in s.
 const WINDOW_S: f64 = 0.030;
-/// Samples remembered; taken at least `WINDOW_S / SAMPLES` apart, so that any tick rate fits.
+/// Number of stored samples; taken at least `WINDOW_S / SAMPLES` apart, so that any tick rate fits.
 const SAMPLES: usize = 32;
 
 #[derive(Clone, Copy, Debug)]
@@ -14,7 +15,7 @@ struct Felt {
     x_m: f64,
 }
 
-/// The last moments of what the hand felt.
+/// The recent samples that the hand felt.
 #[derive(Clone, Debug)]
 pub(super) struct PopSense {
     recent: [Option<Felt>; SAMPLES],
@@ -27,9 +28,10 @@ impl PopSense {
         Self { recent: [None; SAMPLES], next: 0, last_t_s: f64::NEG_INFINITY }
     }
 
-    /// True in the tick in which a pop is felt. A drop with the needle drawing back is the hand's own doing: tremor
-    /// turns friction round and stops the cutting, by as much as a pop. So only a drop with the tip farther in than
-    /// at any remembered moment counts. A pop is felt once.
+    /// Returns true in the tick in which a pop is felt. A drop while the needle retracts is caused
+    /// by the hand itself: tremor reverses the friction and stops the cutting, by as much as a pop.
+    /// So a drop only counts if the tip is farther in than at any stored sample. A pop is felt
+    /// once.
     pub fn feel(&mut self, t_s: f64, force_n: f64, x_m: f64) -> bool {
         let recent = || self.recent.iter().flatten().filter(|felt| t_s - felt.t_s <= WINDOW_S);
         if recent().any(|felt| felt.force_n - force_n > DROP_N) && recent().all(|felt| x_m > felt.x_m) {
@@ -51,7 +53,8 @@ impl PopSense {
 mod tests {
     use super::*;
 
-    /// The times at which a force of time is felt to pop, at 1 kHz, with the needle going forward or back.
+    /// The times at which a pop is felt for a force as a function of time, at 1 kHz, with the
+    /// needle advancing or retracting.
     fn felt(force_n: impl Fn(f64) -> f64, speed: f64) -> Vec<f64> {
         let mut sense = PopSense::new();
         (0..1000).map(|tick| f64::from(tick) * 1e-3).filter(|&t| sense.feel(t, force_n(t), speed * t)).collect()

@@ -2,16 +2,19 @@
 
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-/// Pose of a needle whose tip is at a point and whose axis (hub to tip) is a unit vector, without roll.
+/// Pose of a needle whose tip is at a point and whose axis (hub to tip) is a unit vector, without
+/// roll.
 ///
-/// Straight down is exact: the rotation takes z to −z without round-off, so that a perpendicular needle stays on its line.
+/// Straight down is exact: the rotation takes z to −z without round-off, so that a perpendicular
+/// needle stays on its line.
 #[must_use]
 pub fn needle_pose(tip_m: &Point3<f64>, axis: &Vector3<f64>) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(tip_m.coords), rotation_from_z(axis))
 }
 
-/// The shortest rotation from z (axes pointing up), or half a turn about x followed by the shortest from −z (pointing
-/// down). Either half keeps clear of the direction in which the shortest rotation is not unique.
+/// The shortest rotation from z (axes pointing up), or half a turn about x followed by the shortest
+/// from −z (pointing down). Either half keeps clear of the direction in which the shortest rotation
+/// is not unique.
 fn rotation_from_z(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
     if axis.z > 0.0 {
         return UnitQuaternion::new_normalize(Quaternion::new(1.0 + axis.z, -axis.y, axis.x, 0.0));

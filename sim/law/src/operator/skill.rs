@@ -1,9 +1,9 @@
-//! How skilled a hand is, and the three presets.
+//! Parameters of a hand's skill, and the three presets.
 //!
-//! Fitted so that the shipped scenes show what is published of people; what was read for it and what is our choice is told in
-//! [`super`], and `stylet bench operators` measures it.
+//! Fitted so that the shipped scenes reproduce published figures of people; [`super`] lists the
+//! sources and our choices, and `stylet bench operators` measures the result.
 
-/// How skilled a hand is.
+/// Parameters of a hand's skill.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Skill {
     /// Mass of the hand, in kg.
@@ -12,33 +12,35 @@ pub struct Skill {
     pub damping_n_s_per_m: f64,
     /// Stiffness of the hand that pushes lightly, in N/m.
     pub stiffness_n_per_m: f64,
-    /// Stiffness that a hard push adds, when the other hand joins and both rest on the body, in N/m.
+    /// Stiffness added by a hard push, when the other hand joins and both rest on the body, in N/m.
     pub brace_n_per_m: f64,
     /// Mean insertion speed, in m/s.
     pub speed_m_per_s: f64,
     /// Standard deviation of the speed between attempts of different people, in m/s.
     pub speed_sd_m_per_s: f64,
-    /// Standard deviation of the speed within an attempt, as a part of it: 0 advances evenly, 1 in fits and starts.
+    /// Standard deviation of the speed within an attempt, relative to its mean: 0 advances evenly,
+    /// 1 in fits and starts.
     pub unevenness: f64,
-    /// Part of its speed that a hand keeps where it is about to arrive, 0 to 1.
+    /// Fraction of its speed that the hand keeps near the goal, 0 to 1.
     pub care: f64,
     /// Mean reaction time to a felt pop, in s.
     pub reaction_s: f64,
     /// Standard deviation of the reaction time, in s.
     pub reaction_sd_s: f64,
-    /// Probability that a pop finds the mind elsewhere, which doubles the reaction time.
+    /// Probability of a lapse of attention at a pop, which doubles the reaction time.
     pub lapse: f64,
-    /// How long the hand halts after a felt pop, in s.
+    /// Duration of the halt after a felt pop, in s.
     pub pause_s: f64,
     /// Tremor, rms, in m.
     pub tremor_m: f64,
-    /// Standard deviation of the angle error, in rad. The entry is missed in proportion to it.
+    /// Standard deviation of the angle error, in rad. The entry error is proportional to it.
     pub angle_sd_rad: f64,
-    /// Standard deviation of the judgement of depth, in m.
+    /// Standard deviation of the depth estimate, in m.
     pub depth_sd_m: f64,
-    /// Push on bone before it is believed to be bone, in N.
+    /// Push on bone before it is recognised as bone, in N.
     pub bone_push_n: f64,
-    /// Part of its angle error that a hand takes away when it redirects off bone, 0 to 1. What it adds is [`Skill::angle_sd_rad`] times the rest.
+    /// Fraction of its angle error that a hand removes when it redirects off bone, 0 to 1. The new
+    /// error is [`Skill::angle_sd_rad`] times the rest.
     pub correction: f64,
 }
 
@@ -115,12 +117,13 @@ impl Skill {
         }
     }
 
-    /// Standard deviation of the angle error that a redirection brings in, in rad.
+    /// Standard deviation of the angle error added by a redirection, in rad.
     pub(super) fn redirect_sd_rad(&self) -> f64 {
         self.angle_sd_rad * (1.0 - self.correction)
     }
 
-    /// A skill between two, `s` = 0 for `self`, 1 for `other`; used to let simulated trainees improve.
+    /// Interpolates between two skills, `s` = 0 for `self`, 1 for `other`; used to simulate
+    /// improving trainees.
     #[must_use]
     pub fn towards(&self, other: &Self, s: f64) -> Self {
         let between = |of: fn(&Self) -> f64| of(self) * (1.0 - s) + of(other) * s;

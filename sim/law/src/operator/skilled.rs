@@ -12,18 +12,21 @@ use super::pace::Pace;
 use super::tremor::Tremor;
 use super::{Felt, Motion, Plan, Skill, needle_pose};
 
-/// How far off the planned entry a hand puts the needle, per radian of its angle error: 0.1 mm per degree (choice), in m/rad, for each axis.
+/// Standard deviation of the entry error per radian of the hand's angle error: 0.1 mm per degree
+/// (choice), in m/rad, for each axis.
 const ENTRY_SD_M_PER_RAD: f64 = 0.0057;
-/// Speed drawn for an attempt, as a part of the skill's mean: neither standing still nor a stab.
+/// Limits of an attempt's speed relative to the skill's mean: neither standing still nor a stab.
 const SPEED_PARTS: (f64, f64) = (0.3, 2.0);
-/// Nobody reacts faster than this, in s.
+/// Lower bound of a reaction time, in s.
 const MIN_REACTION_S: f64 = 0.1;
-/// Spread of stiffness and tremor between hands of a skill, as standard deviations of the logarithm (choice).
+/// Spread of stiffness and tremor between hands of a skill, as standard deviations of the logarithm
+/// (choice).
 const FIRMNESS_SD: f64 = 0.15;
 const SHAKINESS_SD: f64 = 0.2;
-/// Spread of the lapses of attention between people and days, likewise (choice).
+/// Spread of the lapses of attention between people and days, as a standard deviation of the
+/// logarithm (choice).
 const ATTENTION_SD: f64 = 0.5;
-/// Pops for which a lapse is drawn.
+/// Number of pops for which a lapse is drawn.
 const POPS: u32 = 64;
 
 #[derive(Clone, Debug)]
@@ -35,11 +38,11 @@ pub(super) struct Skilled {
     grip: Grip,
     intent: Intent,
     tremor: Tremor,
-    /// The tremor's displacement now, in m.
+    /// The current displacement by tremor, in m.
     shake_m: Vector3<f64>,
     t_s: f64,
     skill: Skill,
-    /// What a redirection brings, drawn after all else.
+    /// Random draws of redirections, made after all others.
     chance: Draw,
 }
 
@@ -102,7 +105,7 @@ impl Skilled {
         self.motion(act.confirm, act.done)
     }
 
-    /// Leans the needle to another line, which is chosen as the turn begins.
+    /// Leans the needle towards another line, which is chosen as the turn begins.
     fn turn(&mut self, share: f64) {
         if share <= 0.0 {
             self.lean.choose(self.skill.correction, self.skill.redirect_sd_rad(), &mut self.chance);
@@ -110,7 +113,7 @@ impl Skilled {
         self.lean.turn(share);
     }
 
-    /// Moves the hand towards the set-point, as far as the hub lets it.
+    /// Moves the hand towards the set-point, as far as the hub allows.
     fn move_hand(&mut self, dt_s: f64, act: &Act, force_n: &Vector3<f64>) {
         let set_point = SetPoint {
             position_m: self.entry_m.coords + self.lean.axis * act.set_point_m,
@@ -137,14 +140,14 @@ impl Skilled {
     }
 }
 
-/// A skill as a person has it in an attempt.
-/// The planned entry, moved so far in plan, in m, and no farther from the skin than it was.
+/// The planned entry, moved horizontally by `by_m`, in m, at the same height above the skin.
 fn move_on_skin(plan: &Plan, by_m: &Vector3<f64>) -> Point3<f64> {
     let (planned_m, moved_m) = (plan.entry_m, plan.entry_m + by_m);
     let [before_m, after_m] = [planned_m, moved_m].map(|place| plan.skin.above(place.x, place.y).z);
     moved_m + Vector3::z() * (after_m - before_m)
 }
 
+/// The skill of a person in an attempt.
 fn skill_of_person(skill: &Skill, traits: &mut Traits) -> Skill {
     let mean = skill.speed_m_per_s;
     let speed = mean + skill.speed_sd_m_per_s * traits.z();

@@ -5,12 +5,12 @@ use nalgebra::Vector3;
 use super::gauss::Draw;
 use super::wave::Wave;
 
-/// Sinusoids per axis: enough not to repeat within an attempt.
+/// Number of sinusoids per axis: enough not to repeat within an attempt.
 const WAVES: usize = 6;
 /// Band of physiological tremor, in Hz.
 const BAND_HZ: [f64; 2] = [8.0, 12.0];
 
-/// Displacement of the tip that the hand does not intend.
+/// Involuntary displacement of the tip.
 #[derive(Clone, Debug)]
 pub(super) struct Tremor {
     waves: [[Wave; WAVES]; 3],
@@ -22,7 +22,8 @@ impl Tremor {
     pub fn new(rms_m: f64, draw: &mut Draw) -> Self {
         let mut waves = [[Wave::default(); WAVES]; 3];
         waves.as_flattened_mut().fill_with(|| Wave::draw(BAND_HZ, draw));
-        // A sinusoid's mean square is half its amplitude's square, and 3 · WAVES of them add up.
+        // The mean square of a sinusoid is half its squared amplitude, and 3 · WAVES of them add
+        // up.
         Self { waves, amplitude_m: rms_m * libm::sqrt(2.0 / (3 * WAVES) as f64) }
     }
 

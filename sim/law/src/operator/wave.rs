@@ -1,4 +1,4 @@
-//! A seeded sinusoid: what tremor and an uneven pace are sums of.
+//! A seeded sinusoid, the component of tremor and of an uneven pace.
 
 use core::f64::consts::TAU;
 

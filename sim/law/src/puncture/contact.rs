@@ -1,4 +1,4 @@
-//! Contact with the skin: where the needle enters, which track it takes, and the axis it is held to.
+//! Contact with the skin: the entry point, the track, and the latched axis.
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -10,19 +10,20 @@ use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureState};
 
 /// Entries no farther apart than this, in m, share a track (physics section 2).
 const TRACK_RADIUS_M: f64 = 0.002;
-/// Most tracks that are remembered; beyond it the nearest is taken up, so that a step stays bounded.
+/// Maximum number of tracks; beyond it the nearest is reused, so that a step stays bounded.
 pub(super) const MAX_TRACKS: usize = 64;
 
-/// A puncture channel: what is open along it.
+/// A puncture channel, with its open boundaries.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Track {
-    /// Where it was first entered, in m. Re-entries do not move it, or a track could creep over the skin.
+    /// First entry point, in m. Re-entries do not move it, or a track could creep over the skin.
     entry_m: Point3<f64>,
     tip_open: usize,
     rim_open: usize,
-    /// Deepest material depth below the skin, perpendicular to it, in m: a re-entry may come at another angle.
+    /// Maximum material depth below the skin, perpendicular to it, in m: a re-entry may have
+    /// another angle.
     deepest_m: f64,
-    /// Cutting front below the skin, likewise.
+    /// Cutting front below the skin, perpendicular to it, in m.
     #[serde(default)]
     front_m: Option<f64>,
 }
@@ -40,7 +41,7 @@ pub(super) struct Latch {
 }
 
 impl Latch {
-    /// Axial displacement of a tip, and what it is off the latched line, both in m.
+    /// Axial displacement of a tip, and its offset from the latched line, both in m.
     pub fn resolve(&self, tip_m: &Point3<f64>) -> (f64, Vector3<f64>) {
         let from_entry = tip_m - self.entry_m;
         let x_m = from_entry.dot(&self.axis);
@@ -48,7 +49,8 @@ impl Latch {
     }
 }
 
-/// Latches the axis of a needle whose tip has just got below the skin, and takes up or begins its track.
+/// Latches the axis of a needle whose tip has just passed below the skin, and resumes or begins its
+/// track.
 pub(super) fn enter(skin: &Skin, state: &mut PunctureState, pose: &LastPose) -> PunctureEvent {
     let entry_m = entry_point(skin, state.last.as_ref(), pose);
     let incidence = skin.incidence(&entry_m, &pose.axis);
@@ -69,13 +71,14 @@ pub(super) fn enter(skin: &Skin, state: &mut PunctureState, pose: &LastPose) -> 
     PunctureEvent::Contact { entry_m, track, reused }
 }
 
-/// Direction of an edge in the plane of the skin, of unit length; the plain one for an edge that points straight in.
+/// Direction of an edge in the plane of the skin, of unit length; the default for an edge that
+/// points straight in.
 fn edge_in_skin(edge: &Vector3<f64>) -> [f64; 2] {
     let length = libm::hypot(edge.x, edge.y);
     if length > 1e-9 { [edge.x / length, edge.y / length] } else { PLAIN_EDGE }
 }
 
-/// Stores what is open along the track that the needle has just left.
+/// Stores the state of the track that the needle has just left.
 pub(super) fn leave(state: &mut PunctureState, latch: &Latch) {
     if let Some(track) = state.tracks.get_mut(latch.track) {
         track.tip_open = state.axial.tip_open;
@@ -85,7 +88,8 @@ pub(super) fn leave(state: &mut PunctureState, latch: &Latch) {
     }
 }
 
-/// Where the tip's path from the last sample crosses the skin; for a first sample inside, where its axis does.
+/// The intersection of the tip's path from the last sample with the skin; for a first sample
+/// inside, that of its axis.
 fn entry_point(skin: &Skin, last: Option<&LastPose>, pose: &LastPose) -> Point3<f64> {
     match last {
         Some(last) => skin.crossing(&last.tip_m, &pose.tip_m),
@@ -93,7 +97,8 @@ fn entry_point(skin: &Skin, last: Option<&LastPose>, pose: &LastPose) -> Point3<
     }
 }
 
-/// The track nearest to an entry if it is near enough or no further one can be remembered, else a new one.
+/// The track nearest to an entry if it is close enough or the maximum number is reached, otherwise
+/// a new one.
 fn choose_track(tracks: &mut Vec<Track>, entry_m: Point3<f64>) -> (usize, bool) {
     let nearest = tracks
         .iter()
@@ -109,11 +114,11 @@ fn choose_track(tracks: &mut Vec<Track>, entry_m: Point3<f64>) -> (usize, bool) 
     }
 }
 
-/// The needle's pose as the law uses it, or none when it is not to be believed.
+/// The needle's pose as the law uses it, or `None` if it is implausible.
 pub(super) fn believe(state: &PunctureState, input: &PunctureInput) -> Option<LastPose> {
-    /// Farthest believable tip from the patient's origin, in m.
+    /// Maximum plausible distance of the tip from the patient's origin, in m.
     const MAX_COORDINATE_M: f64 = 100.0;
-    /// How far the square of the orientation's norm may be from 1.
+    /// Allowed deviation of the square of the orientation's norm from 1.
     const UNIT_TOLERANCE: f64 = 1e-6;
     let pose = &input.patient_from_needle;
     let tip_m = Point3::from(pose.translation.vector);

@@ -1,12 +1,16 @@
-//! The needle in space: contact, latched axis, tracks, lateral foundation and structures around the axial law.
+//! The needle in space: contact, latched axis, tracks, lateral foundation and structures around the
+//! axial law.
 //!
-//! The skin is the plane z = 0, or bends away from it ([`crate::Skin`]). Contact is the tip crossing it inwards; the entry is where its path crossed. From then
-//! on the needle's axis is latched, x = (tip − entry)·axis, and what the tip is off that line presses sideways on a
-//! Winkler foundation: F⊥ = −k_lat s δ⊥, or what [`crate::beam`] makes of it where the needle bends: then structures
-//! and bone meet the tip that is bent. The needle leaves when its tip is above the skin again. A first sample inside the body enters along its axis.
+//! The skin is the plane z = 0, or curves away from it ([`crate::Skin`]). Contact is the tip
+//! crossing it inwards; the entry is the crossing of its path. From then on the needle's axis is
+//! latched, x = (tip − entry)·axis, and the tip's offset from that line presses sideways on a
+//! Winkler foundation: F⊥ = −k_lat s δ⊥, or the response of [`crate::beam`] if the needle bends:
+//! structures and bone then meet the bent tip. The needle leaves when its tip is above the skin
+//! again. A first sample inside the body enters along its axis.
 //!
-//! Each puncture runs in a track. Entering within 2 mm of a known track's entry takes up its open boundaries and its deepest
-//! point; farther away begins a new one. A perpendicular straight path gives exactly the bits of [`crate::axial::step`].
+//! Each puncture runs in a track. Entering within 2 mm of a known track's entry resumes its open
+//! boundaries and its deepest point; farther away begins a new one. A perpendicular straight path
+//! gives exactly the bits of [`crate::axial::step`].
 //!
 //! Bone is a penalty of 2500 N/m on the tip's penetration; a vessel or an organ may have a wall that does the same until it gives
 //! way. A structure is hit when the tip or the inserted shaft gets

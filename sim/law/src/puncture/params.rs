@@ -1,11 +1,11 @@
-//! What a puncture is made of, and the check that it makes sense.
+//! The parameters of a puncture, and their checks.
 
 use crate::axial::{AxialParams, AxialSpec, Domain, ForceLaw, ParamError};
 use crate::beam::{Beam, Bend};
 use crate::skin::Skin;
 use crate::structures::{Structure, StructureSpec};
 
-/// What [`PunctureParams`] is made of, unchecked.
+/// Specification of [`PunctureParams`], unchecked.
 #[derive(Clone, Debug)]
 pub struct PunctureSpec {
     /// The axial law.
@@ -37,7 +37,8 @@ impl PunctureParams {
     /// Checks and freezes a specification.
     ///
     /// # Errors
-    /// The first parameter that is non-finite or out of range, or the first mesh that is not closed.
+    /// The first parameter that is non-finite or out of range, or the first mesh that is not
+    /// closed.
     pub fn new(spec: PunctureSpec) -> Result<Self, ParamError> {
         let axial = AxialParams::new(spec.axial.clone())?;
         Domain::NotNegative.check("lateral_stiffness_n_per_m2", spec.lateral_stiffness_n_per_m2, "N/m²")?;

@@ -1,4 +1,4 @@
-//! What goes in and out of a step, and what lasts between steps.
+//! Input, output and state of a step.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -29,7 +29,8 @@ pub(super) struct LastPose {
     pub edge: Vector3<f64>,
 }
 
-/// All that must be saved to continue. Floats survive JSON exactly, so a continued run gives the same bits.
+/// The complete state, sufficient to continue. Floats survive JSON exactly, so a continued run is
+/// bit-identical.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PunctureState {
     /// The axial law on the current track; its ledger covers all tracks.
@@ -42,7 +43,7 @@ pub struct PunctureState {
     /// For each structure, whether its wall is open on the current track.
     #[serde(default)]
     pub(super) open_walls: Vec<bool>,
-    /// For each structure, how it holds the tip: bone, from version 4 of the law.
+    /// For each structure, its hold on the tip: bone, from version 4 of the law.
     #[serde(default)]
     pub(super) holds: Vec<Option<Hold>>,
     /// The hub is at the skin.
@@ -53,59 +54,59 @@ pub struct PunctureState {
 /// Reused between steps, never saved. Holds the events of the last step.
 #[derive(Clone, Debug)]
 pub struct PunctureScratch {
-    /// What happened in the last step, in order. Preallocated.
+    /// Events of the last step, in order. Preallocated.
     pub events: Vec<PunctureEvent>,
     pub(super) axial: AxialScratch,
-    /// How the needle stands to each structure.
+    /// Relation of the needle to each structure.
     pub(super) meetings: Vec<Meeting>,
-    /// Where the distance of each was last searched for.
+    /// The last distance search for each structure.
     pub(super) sightings: Vec<Option<Sighting>>,
 }
 
-/// Something that happened in a step.
+/// An event of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PunctureEvent {
     /// The tip met the skin.
     Contact {
-        /// Where, in the patient frame, in m.
+        /// Entry point, in the patient frame, in m.
         entry_m: Point3<f64>,
-        /// Which track, from 0.
+        /// Index of the track, from 0.
         track: usize,
-        /// The track existed: this is a re-entry within 2 mm.
+        /// Whether the track existed: this is a re-entry within 2 mm.
         reused: bool,
     },
     /// A boundary ruptured.
     Rupture(Rupture),
-    /// The needle met a structure it was outside of.
+    /// The needle touched a structure from outside.
     StructureHit {
         /// Index into the scene's structures.
         structure: usize,
-        /// The tip itself is inside; otherwise only the shaft is.
+        /// Whether the tip itself is inside; otherwise only the shaft is.
         by_tip: bool,
     },
     /// The hub met the skin: the shaft is in to its end.
     HubContact,
     /// The tip left the skin.
     SkinExit,
-    /// A bad input was held.
+    /// An invalid input was ignored.
     Fault,
 }
 
 /// The result of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PunctureOutput {
-    /// Axial displacement of the tip along the latched axis from its entry, in m. Before contact: the distance to the
-    /// skin along the needle's axis, negative.
+    /// Axial displacement of the tip along the latched axis from its entry, in m. Before contact:
+    /// the distance to the skin along the needle's axis, negative.
     pub x_m: f64,
-    /// The axial law's parts.
+    /// The parts of the axial law.
     pub axial: AxialOutput,
     /// Lateral force on the hand, in the patient frame, in N.
     pub lateral_n: Vector3<f64>,
-    /// What the tip is off the place where the hand would have it, in the patient frame, in m: 0 for a rigid needle.
+    /// Offset of the tip from the hand's line, in the patient frame, in m: 0 for a rigid needle.
     pub bend_m: Vector3<f64>,
-    /// Force of bone and of walls that are still closed on the hand, in the patient frame, in N.
+    /// Force of bone and of closed walls on the hand, in the patient frame, in N.
     pub structures_n: Vector3<f64>,
-    /// How hard bone alone pushes on the tip, in N.
+    /// Push of bone alone on the tip, in N.
     pub bone_n: f64,
     /// How hard the skin pushes on the hub, against the latched axis, in N.
     pub hub_n: f64,
@@ -114,16 +115,16 @@ pub struct PunctureOutput {
     pub hand_n: f64,
     /// Whole force on the hand, in the patient frame, in N.
     pub force_n: Vector3<f64>,
-    /// Where the current boundary stands.
+    /// Stage of the current boundary.
     pub stage: PiercingStage,
-    /// The boundary that `stage` speaks of: the first that is not fully open, or the last when all are.
+    /// The boundary of `stage`: the first that is not fully open, or the last if all are.
     pub boundary: usize,
-    /// The axis is latched: the tip is in the body.
+    /// Whether the axis is latched: the tip is in the body.
     pub inside: bool,
 }
 
 impl PunctureState {
-    /// A needle in the air.
+    /// The state of a needle in the air.
     #[must_use]
     pub fn new(params: &PunctureParams) -> Self {
         Self {
@@ -138,7 +139,7 @@ impl PunctureState {
         }
     }
 
-    /// Energy so far, over all tracks.
+    /// Energies so far, over all tracks.
     #[must_use]
     pub fn ledger(&self) -> &Ledger {
         &self.axial.ledger
@@ -169,7 +170,8 @@ impl PunctureScratch {
         Self { events: Vec::with_capacity(events), axial, meetings, sightings }
     }
 
-    /// Where each boundary rests along the needle's path, and the far side, in m. Empty before the first step.
+    /// Resting positions of the boundaries along the needle's path, and of the far side, in m.
+    /// Empty before the first step.
     #[must_use]
     pub fn boundaries_m(&self) -> &[f64] {
         self.axial.boundaries_m()

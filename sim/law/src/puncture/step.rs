@@ -48,12 +48,13 @@ pub fn step(
     assemble_output(params, state, scratch, axial, &side)
 }
 
-/// Writes what the needle does to the tissue after the last step into `loads_n`, in N, as [`axial::loads`] does. Never allocates.
+/// Writes the needle's loads on the tissue after the last step into `loads_n`, in N, like
+/// [`axial::write_loads`]. Never allocates.
 pub fn write_loads(params: &PunctureParams, state: &PunctureState, scratch: &PunctureScratch, loads_n: &mut [f64]) {
     axial::write_loads(&params.axial, &state.axial.standing(), &scratch.axial, loads_n);
 }
 
-/// How far the needle has come into the track that it is in; none in the air.
+/// Position of the needle in its current track; `None` in the air.
 #[must_use]
 pub fn measure_intrusion(params: &PunctureParams, state: &PunctureState) -> Option<Intrusion> {
     state.latch.as_ref().map(|_| Intrusion {
@@ -64,17 +65,18 @@ pub fn measure_intrusion(params: &PunctureParams, state: &PunctureState) -> Opti
     })
 }
 
-/// How a needle that is in the tissue met it; none where it is not.
+/// Incidence of a needle in the tissue; `None` in the air.
 #[must_use]
 pub fn held_incidence(state: &PunctureState) -> Option<Incidence> {
     state.latch.as_ref().map(|latch| latch.incidence)
 }
 
-/// The needle sideways: a function of the state after the step, which is why a held sample repeats it.
+/// Lateral state of the needle: a function of the state after the step, which is why a held sample
+/// repeats it.
 struct SidewaysNeedle {
     /// Lateral force on the hand, in N.
     force_n: Vector3<f64>,
-    /// What the tip is off the place where the hand would have it, in m.
+    /// Offset of the tip from the hand's line, in m.
     bend_m: Vector3<f64>,
 }
 
@@ -87,7 +89,8 @@ impl SidewaysNeedle {
     }
 }
 
-/// Enters or leaves the body where the tip has crossed the skin. Returns the puncture that was just left, if one was.
+/// Enters or leaves the body if the tip has crossed the skin. Returns the puncture that was just
+/// left, if any.
 fn cross_skin(skin: &Skin, state: &mut PunctureState, scratch: &mut PunctureScratch, pose: &LastPose) -> Option<Latch> {
     let height_m = skin.height_m(&pose.tip_m);
     if state.latch.is_some() && height_m > 0.0 {
@@ -101,8 +104,8 @@ fn cross_skin(skin: &Skin, state: &mut PunctureState, scratch: &mut PunctureScra
 
 /// Steps the axial law on the needle's displacement.
 ///
-/// The tick that leaves the body still runs on the track it leaves, with the tip above the skin, so that whatever was
-/// stored there is given back or lost and nothing is carried into the air.
+/// The tick that leaves the body still runs on the track it leaves, with the tip above the skin, so
+/// that all energy stored there is returned or lost and none is carried into the air.
 fn advance_axially(
     params: &PunctureParams,
     state: &mut PunctureState,
@@ -136,8 +139,8 @@ fn displacement_m(params: &PunctureParams, state: &PunctureState) -> f64 {
     }
 }
 
-/// Finds which structures the needle of the last good sample touches. One that was seen far away is not searched again before the needle
-/// can have come to it: this changes no bit of the answer.
+/// Finds the structures that the needle of the last good sample touches. A distant structure is not
+/// searched again before the needle can have reached it: this changes no bit of the result.
 fn survey_structures(
     params: &PunctureParams,
     state: &PunctureState,
@@ -159,14 +162,15 @@ fn survey_structures(
     }
 }
 
-/// The needle of the last good sample; none before.
+/// The needle of the last good sample; `None` before it.
 fn shaft(state: &PunctureState, side: &SidewaysNeedle) -> Option<Shaft> {
     let tip_m = state.last.as_ref()?.tip_m + side.bend_m;
     Some(Shaft { entry_m: state.latch.as_ref().map_or(tip_m, |latch| latch.entry_m), tip_m })
 }
 
-/// Least distance of the tip, or of the inserted shaft, to any structure that is not a target, in m; infinite if none. A step does not
-/// need it, and it costs a search of each structure.
+/// Smallest distance of the tip, or of the inserted shaft, to any structure that is not a target,
+/// in m; infinite without such a structure. Not needed by a step, and costs a search of each
+/// structure.
 #[must_use]
 pub fn measure_clearance_m(params: &PunctureParams, state: &PunctureState) -> f64 {
     let side = SidewaysNeedle::new(state, params.bend(state.axial.last_output().depth_m));
@@ -175,7 +179,7 @@ pub fn measure_clearance_m(params: &PunctureParams, state: &PunctureState) -> f6
     distances_m.into_iter().flatten().fold(f64::INFINITY, f64::min)
 }
 
-/// Reports each structure that the needle is in now and was not in before.
+/// Reports each structure that the needle has entered since the last step.
 fn report_hits(state: &mut PunctureState, scratch: &mut PunctureScratch) {
     for (structure, (meeting, touching)) in scratch.meetings.iter().zip(&mut state.touching).enumerate() {
         let touches = meeting.distance_m <= 0.0;
@@ -209,12 +213,13 @@ fn open_walls(params: &PunctureParams, state: &mut PunctureState, scratch: &Punc
     }
 }
 
-/// Holds the tip on every bone that it pushes on.
+/// Updates the contact of the tip with every bone that it pushes on.
 fn hold_on_bone(params: &PunctureParams, state: &mut PunctureState, scratch: &PunctureScratch, side: &SidewaysNeedle) {
     let Some(pose) = state.last.as_ref().filter(|_| params.bone_holds()) else { return };
     let tip_m = pose.tip_m + side.bend_m;
     for ((structure, meeting), hold) in params.structures.iter().zip(&scratch.meetings).zip(&mut state.holds) {
-        // Bone that holds no tip takes hold of one that is inside: the survey knows, and a second search would cost as much.
+        // A bone without contact takes hold of a tip that is inside: the survey has already
+        // determined this, and a second search would cost as much.
         if structure.kind() == StructureKind::Bone && (hold.is_some() || meeting.tip_inside) {
             *hold = Hold::follow(hold.as_ref(), structure, &tip_m);
         }
@@ -276,7 +281,8 @@ fn structure_forces(
     (all_n, bone_n)
 }
 
-/// Where the first boundary that is not fully open stands; the last one, when all are. In the air nothing is touched.
+/// Stage of the first boundary that is not fully open, or of the last if all are. Untouched in the
+/// air.
 fn piercing_stage(params: &PunctureParams, state: &PunctureState) -> (PiercingStage, usize) {
     let spec = params.axial.spec();
     let (tip_open, rim_open) = (state.axial.tip_open, state.axial.rim_open);

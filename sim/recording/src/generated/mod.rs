@@ -1,5 +1,5 @@
-//! The messages as Rust types, generated from `sim/recording/proto`: `STYLET_UPDATE_MESSAGES=1 cargo test --workspace --test system
-//! messages` writes them anew.
+//! Rust types of the messages, generated from `sim/recording/proto`: `STYLET_UPDATE_MESSAGES=1
+//! cargo test --workspace --test system messages` regenerates them.
 
 pub(crate) mod stylet {
     include!("stylet.rs");

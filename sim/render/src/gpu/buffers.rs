@@ -1,4 +1,4 @@
-//! Shapes on the graphics card.
+//! Meshes on the GPU.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use wgpu::{Buffer, BufferUsages, Device, IndexFormat, RenderPass};
 
 use crate::meshes::MeshShape;
 
-/// A shape on the graphics card.
+/// A mesh on the GPU.
 pub struct Loaded {
     corners: Buffer,
     indices: Buffer,
@@ -15,7 +15,7 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Takes a shape there.
+    /// Uploads a mesh.
     #[must_use]
     pub fn new(device: &Device, shape: &MeshShape) -> Self {
         let buffer = |contents: &[u8], usage| {
@@ -36,24 +36,24 @@ impl Loaded {
         self.count == 0
     }
 
-    /// Indices.
+    /// The range of all indices.
     #[must_use]
     pub fn indices(&self) -> Range<u32> {
         0..self.count
     }
 
-    /// Triangles.
+    /// Number of triangles.
     #[must_use]
     pub fn triangles(&self) -> u32 {
         self.count / 3
     }
 
-    /// Draws all of it.
+    /// Draws the whole mesh.
     pub fn draw(&self, pass: &mut RenderPass<'_>) {
         self.draw_part(pass, 0..self.count, 0..1);
     }
 
-    /// Draws some of its indices, so many times.
+    /// Draws a range of indices for a range of instances.
     pub fn draw_part(&self, pass: &mut RenderPass<'_>, indices: Range<u32>, instances: Range<u32>) {
         if !indices.is_empty() && !instances.is_empty() {
             pass.set_vertex_buffer(0, self.corners.slice(..));

@@ -1,13 +1,13 @@
-//! What shaders are given, by group.
+//! The bind group layouts of the shaders.
 
 use wgpu::{
     BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType, BufferBindingType, Device,
     SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension,
 };
 
-/// The groups' layouts.
+/// The bind group layouts.
 pub struct Layouts {
-    /// The frame's numbers, the skin's shape, the field.
+    /// The frame's uniforms, the skin's shape, the field.
     pub scene: BindGroupLayout,
     /// The materials' tiles and the shadow map.
     pub materials: BindGroupLayout,
@@ -18,7 +18,7 @@ pub struct Layouts {
 }
 
 impl Layouts {
-    /// Makes them.
+    /// Creates the layouts.
     #[must_use]
     pub fn new(device: &Device) -> Self {
         let unfiltered = texture(TextureSampleType::Float { filterable: false }, TextureViewDimension::D2);
@@ -56,7 +56,7 @@ fn layout(device: &Device, label: &str, bindings: &[BindingType]) -> BindGroupLa
     device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
 }
 
-/// A group of resources in the order of its layout.
+/// Creates a bind group with resources in the order of its layout.
 #[must_use]
 pub fn group(device: &Device, layout: &BindGroupLayout, resources: &[wgpu::BindingResource<'_>]) -> wgpu::BindGroup {
     let entries: Vec<_> = (0..)

@@ -1,4 +1,4 @@
-//! What lies on the graphics card, and how it is drawn.
+//! GPU resources and pipelines.
 
 pub mod buffers;
 pub mod layouts;
@@ -7,6 +7,7 @@ pub mod targets;
 pub mod textures;
 pub mod tiles;
 
-/// The format of every picture. Shaders write values that are encoded as sRGB, which windows show as they are; a format that the
-/// card encodes would do it for every sample instead of every pixel, and blends would be brighter than what is behind them.
+/// The format of every image. Shaders write sRGB-encoded values, which windows show unchanged; an
+/// sRGB format would encode every sample instead of every pixel, and blending would be brighter
+/// than the background.
 pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;

@@ -1,4 +1,4 @@
-//! How each kind of thing is drawn.
+//! The render pipelines.
 
 use wgpu::{
     BindGroupLayout, BlendState, ColorTargetState, ColorWrites, CompareFunction, DepthStencilState, Device, Face,
@@ -11,38 +11,39 @@ use super::FORMAT;
 use super::layouts::Layouts;
 use crate::meshes::Corner;
 
-/// Depth and stencil of a picture.
+/// Depth and stencil format of an image.
 pub const DEPTH: TextureFormat = TextureFormat::Depth24PlusStencil8;
-/// Depth of the shadow map.
+/// Depth format of the shadow map.
 pub const SHADOW: TextureFormat = TextureFormat::Depth32Float;
-/// The field's texture: the bits of floats, because not every adapter draws floats.
+/// Format of the field's texture: the bits of floats, because not every adapter can render to
+/// floats.
 pub const FIELD: TextureFormat = TextureFormat::R32Uint;
 
 const SCENE: &str = include_str!("../shaders/scene.wgsl");
 const LIGHT: &str = include_str!("../shaders/light.wgsl");
 
-/// Compiles a shader that builds on others.
+/// Compiles a shader from concatenated parts.
 #[must_use]
 pub fn shader(device: &Device, label: &str, parts: &[&str]) -> ShaderModule {
     let source = ShaderSource::Wgsl(parts.concat().into());
     device.create_shader_module(ShaderModuleDescriptor { label: Some(label), source })
 }
 
-/// The shaders, compiled once.
+/// The compiled shaders.
 pub struct Shaders {
     field: ShaderModule,
     tissue: ShaderModule,
     needle: ShaderModule,
     solid: ShaderModule,
     backdrop: ShaderModule,
-    /// A picture onto a larger one, or onto the next smaller level.
+    /// Scales an image up, or down to the next mip level.
     pub enlarge: ShaderModule,
     /// The materials' tiles.
     pub tiles: ShaderModule,
 }
 
 impl Shaders {
-    /// Compiles them.
+    /// Compiles the shaders.
     #[must_use]
     pub fn new(device: &Device) -> Self {
         let lit = |label: &str, own: &str| shader(device, label, &[SCENE, LIGHT, own]);
@@ -58,29 +59,29 @@ impl Shaders {
     }
 }
 
-/// Pipelines that do not depend on the samples a pixel.
+/// Pipelines that do not depend on the number of samples per pixel.
 pub struct Fixed {
-    /// Sums the field up.
+    /// Superposes the field.
     pub superpose: RenderPipeline,
-    /// The body into the shadow map.
+    /// Draws the body into the shadow map.
     pub tissue_shadow: RenderPipeline,
-    /// A whole patient into the shadow map.
+    /// Draws a whole patient into the shadow map.
     pub patient_shadow: RenderPipeline,
-    /// A picture onto a larger one.
+    /// Scales an image up.
     pub enlarge: RenderPipeline,
 }
 
-/// Pipelines of the picture itself.
+/// Pipelines of the image itself.
 pub struct Drawn {
     /// The body, opaque.
     pub tissue: Faces,
-    /// The body, seen through.
+    /// The body, transparent.
     pub faded: Faces,
-    /// Boundaries inside a body that is seen through.
+    /// Boundaries inside a transparent body.
     pub sheet: RenderPipeline,
     /// The cut face of a section.
     pub section: RenderPipeline,
-    /// The same with tracks.
+    /// The cut face of a section, with tracks.
     pub tracked_section: RenderPipeline,
     /// The needle.
     pub needle: RenderPipeline,
@@ -90,7 +91,7 @@ pub struct Drawn {
     pub drops: RenderPipeline,
     /// Another attempt's needle.
     pub ghost: RenderPipeline,
-    /// Marks where the cut goes through a structure.
+    /// Marks the intersection of the cut with a structure in the stencil.
     pub solid_inside: RenderPipeline,
     /// Structures.
     pub solid: RenderPipeline,
@@ -98,21 +99,21 @@ pub struct Drawn {
     pub solid_behind: RenderPipeline,
     /// The skin of a whole patient, opaque.
     pub patient: RenderPipeline,
-    /// The same, seen through.
+    /// The skin of a whole patient, transparent.
     pub faded_patient: RenderPipeline,
-    /// The far side of a patient who is seen through.
+    /// The far side of a transparent patient.
     pub patient_inside: RenderPipeline,
-    /// What lies beside the body.
+    /// The tray next to the body.
     pub tray: RenderPipeline,
-    /// What is behind everything.
+    /// The backdrop.
     pub backdrop: RenderPipeline,
-    /// The same where no shadow falls.
+    /// The backdrop where no shadow falls.
     pub bright: RenderPipeline,
-    /// What is under a body that is seen through.
+    /// The floor under a transparent body.
     pub floor: RenderPipeline,
-    /// What is behind a section.
+    /// The background of a section.
     pub paper: RenderPipeline,
-    /// The guide where something is in front of it.
+    /// The guide where it is hidden.
     pub guide_hidden: RenderPipeline,
     /// The guide.
     pub guide: RenderPipeline,
@@ -120,9 +121,9 @@ pub struct Drawn {
 
 /// Faces of the body.
 pub struct Faces {
-    /// Cut through.
+    /// Cut faces.
     pub face: RenderPipeline,
-    /// Cut through, with tracks.
+    /// Cut faces with tracks.
     pub tracked: RenderPipeline,
     /// Skin.
     pub skin: RenderPipeline,
@@ -131,7 +132,7 @@ pub struct Faces {
 }
 
 impl Fixed {
-    /// Makes them.
+    /// Creates the pipelines.
     #[must_use]
     pub fn new(device: &Device, layouts: &Layouts, shaders: &Shaders) -> Self {
         let make = |recipe: Recipe<'_>| recipe.make(device, 1);
@@ -152,12 +153,12 @@ impl Fixed {
 }
 
 impl Drawn {
-    /// Makes them for so many samples a pixel.
+    /// Creates the pipelines for a number of samples per pixel.
     #[must_use]
     pub fn new(device: &Device, layouts: &Layouts, shaders: &Shaders, samples: u32) -> Self {
         let groups = [&layouts.scene, &layouts.materials];
         let less = CompareFunction::LessEqual;
-        // Soft edges of shadows go with soft edges of everything.
+        // Soft shadow edges are used together with antialiasing.
         let soft = ("soft_shadows", f64::from(u8::from(samples > 1)));
         let recipe = |module, entries, depth| Recipe {
             corners: true,
@@ -227,7 +228,7 @@ impl Drawn {
     }
 }
 
-/// A pipeline that covers its targets with one triangle.
+/// Creates a pipeline that covers its targets with one triangle.
 #[must_use]
 pub fn covering(
     device: &Device,
@@ -239,7 +240,7 @@ pub fn covering(
     Recipe { formats, ..Recipe::new(module, entries, groups) }.make(device, 1)
 }
 
-/// What differs between pipelines.
+/// Parameters in which pipelines differ.
 struct Recipe<'a> {
     module: &'a ShaderModule,
     vertex: &'a str,
@@ -247,12 +248,12 @@ struct Recipe<'a> {
     groups: Vec<Option<&'a BindGroupLayout>>,
     corners: bool,
     formats: &'a [TextureFormat],
-    /// What the shader is told before it is compiled.
+    /// Pipeline-overridable constants of the shader.
     constants: Vec<(&'static str, f64)>,
     writes: ColorWrites,
     blend: Option<BlendState>,
     depth: Option<DepthStencilState>,
-    /// Faces that are never seen.
+    /// Culled faces.
     cull: Option<Face>,
 }
 
@@ -327,13 +328,13 @@ fn depth(format: TextureFormat, write: bool, compare: CompareFunction) -> DepthS
     }
 }
 
-/// Counts, odd or even, how often a solid's surface is met.
+/// Counts the parity of the crossings of a solid's surface in the stencil.
 fn counted() -> DepthStencilState {
     let always = CompareFunction::Always;
     with_stencil(depth(DEPTH, false, always), always, StencilOperation::Invert)
 }
 
-/// The stencil holds 0 where the cut face shows the body, and its complement where it goes through a structure.
+/// The stencil is 0 where the cut face shows the body, and its complement inside a structure.
 fn with_stencil(state: DepthStencilState, compare: CompareFunction, pass_op: StencilOperation) -> DepthStencilState {
     let keep = StencilOperation::Keep;
     let face = StencilFaceState { compare, fail_op: keep, depth_fail_op: keep, pass_op };

@@ -1,4 +1,4 @@
-//! What is drawn onto before a picture is done: samples, depth, shadows, and the smaller picture of a low quality.
+//! Intermediate render targets: samples, depth, shadows, and the smaller image of a low quality.
 
 use wgpu::{Device, TextureUsages, TextureView};
 
@@ -9,18 +9,18 @@ use crate::quality::Quality;
 
 /// Targets of one size and quality.
 pub struct Targets {
-    /// Several samples a pixel, where there are.
+    /// Multisampled colour, if used.
     pub samples: Option<TextureView>,
-    /// A smaller picture, where the quality asks for one.
+    /// The smaller image, if the quality requires one.
     pub small: Option<TextureView>,
     /// Depth and stencil.
     pub depth: TextureView,
-    /// Depth as the lamp sees it; one texel without shadows.
+    /// Depth in the lamp's view; one texel without shadows.
     pub shadow: TextureView,
 }
 
 impl Targets {
-    /// Makes them for pictures of a size.
+    /// Creates the targets for images of a size.
     #[must_use]
     pub fn new(device: &Device, picture: [u32; 2], quality: Quality) -> Self {
         let size = picture.map(|side| ((side as f32 * quality.resolution()).round() as u32).max(1));

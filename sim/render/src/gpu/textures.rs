@@ -6,23 +6,23 @@ use wgpu::{
     TextureViewDescriptor,
 };
 
-/// What a texture is, but for what it is used for.
+/// Parameters of a texture, except its usage.
 #[derive(Clone, Copy)]
 pub struct TexturePlan {
     /// Width and height, in texels.
     pub size: [u32; 2],
-    /// Levels of detail.
+    /// Number of mip levels.
     pub levels: u32,
-    /// Pictures in it.
+    /// Number of array layers.
     pub layers: u32,
-    /// Samples a texel.
+    /// Number of samples per texel.
     pub samples: u32,
     /// Format.
     pub format: TextureFormat,
 }
 
 impl TexturePlan {
-    /// One picture of one level.
+    /// One layer with one level.
     #[must_use]
     pub fn flat(size: [u32; 2], format: TextureFormat) -> Self {
         Self { size, levels: 1, layers: 1, samples: 1, format }
@@ -42,14 +42,14 @@ impl TexturePlan {
         }
     }
 
-    /// Makes the texture, its content undefined.
+    /// Creates the texture with undefined content.
     #[must_use]
     pub fn empty(&self, device: &Device, usage: TextureUsages) -> Texture {
         device.create_texture(&self.descriptor(usage))
     }
 }
 
-/// A texture of numbers for shaders to read, row by row: one to a texel, or four.
+/// Creates a texture of numbers for shaders, row by row, with one or four numbers per texel.
 #[must_use]
 pub fn numbers<T: bytemuck::Pod>(device: &Device, queue: &Queue, size: [u32; 2], values: &[T]) -> TextureView {
     let four = size_of::<T>() > size_of::<f32>();
@@ -60,7 +60,7 @@ pub fn numbers<T: bytemuck::Pod>(device: &Device, queue: &Queue, size: [u32; 2],
     view(&texture)
 }
 
-/// A view of all of a texture.
+/// A view of a whole texture.
 #[must_use]
 pub fn view(texture: &Texture) -> TextureView {
     texture.create_view(&TextureViewDescriptor::default())

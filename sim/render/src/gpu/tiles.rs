@@ -1,4 +1,5 @@
-//! The materials' tiles: drawn once by the graphics card, halved level by level, and put together.
+//! The tiles of the materials: rendered once by the GPU with their mip levels, and combined into
+//! array textures.
 
 use wgpu::{
     BindGroup, BindingResource, CommandEncoder, Device, Origin3d, Queue, RenderPipeline, Sampler, TexelCopyTextureInfo,
@@ -9,12 +10,13 @@ use super::layouts::{Layouts, group};
 use super::pipelines::{Shaders, covering};
 use super::textures::{TexturePlan, view};
 
-/// The shaders of the pictures: the six materials in the order of [`crate::frame::DrawnMaterial`], and skin cut through.
+/// Fragment shaders of the tiles: the six materials in the order of
+/// [`crate::frame::DrawnMaterial`], and the cut skin.
 const MATERIALS: [&str; 7] =
     ["paint_skin", "paint_fat", "paint_muscle", "paint_fascia", "paint_bone", "paint_fluid", "paint_dermis"];
 /// Width of a tile, in texels.
 const TEXELS: u32 = 512;
-/// Levels of detail, down to 4 texels.
+/// Number of mip levels, down to 4 texels.
 const LEVELS: u32 = 8;
 const HEIGHTS: TextureFormat = TextureFormat::Rgba16Float;
 
@@ -27,7 +29,7 @@ pub struct Tiles {
 }
 
 impl Tiles {
-    /// Draws them.
+    /// Renders the tiles.
     #[must_use]
     pub fn new(device: &Device, queue: &Queue, layouts: &Layouts, shaders: &Shaders) -> Self {
         let layers = MATERIALS.len() as u32;
@@ -51,23 +53,24 @@ impl Tiles {
     }
 }
 
-/// Where one material after the other is painted, and copied from. OpenGL cannot read one level of one picture of many.
+/// Render targets for one material after the other, from which the tiles are copied. OpenGL cannot
+/// sample one level of one array layer.
 struct Easel {
-    /// One for each material.
+    /// One pipeline per material.
     painting: [RenderPipeline; MATERIALS.len()],
     relieving: RenderPipeline,
     halving: RenderPipeline,
     heights: TextureView,
-    /// The heights, for the relief made from them.
+    /// The heights, as input of the relief.
     bind: BindGroup,
     /// Colour and relief.
     sheets: [Sheet; 2],
 }
 
-/// One picture at every level, each a texture of its own.
+/// One image with all mip levels, each a texture of its own.
 struct Sheet {
     levels: Vec<(Texture, TextureView)>,
-    /// Each level, for the one that is made from it.
+    /// Each level, as input of the next.
     binds: Vec<BindGroup>,
 }
 
@@ -88,7 +91,7 @@ impl Easel {
         }
     }
 
-    /// Colours and heights of a material, then its relief from the heights.
+    /// Renders colours and heights of a material, then its relief from the heights.
     fn paint(&self, encoder: &mut CommandEncoder, painting: &RenderPipeline) {
         let [colours, reliefs] = &self.sheets;
         let mut pass = begin(encoder, &[&colours.levels[0].1, &self.heights]);
@@ -119,7 +122,7 @@ impl Sheet {
         Self { binds: levels.iter().map(bind).collect(), levels }
     }
 
-    /// Each level from the one above it.
+    /// Renders each level from the one above it.
     fn halve(&self, encoder: &mut CommandEncoder, halving: &RenderPipeline) {
         for (bind, (_, below)) in self.binds.iter().zip(&self.levels[1..]) {
             let mut pass = begin(encoder, &[below]);
@@ -129,7 +132,7 @@ impl Sheet {
         }
     }
 
-    /// Into one picture of many.
+    /// Copies all levels into one layer of an array texture.
     fn copy(&self, encoder: &mut CommandEncoder, texture: &Texture, picture: u32) {
         for (mip_level, (source, _)) in (0..).zip(&self.levels) {
             let origin = Origin3d { z: picture, ..Origin3d::ZERO };
@@ -139,7 +142,7 @@ impl Sheet {
     }
 }
 
-/// Linear within a level, without repeating.
+/// A sampler that is linear within a level, without repeating.
 pub fn smooth(device: &Device) -> Sampler {
     device.create_sampler(&wgpu::SamplerDescriptor {
         mag_filter: wgpu::FilterMode::Linear,

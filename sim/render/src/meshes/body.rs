@@ -1,24 +1,26 @@
-//! The block of the body: one grid for every boundary and one strip of walls for every layer, which the graphics card puts in their
-//! place. Corners are dense around the needle.
+//! The block of the body: one grid for all boundaries and one strip of walls for all layers, which
+//! the vertex shader positions. Vertices are dense around the needle.
 //!
-//! A corner of the grid holds the end of its ray on the block's rim (m across and away), and how far along the ray it lies; a
-//! corner of a wall also its outward normal, 1 at the layer's bottom, and 1 to tell it from the grid.
+//! A vertex of the grid holds the end of its ray on the block's rim (m across and away), and its
+//! position along the ray; a vertex of a wall also holds its outward normal, 1 at the layer's
+//! bottom, and 1 to distinguish it from the grid.
 
 use std::ops::Range;
 
 use super::{Corner, MeshShape};
 use crate::placement::{BEHIND_M, HALF_WIDTH_M};
 
-/// Corners along a ray, from the middle of the cut to the rim. A processor that stands in for a graphics card draws blocks of 16 pixels
-/// once for each triangle that they touch, so that there are no more than curvature asks for.
+/// Number of vertices along a ray, from the middle of the cut to the rim. A software renderer
+/// processes blocks of 16 pixels once for each triangle that they touch, so this is the minimum
+/// that the curvature needs.
 const RINGS: u32 = 30;
-/// Stretches of the rim: right side, far side, left side.
+/// Segments of the rim: right side, far side, left side.
 const SIDE: u32 = 11;
 const FAR: u32 = 22;
 
-/// The block, and which of its indices are what.
+/// The block, and the index ranges of its parts.
 pub struct BodyMesh {
-    /// All corners and triangles.
+    /// All vertices and triangles.
     pub shape: MeshShape,
     /// The grid of a boundary.
     pub grid: Range<u32>,
@@ -29,14 +31,15 @@ pub struct BodyMesh {
 }
 
 impl BodyMesh {
-    /// The grid within a distance from the middle of the cut (m), and the rest of it.
+    /// Index ranges of the grid within a distance from the middle of the cut (m), and of the rest.
     #[must_use]
     pub fn grid_within(&self, reach_m: f32) -> [Range<u32>; 2] {
         let end = self.grid.end * rings_within(reach_m) / RINGS;
         [0..end, end..self.grid.end]
     }
 
-    /// The cut within a distance from its middle (m), and the rest of it on both sides.
+    /// Index ranges of the cut within a distance from its middle (m), and of the rest on both
+    /// sides.
     #[must_use]
     pub fn cut_within(&self, reach_m: f32) -> [Range<u32>; 3] {
         let Range { start, end } = self.cut;
@@ -47,9 +50,9 @@ impl BodyMesh {
     }
 }
 
-/// Rings of the grid that cover a distance from the middle of the cut, in m.
+/// Number of rings of the grid that cover a distance from the middle of the cut, in m.
 fn rings_within(reach_m: f32) -> u32 {
-    // As in `placed` in `tissue.wgsl`, along the shortest ray.
+    // Same as `placed` in `tissue.wgsl`, along the shortest ray.
     let distance_m = |ring: u32| {
         let along = ring as f32 / RINGS as f32;
         HALF_WIDTH_M * along * (0.02 + 0.98 * along * along)
@@ -57,7 +60,7 @@ fn rings_within(reach_m: f32) -> u32 {
     (0..RINGS).find(|ring| distance_m(*ring) >= reach_m).unwrap_or(RINGS)
 }
 
-/// Makes the block.
+/// Builds the block.
 #[must_use]
 pub fn build_body() -> BodyMesh {
     let mut shape = MeshShape::default();
@@ -78,7 +81,7 @@ fn outline_rows(from: [f32; 2], to: [f32; 2], steps: u32) -> impl Iterator<Item 
     })
 }
 
-/// The corners of the block in plan, from the right end of the cut around to its left end.
+/// Corners of the block in plan view, from the right end of the cut around to its left end.
 const CORNERS: [[f32; 2]; 4] =
     [[HALF_WIDTH_M, 0.0], [HALF_WIDTH_M, BEHIND_M], [-HALF_WIDTH_M, BEHIND_M], [-HALF_WIDTH_M, 0.0]];
 
@@ -97,7 +100,7 @@ fn add_grid(shape: &mut MeshShape, rim: &[[f32; 2]]) {
     shape.join(0, rim.len() as u32, RINGS + 1);
 }
 
-/// A wall: two rows of corners, the layer's top and its bottom.
+/// A wall: two rows of vertices, the layer's top and its bottom.
 fn add_wall(shape: &mut MeshShape, plan: &[[f32; 3]], normal: [f32; 2]) {
     let first = shape.corners.len() as u32;
     for bottom in [0.0, 1.0] {

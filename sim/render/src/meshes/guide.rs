@@ -1,4 +1,5 @@
-//! The guide: the planned line in dashes, a cross at the entry, and rings around the target where it is to be seen. Told apart by shape, not colour alone.
+//! The guide: the planned line in dashes, a cross at the entry, and rings around the target if it
+//! is visible. Distinguished by shape, not only by colour.
 
 use std::f32::consts::TAU;
 
@@ -11,7 +12,7 @@ use crate::frame::Stage;
 const LINE: f32 = 0.0;
 const ENTRY: f32 = 1.0;
 const TARGET: f32 = 2.0;
-/// The line begins this far above the skin, in m.
+/// Start of the line above the skin, in m.
 const ABOVE_M: f32 = 0.05;
 /// Length of a dash and of the gap after it, in m.
 const DASH_M: [f32; 2] = [0.0026, 0.0018];
@@ -20,7 +21,7 @@ const CROSS_M: f32 = 0.006;
 const RING_RADIUS_M: f32 = 0.0028;
 const RING_TUBE_M: f32 = 2.0e-4;
 
-/// Makes the guide of a stage.
+/// Builds the guide of a stage.
 #[must_use]
 pub fn build_guide(stage: &Stage) -> MeshShape {
     let (entry, target) = (Vec3::from(stage.entry_m), stage.target_m.map(Vec3::from));
@@ -42,7 +43,7 @@ pub fn build_guide(stage: &Stage) -> MeshShape {
     shape
 }
 
-/// Two bars on the skin, open in the middle so that the puncture stays to be seen.
+/// Two bars on the skin, open in the middle so that the puncture stays visible.
 fn cross(shape: &mut MeshShape, entry: Vec3) {
     for direction in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y] {
         let from = entry + direction * (0.3 * CROSS_M) + Vec3::Z * 3e-4;

@@ -1,4 +1,5 @@
-//! What is on a needle's hub, in the needle's own frame: the stylet's knob, or a syringe; and the drops that come from it.
+//! The part on a needle's hub, in the needle's own frame: the stylet's knob, or a syringe; and the
+//! drops from the hub.
 
 use glam::Vec3;
 
@@ -8,11 +9,11 @@ use crate::frame::{DrawnNeedle, Frame, OnHub, Stage};
 use crate::placement::Placement;
 
 const KNOB: f32 = 4.0;
-/// A plunger goes in: its shader moves it.
+/// Part number of the plunger, which its shader moves.
 const PLUNGER: f32 = 5.0;
 const GLASS: f32 = 6.0;
 const SIDES: u32 = 40;
-/// Share of the hub's room at which its mouth is; the knob takes the rest.
+/// Position of the hub's mouth, as a fraction of the hub's room; the knob takes the rest.
 const MOUTH: f32 = 0.53;
 /// Length of the hub with the stylet's knob, behind the shaft, in m.
 const LENGTH_M: f32 = 0.030;
@@ -21,15 +22,15 @@ const BARREL_M: f32 = 0.0072;
 const NOZZLE_M: f32 = 0.008;
 const LONG_M: f32 = 0.050;
 const ROD_M: f32 = 0.026;
-/// How far the plunger goes in when resistance is lost, in m.
+/// Travel of the plunger at loss of resistance, in m.
 pub const TRAVEL_M: f32 = 0.018;
-/// Radius of a drop that falls, in m: some 0.05 ml.
+/// Radius of a falling drop, in m: about 0.05 ml.
 pub const DROP_M: f32 = 0.0023;
 
-/// Where the hub is along a needle.
+/// Dimensions of the hub along a needle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HubForm {
-    /// Where the hub begins, in m from the tip, negative.
+    /// Start of the hub, in m from the tip, negative.
     pub begins_m: f32,
     /// Half its width, in m.
     pub wide_m: f32,
@@ -37,7 +38,7 @@ pub struct HubForm {
     long_m: f32,
 }
 
-/// Both ends of the needle, with what is on its hub, as if it were straight, in m.
+/// Both ends of the straight needle, including the part on its hub, in m.
 #[must_use]
 pub fn needle_ends(stage: &Stage, frame: &Frame, place: &Placement) -> [Vec3; 2] {
     let end_m = HubForm::of(&stage.needle).ends_m(stage.needle.hub, frame.hub.open);
@@ -45,32 +46,32 @@ pub fn needle_ends(stage: &Stage, frame: &Frame, place: &Placement) -> [Vec3; 2]
 }
 
 impl HubForm {
-    /// Of a needle.
+    /// The hub of a needle.
     #[must_use]
     pub fn of(needle: &DrawnNeedle) -> Self {
         let outer_m = 0.5 * needle.diameter_m;
         Self { begins_m: -needle.length_m, wide_m: 0.0046_f32.max(2.2 * outer_m), long_m: LENGTH_M }
     }
 
-    /// Place along the needle at a share of the room, in m from the tip.
+    /// Position along the needle at a fraction of the room, in m from the tip.
     #[must_use]
     pub fn at_share(&self, share: f32) -> f32 {
         self.begins_m - share * self.long_m
     }
 
-    /// The hub's mouth, in m from the tip.
+    /// Position of the hub's mouth, in m from the tip.
     #[must_use]
     pub fn mouth_m(&self) -> f32 {
         self.at_share(MOUTH)
     }
 
-    /// Where a drop hangs: distance from the axis, and place along it, in m.
+    /// Position of a hanging drop: distance from the axis, and position along it, in m.
     #[must_use]
     pub fn rim_m(&self) -> [f32; 2] {
         [1.5 * self.wide_m, self.at_share(0.42)]
     }
 
-    /// Where the needle ends with what is on its hub, in m from the tip.
+    /// End of the needle including the part on its hub, in m from the tip.
     #[must_use]
     pub fn ends_m(&self, on: OnHub, open: bool) -> f32 {
         match (open, on) {
@@ -81,7 +82,7 @@ impl HubForm {
     }
 }
 
-/// What is on the hub: what can be seen of it, and what is seen through.
+/// Builds the part on the hub: its opaque and its transparent shape.
 #[must_use]
 pub fn build_on_hub(needle: &DrawnNeedle) -> [MeshShape; 2] {
     let form = HubForm::of(needle);
@@ -109,7 +110,7 @@ fn build_knob(form: &HubForm) -> MeshShape {
     shape
 }
 
-/// A glass syringe on a mouth: a nozzle, the barrel with its rim.
+/// A glass syringe on a mouth: a nozzle, and the barrel with its rim.
 fn build_barrel(mouth_m: f32) -> MeshShape {
     let z = |back_m: f32| mouth_m - back_m;
     let end_m = NOZZLE_M + LONG_M;
@@ -127,7 +128,8 @@ fn build_barrel(mouth_m: f32) -> MeshShape {
     shape
 }
 
-/// The plunger as the hand holds it: its head in the barrel, its rod and the rest for the thumb behind it.
+/// The plunger in the hand's position: its head in the barrel, its rod and the thumb rest behind
+/// it.
 fn build_plunger(mouth_m: f32) -> MeshShape {
     let z = |back_m: f32| mouth_m - back_m;
     let (head_m, end_m) = (NOZZLE_M + TRAVEL_M + 0.002, NOZZLE_M + LONG_M + ROD_M);
@@ -146,7 +148,7 @@ fn build_plunger(mouth_m: f32) -> MeshShape {
     shape
 }
 
-/// A drop of radius 1 around the origin.
+/// Builds a drop of radius 1 around the origin.
 #[must_use]
 pub fn build_drop() -> MeshShape {
     let around = |i: u32| {
@@ -158,7 +160,7 @@ pub fn build_drop() -> MeshShape {
     shape
 }
 
-/// From the hub's end towards the tip, as a lathe wants it.
+/// Reverses a profile, from the hub's end towards the tip, as [`turn`] expects it.
 #[must_use]
 pub fn reversed(profile: &[Point]) -> Vec<Point> {
     profile.iter().rev().copied().collect()

@@ -1,4 +1,4 @@
-//! Round bodies: a profile turned around an axis.
+//! Surfaces of revolution: a profile rotated around an axis.
 
 use std::f32::consts::TAU;
 
@@ -6,11 +6,11 @@ use glam::Vec3;
 
 use super::{Corner, MeshShape};
 
-/// A point of a profile: distance from the axis and place along it, in m.
+/// A point of a profile: distance from the axis and position along it, in m.
 pub type Point = [f32; 2];
 
-/// Turns a profile around +z, in `sides` sides. Each stretch of it has its own edges, so that rims stay sharp; the profile goes
-/// from the hub's side to the tip's with the body on its inner side.
+/// Rotates a profile around +z, with `sides` sides. Each segment has its own edges, so that rims
+/// stay sharp; the profile runs from the hub's side to the tip's with the body on its inner side.
 pub fn turn(shape: &mut MeshShape, profile: &[Point], part: f32, sides: u32) {
     for stretch in profile.windows(2) {
         let [[r0, z0], [r1, z1]] = [stretch[0], stretch[1]];
@@ -27,7 +27,7 @@ pub fn turn(shape: &mut MeshShape, profile: &[Point], part: f32, sides: u32) {
     }
 }
 
-/// A profile with a smooth curve: the normals of a stretch run into each other.
+/// Rotates a smooth profile: normals are interpolated between segments.
 pub fn turn_smooth(shape: &mut MeshShape, profile: &[Point], part: f32, sides: u32) {
     let first = shape.corners.len() as u32;
     for (at, [r, z]) in profile.iter().enumerate() {

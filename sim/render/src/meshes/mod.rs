@@ -1,4 +1,4 @@
-//! The shapes that a picture is put together from, as corners and triangles for the graphics card.
+//! The meshes of an image, as vertices and triangles for the GPU.
 
 pub mod body;
 pub mod guide;
@@ -12,35 +12,35 @@ pub mod tray;
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
 
-/// A corner: what it means is up to its shader.
+/// A vertex, interpreted by its shader.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Corner {
-    /// Place, and a number of the part.
+    /// Position, and a number of the part.
     pub at: [f32; 4],
     /// Normal, and another number.
     pub normal: [f32; 4],
 }
 
 impl Corner {
-    /// A corner of a part.
+    /// A vertex of a part.
     #[must_use]
     pub fn new(at: Vec3, part: f32, normal: Vec3) -> Self {
         Self { at: at.extend(part).to_array(), normal: normal.extend(0.0).to_array() }
     }
 }
 
-/// Corners and triangles.
+/// Vertices and triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshShape {
-    /// Corners.
+    /// Vertices.
     pub corners: Vec<Corner>,
-    /// Three corners a triangle.
+    /// Three vertex indices per triangle.
     pub indices: Vec<u32>,
 }
 
 impl MeshShape {
-    /// Adds a corner and returns its number.
+    /// Adds a vertex and returns its index.
     pub fn corner(&mut self, corner: Corner) -> u32 {
         self.corners.push(corner);
         self.corners.len() as u32 - 1
@@ -51,12 +51,12 @@ impl MeshShape {
         self.indices.extend(corners);
     }
 
-    /// Adds a quadrilateral, corners in order around it.
+    /// Adds a quadrilateral, with vertices in order around it.
     pub fn quad(&mut self, [a, b, c, d]: [u32; 4]) {
         self.indices.extend([a, b, c, a, c, d]);
     }
 
-    /// The shape turned around the origin, then moved.
+    /// The shape rotated around the origin, then translated.
     #[must_use]
     pub fn placed(mut self, at: Vec3, turn: Quat) -> Self {
         for corner in &mut self.corners {
@@ -75,7 +75,7 @@ impl MeshShape {
         self.indices.extend(other.indices.iter().map(|index| base + index));
     }
 
-    /// Joins neighbouring rows of corners, each of `columns`, that begin at corner `first`.
+    /// Joins neighbouring rows of vertices, each of `columns`, starting at vertex `first`.
     pub fn join(&mut self, first: u32, columns: u32, rows: u32) {
         for row in 0..rows.saturating_sub(1) {
             for column in 0..columns.saturating_sub(1) {

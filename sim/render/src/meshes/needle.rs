@@ -1,5 +1,5 @@
-//! The needle in its own frame: +z from hub to tip, tip at the origin. Stylet with its tip, cannula with its bore, and the hub; what is on the
-//! hub is in `hub.rs`.
+//! The needle in its own frame: +z from hub to tip, tip at the origin. Stylet with its tip, cannula
+//! with its bore, and the hub; the parts on the hub are in `hub.rs`.
 
 use std::f32::consts::{PI, TAU};
 
@@ -14,14 +14,14 @@ const STEEL: f32 = 0.0;
 const CANNULA: f32 = 1.0;
 const BORE: f32 = 2.0;
 const HUB: f32 = 3.0;
-/// Sides of a shaft.
+/// Number of sides of a shaft.
 const SIDES: u32 = 24;
-/// Stretches of a shaft along its length: it can bend.
+/// Number of segments of a shaft along its length, so that it can bend.
 const STRETCHES: u32 = 24;
-/// Radius of the stylet as a share of the cannula's outer one.
+/// Radius of the stylet, as a fraction of the cannula's outer radius.
 const STYLET: f32 = 0.80;
 
-/// Makes the needle.
+/// Builds the needle.
 #[must_use]
 pub fn build_needle(needle: &DrawnNeedle) -> MeshShape {
     let mut shape = MeshShape::default();
@@ -57,7 +57,7 @@ fn add_shaft(shape: &mut MeshShape, radius_m: f32, part: f32, [from_m, to_m]: [f
     turn_smooth(shape, &profile, part, SIDES);
 }
 
-/// A shaft's end: where its surface ends, and how far the end is from the tip, at an angle around the axis.
+/// The end of a shaft: the tip, and the shaft up to it.
 fn add_tip(shape: &mut MeshShape, tip: Tip, radius_m: f32, room_m: f32, from_m: f32) {
     match tip {
         Tip::Diamond => add_diamond_tip(shape, radius_m, (2.1 * radius_m).min(room_m), from_m),
@@ -78,7 +78,7 @@ fn add_tip(shape: &mut MeshShape, tip: Tip, radius_m: f32, room_m: f32, from_m: 
     }
 }
 
-/// Three flat facets that meet in the tip.
+/// Three flat facets that meet at the tip.
 fn add_diamond_tip(shape: &mut MeshShape, radius_m: f32, long_m: f32, from_m: f32) {
     let per_facet = SIDES / 3;
     let depth = |angle: f32| -long_m * (angle - add_facet(angle)).cos();
@@ -101,12 +101,13 @@ fn add_diamond_tip(shape: &mut MeshShape, radius_m: f32, long_m: f32, from_m: f3
     shaft_to(shape, radius_m, from_m, depth);
 }
 
-/// The middle of the facet that an angle belongs to.
+/// The middle of the facet at an angle.
 fn add_facet(angle: f32) -> f32 {
     TAU / 3.0 * (angle * 3.0 / TAU).round()
 }
 
-/// A slanted cut. Its point is bent onto the axis, as a Tuohy needle's is, so that the point is where the force law's tip is.
+/// A bevel. Its point is bent onto the axis, like that of a Tuohy needle, so that it coincides with
+/// the force law's tip.
 fn add_bevelled_tip(shape: &mut MeshShape, radius_m: f32, long_m: f32, from_m: f32) {
     let depth = |angle: f32| -0.5 * long_m * (1.0 - angle.cos());
     let first = shape.corners.len() as u32;
@@ -129,7 +130,7 @@ fn add_bevelled_tip(shape: &mut MeshShape, radius_m: f32, long_m: f32, from_m: f
     }
 }
 
-/// A shaft whose end follows a curve: `end` is the place along the axis at an angle.
+/// A shaft whose end follows a curve: `end` is the axial position at an angle.
 fn shaft_to(shape: &mut MeshShape, radius_m: f32, from_m: f32, end: impl Fn(f32) -> f32) {
     let first = shape.corners.len() as u32;
     let rows = STRETCHES;

@@ -1,10 +1,10 @@
-//! A flat grid, for light that is worked out at its corners.
+//! A flat grid, for light that is computed at its vertices.
 
 use glam::Vec3;
 
 use super::{Corner, MeshShape};
 
-/// Makes a grid of so many columns and rows, from -1 to 1 in x and y.
+/// Builds a grid with these numbers of columns and rows, from -1 to 1 in x and y.
 #[must_use]
 pub fn build_sheet([columns, rows]: [u32; 2]) -> MeshShape {
     let mut shape = MeshShape::default();

@@ -1,15 +1,16 @@
-//! Structures inside the body, with normals: edges sharper than a crease stay edges.
+//! Structures inside the body, with normals: edges sharper than a crease stay sharp.
 
 use glam::Vec3;
 
 use super::{Corner, MeshShape};
 use crate::frame::{DrawnStructure, DrawnStructureKind, Mesh};
 
-/// Cosine of the angle between faces that still make one smooth surface: of a structure, and of skin, which has no edges.
+/// Cosine of the maximum angle between faces of a smooth surface: for a structure, and for skin,
+/// which has no edges.
 const CREASE: f32 = 0.7;
 const NO_CREASE: f32 = -1.0;
 
-/// All structures in one shape: the part is the kind, the other number which structure it is.
+/// All structures in one shape: the part is the kind, the other number the index of the structure.
 #[must_use]
 pub fn build_solids(structures: &[DrawnStructure]) -> MeshShape {
     let mut shape = MeshShape::default();

@@ -1,5 +1,6 @@
-//! What lies ready beside the body: a steel tray with a syringe, a gauze pad and a bowl of antiseptic. In the block's own frame: to
-//! the right of the cut's middle, away from its viewer, up from the drape.
+//! The instruments next to the body: a steel tray with a syringe, a gauze pad and a bowl of
+//! antiseptic. In the block's own frame: to the right of the cut's middle, away from the viewer, up
+//! from the drape.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -13,7 +14,7 @@ const STEEL: f32 = 5.0;
 const PLASTIC: f32 = 6.0;
 const GAUZE: f32 = 7.0;
 const ANTISEPTIC: f32 = 8.0;
-/// Sides of what is round.
+/// Number of sides of round parts.
 const SIDES: u32 = 28;
 /// Half the tray's width and length, and the height of its rim, in m.
 const HALF_M: [f32; 2] = [0.058, 0.042];
@@ -21,7 +22,7 @@ const RIM_M: f32 = 0.007;
 /// The middle of the tray, in m: behind the block to its right.
 pub const MIDDLE_M: [f32; 2] = [HALF_WIDTH_M + 0.042, BEHIND_M + 0.02];
 
-/// Makes the tray and what is on it.
+/// Builds the tray with its instruments.
 #[must_use]
 pub fn build_tray() -> MeshShape {
     let mut shape = kidney_dish();
@@ -41,7 +42,7 @@ fn turned_part(angle_rad: f32) -> Quat {
     Quat::from_rotation_z(angle_rad)
 }
 
-/// A sheet of steel with a rim.
+/// A steel plate with a rim.
 fn kidney_dish() -> MeshShape {
     const THIN_M: f32 = 0.0006;
     let [wide, long] = HALF_M;
@@ -93,7 +94,7 @@ fn syringe() -> MeshShape {
     shape
 }
 
-/// Steel, filled: outside, lip and inside in one profile, and the level of what is in it.
+/// A filled steel bowl: outside, lip and inside, and the surface of its content.
 fn bowl() -> MeshShape {
     const DEEP_M: f32 = 0.018;
     let mut shape = MeshShape::default();
@@ -101,7 +102,7 @@ fn bowl() -> MeshShape {
         let (sin, cos) = (FRAC_PI_2 * i as f32 / 8.0).sin_cos();
         [radius_m * (0.55 + 0.45 * sin), DEEP_M * (1.0 - cos)]
     };
-    // Profiles go with the body on their inner side: the outside upwards, the inside downwards.
+    // Profiles have the body on their inner side: the outside runs upwards, the inside downwards.
     let outside: Vec<Point> = (0..=8).map(|i| wall(0.020, i)).collect();
     let inside: Vec<Point> = (0..=8).rev().map(|i| wall(0.019, i)).collect();
     turn_smooth(&mut shape, &outside, STEEL, SIDES);

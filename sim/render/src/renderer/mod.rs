@@ -1,4 +1,4 @@
-//! Draws frames of a stage.
+//! Renders frames of a stage.
 
 mod passes;
 
@@ -24,29 +24,29 @@ use crate::quality::Quality;
 use crate::scene_block::{SceneBlock, ShaderMoment, latest};
 use crate::{drape, skin, wounds};
 
-/// Columns and rows of the grid over the picture that the drape and the room are drawn by.
+/// Columns and rows of the grid with which the drape and the room are drawn over the image.
 const BACKDROP: [u32; 2] = [64, 36];
 
-/// Why a stage cannot be drawn.
+/// Why a stage cannot be rendered.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StageError {
-    /// More layers than there is room for.
+    /// More layers than supported.
     #[error("{0} layers: a picture takes at most {MOST_LAYERS}")]
     Layers(usize),
-    /// More loads than there is room for.
+    /// More loads than supported.
     #[error("{0} loads of the field: a picture takes at most {most}", most = field::MOST_LOADS)]
     Loads(usize),
-    /// The table's size does not follow from its radii, loads and the layers.
+    /// The size of the table does not match its radii, its loads and the layers.
     #[error("the field has {found} displacements: {wanted} are wanted, for every boundary, load and radius")]
     Field {
-        /// Numbers found.
+        /// Number of values found.
         found: usize,
-        /// Numbers wanted.
+        /// Number of values expected.
         wanted: usize,
     },
 }
 
-/// Draws frames. Everything on the graphics card is made once, for a stage or for a size; a frame makes nothing new there.
+/// Renders frames. GPU resources are created once per stage or size; a frame creates none.
 pub struct Renderer {
     device: Device,
     queue: Queue,
@@ -62,33 +62,33 @@ pub struct Renderer {
     pub(crate) body: (Loaded, BodyMesh),
     pub(crate) tray: Loaded,
     pub(crate) drop: Loaded,
-    /// Over all of the picture, and under the body.
+    /// The grid over the whole image, and the floor under the body.
     pub(crate) behind: [Loaded; 2],
     block: Buffer,
     pub(crate) groups: Groups,
     pub(crate) set: Set,
 }
 
-/// What belongs to a stage.
+/// Resources of a stage.
 pub(crate) struct Set {
     stage: Stage,
     responses: DrawnResponses,
     skin: TextureView,
     pub(crate) field: TextureView,
-    /// In the field's place while the field is written.
+    /// Bound in place of the field while the field is written.
     no_field: TextureView,
     table: TextureView,
     pub(crate) needle: Loaded,
-    /// On its hub: what can be seen, and what is seen through.
+    /// The part on its hub: opaque and transparent.
     pub(crate) on_hub: [Loaded; 2],
     pub(crate) solids: Loaded,
     pub(crate) patient: Loaded,
     pub(crate) guide: Loaded,
 }
 
-/// What shaders are given.
+/// Bind groups of the shaders.
 pub(crate) struct Groups {
-    /// The scene, for everything that reads the field.
+    /// The scene, for all passes that read the field.
     pub(crate) scene: BindGroup,
     /// The scene, for the pass that writes the field.
     pub(crate) superpose: BindGroup,
@@ -98,7 +98,7 @@ pub(crate) struct Groups {
 }
 
 impl Renderer {
-    /// A renderer for pictures of a size in pixels. It has an empty stage.
+    /// Creates a renderer for images of a size in pixels, with an empty stage.
     #[must_use]
     pub fn new(device: &Device, queue: &Queue, size: [u32; 2], quality: Quality) -> Self {
         let layouts = Layouts::new(device);
@@ -147,10 +147,11 @@ impl Renderer {
         }
     }
 
-    /// Takes a stage to the graphics card.
+    /// Uploads a stage to the GPU.
     ///
     /// # Errors
-    /// When it has more layers or loads than a picture takes, or a field of the wrong size; the old stage stays.
+    /// If it has more layers or loads than supported, or a field of the wrong size; the previous
+    /// stage stays.
     pub fn set_stage(&mut self, stage: &Stage) -> Result<(), StageError> {
         check(stage)?;
         self.set = Set::new(&self.device, &self.queue, stage);
@@ -158,7 +159,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Draws pictures of another size, in pixels, or another quality from now on.
+    /// Sets the size, in pixels, and the quality of subsequent images.
     pub fn resize(&mut self, size: [u32; 2], quality: Quality) {
         let size = size.map(|side| side.max(1));
         if (size, quality) == (self.size, self.quality) {
@@ -173,19 +174,19 @@ impl Renderer {
         self.bind();
     }
 
-    /// Size of the pictures, in pixels.
+    /// Size of the images, in pixels.
     #[must_use]
     pub fn size(&self) -> [u32; 2] {
         self.size
     }
 
-    /// Quality of the pictures.
+    /// Quality of the images.
     #[must_use]
     pub fn quality(&self) -> Quality {
         self.quality
     }
 
-    /// Triangles of a frame with everything shown.
+    /// Number of triangles of a frame with everything visible.
     #[must_use]
     pub fn triangles(&self) -> u32 {
         let layers = self.set.stage.layers.len() as u32;
@@ -200,14 +201,14 @@ impl Renderer {
             + self.tray.triangles()
     }
 
-    /// The camera of a frame, to put names and marks where they belong.
+    /// The camera of a frame, for placing labels and marks.
     #[must_use]
     pub fn camera(&self, frame: &Frame) -> Camera {
         let place = Placement::for_frame(&self.set.stage, frame);
         Camera::for_frame(&self.set.stage, frame, &place, self.aspect())
     }
 
-    /// Draws a frame onto a view of [`crate::FORMAT`] and the renderer's size.
+    /// Renders a frame to a view of [`crate::FORMAT`] and the renderer's size.
     pub fn draw(&self, frame: &Frame, onto: &TextureView) {
         self.write(frame);
         let mut encoder = self.device.create_command_encoder(&Default::default());
@@ -226,7 +227,7 @@ impl Renderer {
         }
     }
 
-    /// The frame's numbers.
+    /// Writes the frame's uniforms.
     fn write(&self, frame: &Frame) {
         let Set { stage, responses, .. } = &self.set;
         let place = Placement::for_frame(stage, frame);
@@ -244,14 +245,15 @@ impl Renderer {
         self.size[0] as f32 / self.size[1] as f32
     }
 
-    /// How far from the middle of the cut punctures are seen, in m: on the skin, and in the cut.
+    /// Distance from the middle of the cut within which punctures are visible, in m: on the skin,
+    /// and in the cut.
     pub(crate) fn wounds(&self, frame: &Frame) -> [f32; 2] {
         let stage = &self.set.stage;
         let (place, punctures) = (Placement::for_frame(stage, frame), latest(&frame.punctures));
         [wounds::on_skin(stage, &place, punctures), wounds::on_cut(stage, &place, punctures)]
     }
 
-    /// Indices of the grid over the picture where shadows can fall on the drape.
+    /// Indices of the grid over the image where shadows can fall on the drape.
     pub(crate) fn shaded(&self, frame: &Frame) -> Range<u32> {
         if self.quality.shadow_texels() == 0 {
             return 0..0;
@@ -279,7 +281,7 @@ impl Renderer {
     }
 }
 
-/// What groups are made of.
+/// Resources for the bind groups.
 struct Bound<'a> {
     device: &'a Device,
     layouts: &'a Layouts,
@@ -345,7 +347,8 @@ fn check(stage: &Stage) -> Result<(), StageError> {
     if found == wanted { Ok(()) } else { Err(StageError::Field { found, wanted }) }
 }
 
-/// Tiles that repeat, shadows that compare, and a smooth one for enlarging. One sample a pixel goes with one level of detail.
+/// Samplers: repeating tiles, shadow comparison, and linear for scaling up. Without multisampling
+/// the tiles use one mip level.
 fn samplers(device: &Device, quality: Quality) -> [wgpu::Sampler; 3] {
     let linear = wgpu::SamplerDescriptor {
         mag_filter: wgpu::FilterMode::Linear,

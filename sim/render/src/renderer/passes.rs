@@ -1,4 +1,4 @@
-//! The passes of a frame, in order: the field, the shadows, the picture.
+//! The passes of a frame, in order: field, shadows, image.
 
 use std::ops::Range;
 
@@ -13,14 +13,14 @@ use crate::gpu::buffers::Loaded;
 use crate::gpu::pipelines::Faces;
 use crate::scene_block::casts;
 
-/// Below this fade the body is drawn opaque.
+/// Fade below which the body is drawn opaque.
 const OPAQUE: f32 = 0.004;
 
 fn colour_attachment<'a>(
     view: &'a TextureView,
     resolve_target: Option<&'a TextureView>,
 ) -> RenderPassColorAttachment<'a> {
-    // Only what is read later is stored: samples are resolved and forgotten.
+    // Multisampled attachments are resolved and then discarded.
     let store = if resolve_target.is_some() { StoreOp::Discard } else { StoreOp::Store };
     RenderPassColorAttachment {
         view,
@@ -30,7 +30,7 @@ fn colour_attachment<'a>(
     }
 }
 
-/// The displacements of every boundary under the frame's loads.
+/// Draws the displacements of every boundary under the frame's loads.
 pub fn draw_field(renderer: &Renderer, encoder: &mut CommandEncoder) {
     let attachments = [Some(colour_attachment(&renderer.set.field, None))];
     let mut pass =
@@ -41,7 +41,8 @@ pub fn draw_field(renderer: &Renderer, encoder: &mut CommandEncoder) {
     pass.draw(0..3, 0..1);
 }
 
-/// What the lamp sees: the skin and the cut. The needle is thin enough for its shadow to be worked out where it falls.
+/// Draws the shadow map: the skin and the cut. The thin needle is omitted; its shadow is computed
+/// in the shader.
 pub fn draw_shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEncoder) {
     let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
         depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
@@ -52,7 +53,7 @@ pub fn draw_shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEnc
         ..Default::default()
     });
     pass.set_bind_group(0, &renderer.groups.scene, &[]);
-    // A body that is seen through lets the light through, too.
+    // A body that is seen through also lets the light through.
     if casts(frame.fade) {
         pass.set_pipeline(&renderer.fixed.tissue_shadow);
         draw_section(renderer, frame, None, &mut pass);
@@ -67,7 +68,7 @@ pub fn draw_shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEnc
     }
 }
 
-/// The picture itself.
+/// Draws the image.
 pub fn draw_picture(renderer: &Renderer, frame: &Frame, onto: &TextureView, encoder: &mut CommandEncoder) {
     let targets = &renderer.targets;
     let attachment = match &targets.samples {
@@ -115,7 +116,7 @@ fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>
     if front && !frame.closed {
         draw_with_pipeline(pass, &drawn.solid_inside, &renderer.set.solids);
     }
-    // What hides most comes first, so that what is hidden is never lit.
+    // The parts that hide most are drawn first, so that hidden fragments are not lit.
     if opaque {
         draw_body(renderer, frame, pass);
     }
@@ -137,7 +138,7 @@ fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>
     draw_clear_parts(renderer, frame, pass);
 }
 
-/// The needle, and what is on its hub.
+/// Draws the needle, and the part on its hub.
 fn draw_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     draw_with_pipeline(pass, &renderer.drawn.needle, &renderer.set.needle);
     if !frame.hub.open {
@@ -145,7 +146,7 @@ fn draw_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     }
 }
 
-/// What of the needle is seen through: a syringe's barrel, and drops.
+/// Draws the transparent parts of the needle: a syringe's barrel, and drops.
 fn draw_clear_parts(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     if !frame.hub.open {
         draw_with_pipeline(pass, &renderer.drawn.glass, &renderer.set.on_hub[1]);
@@ -156,7 +157,7 @@ fn draw_clear_parts(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_
     }
 }
 
-/// The drape, looked at for shadows only where there can be any, and the room.
+/// Draws the drape, with shadow lookups only where shadows are possible, and the room.
 fn draw_backdrop(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     let (grid, shaded) = (&renderer.behind[0], renderer.shaded(frame));
     let Range { start, end } = grid.indices();
@@ -167,16 +168,16 @@ fn draw_backdrop(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) 
     grid.draw_part(pass, shaded, 0..1);
 }
 
-/// What lies before the cut is numbered from here on; a body that is cut open has none of it.
+/// Instance offset of the parts in front of the cut; a body that is cut open has none.
 const BEFORE: u32 = 16;
 
-/// The halves of a layer's parts that are there: behind the cut, and before it where the body is not cut open.
+/// Instance ranges of a layer: behind the cut, and in front of it if the body is not cut open.
 fn draw_body_halves(frame: &Frame, layers: Range<u32>) -> impl Iterator<Item = Range<u32>> {
     let before = frame.closed.then_some(layers.start + BEFORE..layers.end + BEFORE);
     std::iter::once(layers).chain(before)
 }
 
-/// Opaque: only what can be seen from outside.
+/// Draws the opaque body: only the parts visible from outside.
 fn draw_body(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     let faces = &renderer.drawn.tissue;
     draw_section(renderer, frame, Some([&faces.tracked, &faces.face]), pass);
@@ -186,7 +187,7 @@ fn draw_body(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     draw_patient(renderer, frame, &renderer.drawn.patient, pass);
 }
 
-/// The skin, looked through for punctures only where there can be any.
+/// Draws the skin, with puncture lookups only where punctures are possible.
 fn draw_skin(renderer: &Renderer, frame: &Frame, faces: &Faces, pass: &mut RenderPass<'_>) {
     let (buffers, body) = &renderer.body;
     let parts = body.grid_within(renderer.wounds(frame)[0]);
@@ -198,7 +199,8 @@ fn draw_skin(renderer: &Renderer, frame: &Frame, faces: &Faces, pass: &mut Rende
     }
 }
 
-/// The cut face, if there is one: with tracks where there can be any, and without; or all of it as the pipeline is set.
+/// Draws the cut face, if there is one, with and without track lookups; or all of it with the
+/// pipeline that is set.
 fn draw_section(
     renderer: &Renderer,
     frame: &Frame,
@@ -217,14 +219,14 @@ fn draw_section(
     }
 }
 
-/// What of a whole patient goes on around the block.
+/// Draws the parts of a whole patient around the block.
 fn draw_patient(renderer: &Renderer, frame: &Frame, pipeline: &RenderPipeline, pass: &mut RenderPass<'_>) {
     if renderer.shows_patient(frame) {
         draw_with_pipeline(pass, pipeline, &renderer.set.patient);
     }
 }
 
-/// The outer walls, where the body ends at them.
+/// Draws the outer walls, if the body ends at them.
 fn draw_walls(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     if renderer.shows_patient(frame) {
         return;
@@ -235,7 +237,8 @@ fn draw_walls(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     }
 }
 
-/// Back to front: seen from above the lowest boundary comes first, and the cut face last when the camera is before it.
+/// Draws back to front: seen from above the lowest boundary comes first, and the cut face last if
+/// the camera is in front of it.
 fn draw_faded_body(renderer: &Renderer, frame: &Frame, front: bool, pass: &mut RenderPass<'_>) {
     let (buffers, body) = &renderer.body;
     let (faces, layers) = (&renderer.drawn.faded, renderer.layers());
@@ -245,7 +248,7 @@ fn draw_faded_body(renderer: &Renderer, frame: &Frame, front: bool, pass: &mut R
     }
     pass.set_pipeline(&faces.face);
     draw_walls(renderer, frame, pass);
-    // Of a whole patient only the skin is in the way of what lies inside.
+    // Only the skin of a whole patient hides the inside.
     let layers = if renderer.shows_patient(frame) { layers.min(1) } else { layers };
     for step in 0..layers {
         let layer = if above { layers - 1 - step } else { step };
@@ -264,7 +267,7 @@ fn draw_faded_body(renderer: &Renderer, frame: &Frame, front: bool, pass: &mut R
     }
 }
 
-/// A section shows what is inside as it is: nothing of it fades.
+/// Draws a section, which shows the inside without fading.
 fn draw_section_face(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     let drawn = &renderer.drawn;
     draw_with_pipeline(pass, &drawn.solid_inside, &renderer.set.solids);
@@ -282,7 +285,7 @@ fn draw_section_face(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'
     draw_clear_parts(renderer, frame, pass);
 }
 
-/// A smaller picture onto the full one.
+/// Scales a smaller image up to the full one.
 pub fn enlarge_picture(renderer: &Renderer, small: &BindGroup, onto: &TextureView, encoder: &mut CommandEncoder) {
     let attachments = [Some(colour_attachment(onto, None))];
     let mut pass =

@@ -1,4 +1,4 @@
-//! Which unknowns an element has, and the factorised sum of the elements.
+//! The unknowns of each element, and the factorised sum of the elements.
 
 use super::basis::basis;
 use super::element::{AxialIntegrals, RadialIntegrals};
@@ -14,11 +14,11 @@ pub(super) struct ElementGrid<const N: usize> {
     pub axial: Spans,
     /// The unknowns of each node.
     nodes: Vec<[u32; N]>,
-    /// How many unknowns there are.
+    /// Number of unknowns.
     pub unknowns: usize,
 }
 
-/// Which edges of the tissue a node is on.
+/// The edges of the tissue that a node lies on.
 struct Edges {
     axis: bool,
     side: bool,
@@ -29,7 +29,7 @@ struct Edges {
 pub(super) type Stiffness = fn(&ElasticLayer, &RadialIntegrals, &AxialIntegrals, &mut [f64]);
 
 impl ElementGrid<2> {
-    /// The nodes of what has the axis for its own: (u_r, u_z) at each, u_z along the depth.
+    /// The nodes of an axisymmetric problem: (u_r, u_z) at each, u_z along the depth.
     pub fn straight(radial: Spans, axial: Spans, side: Side) -> Self {
         Self::new(radial, axial, |at| {
             let slides = !at.side || side == Side::Sliding;
@@ -39,7 +39,7 @@ impl ElementGrid<2> {
 }
 
 impl ElementGrid<3> {
-    /// The nodes of the first harmonic: (s, t, q) at each, as [`super::sideways`] has them.
+    /// The nodes of the first harmonic: (s, t, q) at each, as in [`super::sideways`].
     pub fn sideways(radial: Spans, axial: Spans) -> Self {
         Self::new(radial, axial, |at| {
             let free = !at.side && !at.base;
@@ -65,7 +65,7 @@ impl<const N: usize> ElementGrid<N> {
         Self { radial, axial, nodes, unknowns: next as usize }
     }
 
-    /// The elements' stiffnesses, summed and factorised.
+    /// Sums and factorises the elements' stiffnesses.
     pub fn factorise(&self, slab: &Slab, stiffness: Stiffness) -> Result<Cholesky, AxisymmetricError> {
         let radial: Vec<_> = self.radial.all().iter().map(RadialIntegrals::new).collect();
         let axial: Vec<_> = self.axial.all().iter().map(AxialIntegrals::new).collect();
@@ -78,7 +78,8 @@ impl<const N: usize> ElementGrid<N> {
         })?)
     }
 
-    /// Forces on the unknowns: on one component of each node, what falls to its column times what falls to its row.
+    /// Forces on the unknowns: on one component of each node, the weight of its column times that
+    /// of its row.
     pub fn load(&self, component: usize, across: &[f64], along: &[f64]) -> Vec<f64> {
         let mut load = vec![0.0; self.unknowns];
         let unknowns = self.nodes.iter().map(|node| node[component]).enumerate();
@@ -106,7 +107,7 @@ impl<const N: usize> ElementGrid<N> {
         found
     }
 
-    /// Bytes that the nodes hold.
+    /// Memory of the nodes, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..])
     }
@@ -119,7 +120,7 @@ impl<const N: usize> ElementGrid<N> {
         self.axial.all().iter().map(|span| &slab.layers[below(span.middle_m())]).collect()
     }
 
-    /// The unknowns and the middle of each element, a column of elements after the other.
+    /// The unknowns and the middle of each element, ordered by columns of elements.
     fn elements(&self) -> (Vec<Vec<u32>>, Vec<[f64; 3]>) {
         let rows = self.axial.nodes();
         let pairs =

@@ -1,4 +1,4 @@
-//! Lagrange's polynomials on [−1, 1], with what every mesh needs of them.
+//! Lagrange polynomials on [−1, 1], with the tables that every mesh needs.
 
 use std::sync::LazyLock;
 
@@ -10,13 +10,14 @@ pub const MAX_ORDER: usize = 10;
 /// One number per node of an element along one direction.
 pub(super) type Nodal = [f64; MAX_ORDER + 1];
 
-/// Points of the fine rule: it integrates a Gaussian to the last digits over seven of its radii.
+/// Number of points of the fine rule: it integrates a Gaussian over seven of its radii to full
+/// precision.
 const FINE: usize = 32;
 
 /// A point of a quadrature rule on [−1, 1], with its weight.
 pub(super) type Point = (f64, f64);
 
-/// What every mesh needs of each order. It never changes, so it is made once.
+/// Tables of each order. Constant, hence computed once.
 static TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
     bases: (0..=MAX_ORDER).map(|order| Basis::new(order.max(1))).collect(),
     fine: gauss_rule(FINE),
@@ -32,19 +33,20 @@ pub(super) fn basis(order: usize) -> &'static Basis {
     &TABLES.bases[order]
 }
 
-/// A rule for integrands that are no polynomials.
+/// A rule for integrands that are not polynomials.
 pub(super) fn fine_rule() -> &'static [Point] {
     &TABLES.fine
 }
 
-/// Lagrange's polynomials of one order on the Gauss–Lobatto nodes.
+/// Lagrange polynomials of one order on the Gauss–Lobatto nodes.
 #[derive(Clone, Debug)]
 pub(super) struct Basis {
     order: usize,
     nodes: Nodal,
     /// 1/∏(xᵢ − xₖ) over k ≠ i.
     weights: Nodal,
-    /// Points that integrate products of two of them with r exactly, and with 1/r closely; values and slopes there.
+    /// Points that integrate products of two polynomials with r exactly, and with 1/r closely;
+    /// values and slopes there.
     rule: Vec<(Point, Nodal, Nodal)>,
 }
 
@@ -69,7 +71,7 @@ impl Basis {
         &self.rule
     }
 
-    /// The polynomials at x. None is divided by, so a node is a point like any other.
+    /// The polynomials at x. Computed without division, so x may be a node.
     pub fn values(&self, x: f64) -> Nodal {
         let mut values = self.weights;
         let (mut below, mut above) = (1.0, 1.0);
@@ -82,7 +84,7 @@ impl Basis {
         values
     }
 
-    /// Their slopes at x.
+    /// The slopes of the polynomials at x.
     fn slopes(&self, x: f64) -> Nodal {
         let mut slopes = [0.0; MAX_ORDER + 1];
         for (i, slope) in slopes[..=self.order].iter_mut().enumerate() {

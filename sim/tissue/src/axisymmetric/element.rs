@@ -1,7 +1,8 @@
 //! Stiffness of an element: products of matrices along r and along z.
 //!
-//! Every integrand is a function of r times one of z, so the matrix of an element of (p + 1)² nodes costs as much as
-//! it has entries, not that times the number of quadrature points.
+//! Every integrand is a function of r times one of z, so the cost of the matrix of an element with
+//! (p + 1)² nodes is proportional to its entries, not to that times the number of quadrature
+//! points.
 
 use super::basis::{Nodal, basis};
 use super::mesh::Span;
@@ -35,7 +36,8 @@ pub(super) struct AxialIntegrals {
     pub mixed: Vec<f64>,
 }
 
-/// Place, values, slopes in 1/m and weight in m of a strip's polynomials at the points of quadrature.
+/// Position, values, slopes in 1/m and weight in m of a strip's polynomials at the quadrature
+/// points.
 fn points(span: &Span) -> impl Iterator<Item = (f64, Nodal, Nodal, f64)> {
     let (middle_m, half_m) = (span.middle_m(), span.half_m());
     basis(span.order).rule().iter().map(move |&((x, weight), values, slopes)| {
@@ -83,8 +85,9 @@ impl AxialIntegrals {
     }
 }
 
-/// Fills an element's stiffness per radian: rows and columns are its nodes, those of a column of nodes together, with
-/// (u_r, u_z) at each. From the virtual work of λ tr(ε) tr(δε) + 2μ ε:δε with ε = (u_r,r, u_r/r, u_z,z, u_r,z + u_z,r).
+/// Fills an element's stiffness per radian: rows and columns are its nodes, grouped by columns of
+/// nodes, with (u_r, u_z) at each. From the virtual work of λ tr(ε) tr(δε) + 2μ ε:δε with ε =
+/// (u_r,r, u_r/r, u_z,z, u_r,z + u_z,r).
 pub(super) fn stiffness(layer: &ElasticLayer, r: &RadialIntegrals, z: &AxialIntegrals, matrix: &mut [f64]) {
     let (lambda, mu) = layer.lame_pa();
     let (n, m) = (r.mass.len().isqrt(), z.mass.len().isqrt());

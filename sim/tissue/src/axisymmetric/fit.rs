@@ -1,12 +1,13 @@
-//! The cheapest mesh that meets a tolerance, with an error that is measured and not hoped for.
+//! The cheapest mesh that meets a tolerance, with a measured error.
 //!
-//! The judge comes first. It is the answer of a mesh that shares nothing with those it judges, [`MeshSpec::even`]: a graded mesh
-//! has low orders and long elements where the field fades, and misses what happens there, and the same mesh with higher orders
-//! misses it too. Judges are climbed until two of them agree; what they still differ by is added to every error that the finer
-//! of them measures.
+//! The judge comes first: the solution on a mesh that shares nothing with those it judges,
+//! [`MeshSpec::even`]. A graded mesh has low orders and long elements where the field fades, and
+//! misses what happens there; the same mesh with higher orders misses it too. Judges are refined
+//! until two of them agree; their remaining difference is added to every error that the finer of
+//! them measures.
 //!
-//! Then graded meshes are climbed, from near the one that the reference cases need, and the first that the judge finds good enough
-//! is trimmed: orders that the tolerance does not need go.
+//! Then graded meshes are refined, starting near the one that the reference cases need, and the
+//! first that the judge accepts is trimmed: orders that the tolerance does not need are removed.
 
 use law::axial::Domain;
 use phrase::Phrase;
@@ -18,63 +19,64 @@ use super::trim::{AnswerView, Rung, Trimming};
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, fit_first};
 use crate::{Judging, Problem, Sampled};
 
-/// A model with what is known of its error.
+/// A model with its estimated error.
 #[derive(Clone, Debug)]
 pub struct FittedAxisymmetric {
     /// The model, solved for 1 N.
     pub model: Axisymmetric,
     /// Its mesh.
     pub mesh: MeshSpec,
-    /// Relative L2 error over the problem's sample points, the larger of that of the axial and of the radial displacement.
+    /// Relative L2 error over the problem's sample points, the larger of those of the axial and the
+    /// radial displacement.
     pub estimated_relative_error: f64,
-    /// Whether the estimate meets the tolerance. Where not, this is the most accurate mesh there is.
+    /// Whether the estimate meets the tolerance. If not, this is the most accurate mesh.
     pub met: bool,
 }
 
 impl FittedAxisymmetric {
-    /// The mesh, for people.
+    /// A description of the mesh for the user.
     #[must_use]
     pub fn mesh_in_words(&self) -> Phrase {
         self.mesh.in_words()
     }
 }
 
-/// The model on a mesh of the ladder from coarse to fine; none past the last.
+/// The model on a mesh of the ladder, from coarse to fine; `None` past the last.
 ///
 /// # Errors
 /// The first number of the problem that is out of range, or contrasts beyond double precision.
 pub fn fit_rung(problem: &Problem, at: usize) -> Option<Result<Axisymmetric, AxisymmetricError>> {
     let level = LEVELS.clone().nth(at)?;
-    // What does not make sense must be refused before a mesh is made of it.
+    // An invalid problem must be rejected before a mesh is made of it.
     let checked = problem.check().map_err(AxisymmetricError::from);
     Some(checked.and_then(|()| Axisymmetric::new(problem, &MeshSpec::graded(problem, level as f64))))
 }
 
-/// Share of the tolerance that is aimed at. The rest is for the judge's own error.
+/// Fraction of the tolerance to aim at. The rest is reserved for the judge's own error.
 pub(super) const AIM: f64 = 0.8;
 
-/// Orders between what is judged and the judge, where they share a mesh.
+/// Difference in order between a mesh and its judge, if they share a mesh.
 pub(super) const BETTER: usize = 2;
 
-/// The level that meets a tolerance of 1 %, or nearly, on the reference cases.
+/// The level that approximately meets a tolerance of 1 % on the reference cases.
 const LEVEL_AT_1_PERCENT: f64 = 5.0;
 
-/// Levels that divide the error by ten.
+/// Number of levels that divide the error by ten.
 const LEVELS_PER_DECADE: f64 = 2.0;
 
 /// Finds the cheapest mesh whose relative error over the problem's sample points meets a tolerance.
 ///
 /// # Errors
-/// The first number of the problem that is out of range, or a tolerance that is not a positive number, or contrasts
-/// beyond double precision.
+/// The first number of the problem that is out of range, or a tolerance that is not a positive
+/// number, or contrasts beyond double precision.
 pub fn fit(problem: &Problem, tolerance: f64) -> Result<FittedAxisymmetric, AxisymmetricError> {
     fit_by(Judging::Second, problem, tolerance)
 }
 
-/// The same by a way of judging.
+/// Does the same with a given way of judging.
 ///
 /// # Errors
-/// As for [`fit`].
+/// Those of [`fit`].
 pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<FittedAxisymmetric, AxisymmetricError> {
     problem.check()?;
     Domain::Positive.check("tolerance", tolerance, "")?;
@@ -84,7 +86,7 @@ pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<Fit
     }
 }
 
-/// The level to begin at.
+/// The initial level.
 pub(super) fn first_level(tolerance: f64) -> usize {
     let decades = libm::log10(0.01 / tolerance);
     let level = LEVEL_AT_1_PERCENT + LEVELS_PER_DECADE * decades + 0.5;
@@ -100,7 +102,7 @@ fn judged(problem: &Problem, tolerance: f64) -> Result<FittedAxisymmetric, Axisy
     };
     let view = AnswerView::both(&judge.answer);
     let truth = view.counted(&judge.answer);
-    // Both components count as shares of themselves: what both are off by is more than what either is.
+    // Both components are divided by their own norms: their joint error exceeds that of either.
     let size = truth.iter().map(|value| value * value).sum::<f64>().sqrt();
     let trimming = Trimming { problem, view, truth: &truth, aim: AIM * tolerance / size };
     let level = first_level(tolerance);
@@ -113,11 +115,11 @@ fn judged(problem: &Problem, tolerance: f64) -> Result<FittedAxisymmetric, Axisy
             let rung = trimming.trim(rung)?;
             return Ok(fitted(rung.model, rung.mesh));
         }
-        // Without a corner at the side in the way, an order halves the error.
+        // An order halves the error, unless a corner at the side limits it.
         if wrong > 0.5 * std::mem::replace(&mut before, wrong) && !to_side {
             (mesh, to_side) = (mesh.graded_to_side(), true);
         }
     }
-    // What no graded mesh reaches, the judge before the last may.
+    // The judge before the last may reach an accuracy that no graded mesh reaches.
     Ok(fitted(Axisymmetric::new(problem, &judge.coarser)?, judge.coarser.clone()))
 }

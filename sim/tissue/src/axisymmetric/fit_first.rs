@@ -1,8 +1,9 @@
-//! How meshes were chosen before judges had a mesh of their own: recordings of that time re-simulate by it.
+//! The choice of meshes before judges had a mesh of their own: recordings of that time are
+//! re-simulated with it.
 //!
-//! Two orders more in every strip divide the error by about nine, so the distance between the two answers is the error of the
-//! lower one to about a tenth, but for what both miss. The first mesh that its judge finds good enough is trimmed against the
-//! same judge.
+//! Two orders more in every strip divide the error by about nine, so the distance between the two
+//! solutions is the error of the lower one to about a tenth, except for what both miss. The first
+//! mesh that its judge accepts is trimmed against the same judge.
 
 use super::basis::MAX_ORDER;
 use super::fit::{AIM, BETTER, FittedAxisymmetric, first_level};
@@ -10,11 +11,12 @@ use super::trim::{AnswerView, Rung, Trimming};
 use super::{AxisymmetricError, MeshSpec};
 use crate::{Problem, relative_distance};
 
-/// What is judged may be wrong by this many tolerances: its judge is then wrong by a sixth of one.
+/// Error of a mesh, in tolerances, up to which its judge is trusted: the judge's error is then a
+/// sixth of the tolerance.
 const DOUBT: f64 = 1.5;
 
-/// Share of the tolerance that grading to the side may change. Where it changes more, or more than the orders of the
-/// judge do, every mesh is graded to it.
+/// Fraction of the tolerance that grading to the side may change. If it changes more, or more than
+/// the orders of the judge do, every mesh is graded to it.
 const SIDE: f64 = 0.5;
 
 /// Finds a mesh whose distance from its judge meets a tolerance, for a checked problem.
@@ -48,7 +50,7 @@ fn fitted(rung: Rung, better: &Rung, tolerance: f64) -> FittedAxisymmetric {
 struct Climb<'a> {
     problem: &'a Problem,
     tolerance: f64,
-    /// The mesh to begin with.
+    /// The initial mesh.
     mesh: MeshSpec,
     /// Whether it is graded to the side.
     to_side: bool,
@@ -57,13 +59,13 @@ struct Climb<'a> {
 }
 
 impl Climb<'_> {
-    /// The mesh with so many orders more.
+    /// The mesh with its orders raised.
     fn rung(&self, orders: usize) -> Result<Rung, AxisymmetricError> {
         Rung::new(self.problem, self.mesh.clone().raised(orders), AnswerView::Axial)
     }
 
-    /// A rung and its judge, if that can be trusted. The side is looked at when it can, and when an order more has not
-    /// halved the error, as it would but for the corner there.
+    /// A rung and its judge, if the judge can be trusted. The side is checked when it can, and when
+    /// another order has not halved the error, as it would without the corner there.
     fn pair(&mut self, orders: usize) -> Result<Option<(Rung, Rung)>, AxisymmetricError> {
         let (low, judge) = (self.rung(orders)?, self.rung(orders + BETTER)?);
         let wrong = error(&low, &judge);
@@ -80,7 +82,8 @@ impl Climb<'_> {
         Ok(trusted.then_some((low, judge)))
     }
 
-    /// A rung that meets the aim and the judge that shows it: the rung of so many orders more, or the next.
+    /// A rung that meets the aim, with its judge: the rung with the given additional orders, or the
+    /// next one.
     fn judged(&mut self, orders: usize) -> Result<Option<(Rung, Rung)>, AxisymmetricError> {
         let Some((mut rung, judge)) = self.pair(orders)? else { return Ok(None) };
         let meets = |rung: &Rung| error(rung, &judge) <= AIM * self.tolerance;

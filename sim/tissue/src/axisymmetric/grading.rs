@@ -1,36 +1,41 @@
-//! How a mesh is graded: elements as large as the field's own scale allows, and orders that fall where it fades.
+//! Grading of a mesh: element sizes that follow the scale of the field, and orders that decrease
+//! where it fades.
 //!
-//! At a distance d of a load of radius a the field varies over about a + d, so elements grow in proportion to that:
-//! their number between distances is a difference of logarithms. High orders pay near the load; the field fades with
-//! the distance and with it what an order is worth (hp-refinement, Babuška and Guo 1988). The three constants are the
-//! cheapest that a scan found for the reference cases, at 1 % and at 0.1 %, over size 1 to 2, decay 0.5 to 1.6 and
+//! At a distance d from a load of radius a the field varies over about a + d, so elements grow in
+//! proportion to that: their number between two distances is a difference of logarithms. High
+//! orders pay off near the load; the field fades with the distance and with it the benefit of an
+//! order (hp-refinement, Babuška and Guo 1988). The three constants are the cheapest that a scan
+//! found for the reference cases, at 1 % and at 0.1 %, over size 1 to 2, decay 0.5 to 1.6 and
 //! thinness 0.15 to 0.3; the cost is flat around them.
 
 use super::basis::MAX_ORDER;
 use super::mesh::{MeshSpec, Strip, lines_m};
 use crate::Problem;
 
-/// An element covers this share of a + d.
+/// Size of an element, as a fraction of a + d.
 const SIZE: f64 = 1.4;
 
-/// Orders lost for each element passed on the way from the load.
+/// Orders lost per element on the way from the load.
 const DECAY: f64 = 0.8 * SIZE;
 
-/// A strip that covers a share s of its due has an error like (s · THINNESS)^(order + 1): a thin layer needs less order.
+/// A strip with a fraction s of its due size has an error like (s · THINNESS)^(order + 1): a thin
+/// layer needs a lower order.
 const THINNESS: f64 = 0.2;
 
-/// An element may be larger than its due by this share of itself, before there are two.
+/// Excess over its due size, as a fraction of it, up to which an element is not divided.
 const SLACK: f64 = 0.2;
 
-/// Linear elements lock where a layer bends or cannot be compressed.
+/// Linear elements lock where a layer bends or is incompressible.
 pub(super) const LEAST_ORDER: usize = 2;
 
-/// A strip at the side is this share of the one before, and there are two: enough for the corner where a stiff layer
-/// meets the clamp, whose stress is singular and which no order resolves (Babuška and Guo 1988 take 0.15 too).
+/// Sizes of the two strips at the side, as fractions of the last strip: enough for the corner where
+/// a stiff layer meets the clamp, whose stress is singular and which no order resolves (Babuška and
+/// Guo 1988 also use 0.15).
 const AT_SIDE: [f64; 2] = [0.15, 0.0225];
 
 impl MeshSpec {
-    /// The graded mesh of a level: the order of an element at the load, which need not be whole, 2 to 10.
+    /// The graded mesh of a level: the order of an element at the load, which need not be whole, 2
+    /// to 10.
     #[must_use]
     pub fn graded(problem: &Problem, level: f64) -> Self {
         Self::by(
@@ -39,9 +44,10 @@ impl MeshSpec {
         )
     }
 
-    /// A mesh that shares nothing with a graded one but the lines that every mesh of a problem has: smaller elements, so that
-    /// their ends are elsewhere, and one order in all of them, near and far, thick and thin. What a graded mesh misses for its
-    /// low orders or for where its elements end, it does not miss too.
+    /// A mesh that shares only the mandatory lines of the problem with a graded one: smaller
+    /// elements, so that their ends are elsewhere, and one order in all of them, near and far,
+    /// thick and thin. It therefore captures what a graded mesh misses because of its low orders or
+    /// its element ends.
     #[must_use]
     pub fn even(problem: &Problem, order: usize, size: f64) -> Self {
         let level = order as f64;
@@ -62,7 +68,8 @@ impl MeshSpec {
             } else if grading.count(half_m) <= 0.5 {
                 grading.fill(ends_m, [0.0, 2.0 * half_m], &mut mesh.axial);
             } else {
-                // Along a drag, the field changes fast with the depth only near a boundary or an end of the drag.
+                // Along a drag, the field changes fast with the depth only near a boundary or an
+                // end of the drag.
                 grading.fill([ends[0], middle_m], [0.0, half_m], &mut mesh.axial);
                 grading.fill([middle_m, ends[1]], [half_m, 0.0], &mut mesh.axial);
             }
@@ -70,8 +77,8 @@ impl MeshSpec {
         mesh
     }
 
-    /// The same with its last radial strip graded towards the clamped side: for layers that carry the load as far as
-    /// that.
+    /// The same mesh with its last radial strip graded towards the clamped side, for layers that
+    /// transmit the load as far as that.
     #[must_use]
     pub fn graded_to_side(mut self) -> Self {
         if let Some(last) = self.radial.pop() {
@@ -83,7 +90,7 @@ impl MeshSpec {
         self
     }
 
-    /// The same with so many orders more in every strip, as far as there are.
+    /// The same mesh with the orders of every strip raised, up to [`MAX_ORDER`].
     #[must_use]
     pub fn raised(mut self, by: usize) -> Self {
         let strips = self.radial.iter_mut().chain(&mut self.axial);
@@ -91,7 +98,7 @@ impl MeshSpec {
         self
     }
 
-    /// Meshes of growing cost and accuracy for one problem, a factor of about 3 in error apart.
+    /// Meshes of increasing cost and accuracy for one problem, a factor of about 3 in error apart.
     #[must_use]
     pub fn ladder(problem: &Problem) -> Vec<Self> {
         LEVELS.map(|level| Self::graded(problem, level as f64)).collect()
@@ -106,21 +113,21 @@ struct LevelGrading {
     radius_m: f64,
     /// Order of an element at the load.
     level: f64,
-    /// An element covers this share of a + d.
+    /// Size of an element, as a fraction of a + d.
     size: f64,
-    /// Orders lost for each element passed on the way from the load.
+    /// Orders lost per element on the way from the load.
     decay: f64,
-    /// What [`THINNESS`] is; 0 where a thin strip has the order of a thick one.
+    /// As [`THINNESS`]; 0 gives a thin strip the order of a thick one.
     thinness: f64,
 }
 
 impl LevelGrading {
-    /// Elements between the load and a distance from it in m.
+    /// Number of elements between the load and a distance from it, in m.
     fn count(&self, distance_m: f64) -> f64 {
         libm::log1p(distance_m / self.radius_m) / self.size
     }
 
-    /// The distance in m that has so many elements below it.
+    /// The distance, in m, up to which there are `count` elements.
     fn distance_m(&self, count: f64) -> f64 {
         libm::expm1(count * self.size) * self.radius_m
     }
@@ -139,7 +146,8 @@ impl LevelGrading {
         }
     }
 
-    /// The order of a strip around a count of elements from the load, which covers this share of its due.
+    /// The order of a strip with a fraction of its due size, centred at a number of elements from
+    /// the load.
     fn order(&self, count: f64, share: f64) -> usize {
         let full = self.level - self.decay * (count - 0.5).max(0.0);
         let order = if self.thinness > 0.0 {

@@ -1,41 +1,43 @@
-//! An answer to judge others by: that of a mesh of its own, climbed until two agree.
+//! A reference solution on a mesh of its own, refined until two successive ones agree.
 
 use super::{AxisymmetricError, MeshSpec};
 use crate::Problem;
 
-/// Judges to climb.
+/// Judges from coarse to fine.
 pub(super) struct Ladder {
-    /// Orders and sizes, from coarse to fine. No two have their elements' ends at the same places, and each has a fraction of the
-    /// error of the one before.
+    /// Orders and sizes, from coarse to fine. No two have element ends at the same positions, and
+    /// each has a fraction of the error of the previous one.
     judges: &'static [(usize, f64)],
-    /// Two judges agree when they differ by no more than this share of the tolerance.
+    /// Two judges agree if they differ by at most this fraction of the tolerance.
     agreed: f64,
 }
 
 const JUDGES: [(usize, f64); 8] = [(3, 1.3), (4, 1.2), (5, 1.1), (6, 0.95), (8, 0.85), (9, 0.7), (10, 0.5), (10, 0.35)];
 
-/// For answers that others are judged by. Two of these agree so well only where the finer's own error is a part of their difference.
+/// For reference solutions. Two of these agree so well only if the finer's own error is a fraction
+/// of their difference.
 pub(super) const FINE: Ladder = Ladder { judges: JUDGES.split_at(2).1, agreed: 0.3 };
 
-/// For answers that are kept as they are, with the whole difference of the last two for their error.
+/// For solutions that are used directly, with the whole difference between the last two as their
+/// error.
 pub(super) const WHOLE: Ladder = Ladder { judges: &JUDGES, agreed: 0.6 };
 
-/// Share of the difference between the last two judges that is taken for the error of the finer.
+/// Estimated error of the finer of the last two judges, as a fraction of their difference.
 const OWN: f64 = 1.0 / 3.0;
 
-/// What is known of an answer.
+/// A solution with its estimated error.
 pub(super) struct Judge<A> {
     pub answer: A,
-    /// The answer of the judge before it.
+    /// The solution of the previous judge.
     before: Option<A>,
-    /// What its relative error is taken to be.
+    /// Estimated relative error.
     pub doubt: f64,
-    /// The mesh of the judge before it.
+    /// The mesh of the previous judge.
     pub coarser: MeshSpec,
 }
 
 impl<A> Judge<A> {
-    /// Climbs until two judges agree well enough for a tolerance, or to the last.
+    /// Refines until two judges agree well enough for a tolerance, or to the last.
     pub fn new(
         problem: &Problem,
         ladder: &Ladder,
@@ -60,12 +62,12 @@ impl<A> Judge<A> {
         Ok(Self { answer: judge, before, doubt, coarser })
     }
 
-    /// What the relative error of a part of the answer is taken to be.
+    /// Estimated relative error of a part of the solution.
     pub fn doubt_of(&self, distance: impl Fn(&A, &A) -> f64) -> f64 {
         OWN * self.change_of(distance)
     }
 
-    /// How far the judge before it is from a part of the answer.
+    /// Distance of the previous judge from a part of the solution.
     pub fn change_of(&self, distance: impl Fn(&A, &A) -> f64) -> f64 {
         self.before.as_ref().map_or(f64::INFINITY, |before| distance(before, &self.answer))
     }

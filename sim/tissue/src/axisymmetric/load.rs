@@ -1,4 +1,5 @@
-//! The load as forces on the nodes, per radian: its share across the radius times its share down the depth.
+//! The load as forces on the nodes, per radian: its share across the radius times its share along
+//! the depth.
 
 use std::f64::consts::PI;
 
@@ -7,7 +8,7 @@ use super::mesh::{Span, Spans, same_depth};
 use crate::quadrature::gauss_rule;
 use crate::{Load, LoadKind};
 
-/// Load radii beyond which the traction is nothing: exp(−7²) = 5e-22.
+/// Load radii beyond which the traction is negligible: exp(−7²) = 5e-22.
 const REACH: f64 = 7.0;
 
 /// ∫ g(x) φ(x) dx over each strip, summed at the nodes.
@@ -27,13 +28,15 @@ fn weigh(spans: &Spans, within_m: [f64; 2], density: impl Fn(f64) -> f64) -> Vec
     weights
 }
 
-/// The force of 1 N on every node across the radius, in N per radian: ∫ φ p r dr with p = exp(−(r/a)²)/(πa²).
+/// The force of 1 N on every node across the radius, in N per radian: ∫ φ p r dr with p =
+/// exp(−(r/a)²)/(πa²).
 pub(super) fn across(radius_m: f64, spans: &Spans) -> Vec<f64> {
     let scale = 1.0 / (PI * radius_m * radius_m);
     weigh(spans, [0.0, REACH * radius_m], |r| scale * r * libm::exp(-(r / radius_m) * (r / radius_m)))
 }
 
-/// The share of the load on every node down the depth: all on one of them, or even over a stretch.
+/// The share of the load on every node along the depth: all on one of them, or uniform over a
+/// stretch.
 pub(super) fn along(load: &Load, spans: &Spans) -> Vec<f64> {
     let [from_m, to_m] = load.ends_m();
     if !same_depth(from_m, to_m) {
@@ -46,11 +49,11 @@ pub(super) fn along(load: &Load, spans: &Spans) -> Vec<f64> {
     weights
 }
 
-/// A part of a load that leans, on a vertical of its own.
+/// A part of an oblique load, on a vertical of its own.
 pub(super) struct AxisStation {
     /// Depth at which the needle meets the vertical, in m.
     pub depth_m: f64,
-    /// Its share of the load on every node down the depth.
+    /// Its share of the load on every node along the depth.
     pub along: Vec<f64>,
 }
 
@@ -68,7 +71,7 @@ pub(super) struct StretchPoint {
     pub share: f64,
 }
 
-/// The points of a load: a rule that is as exact as the mesh.
+/// The points of a load: a rule as accurate as the mesh.
 pub(super) fn stretch(load: &Load, spans: &Spans) -> Vec<StretchPoint> {
     let [from_m, to_m] = load.ends_m();
     if same_depth(from_m, to_m) {
@@ -86,8 +89,9 @@ pub(super) fn stretch(load: &Load, spans: &Spans) -> Vec<StretchPoint> {
     dragged.flat_map(of_span).collect()
 }
 
-/// The load of a needle that leans, by whatever angle: where it meets a contactor; for a drag so many stations in each strip, at
-/// Gauss's points, each with the density that interpolation gives it.
+/// The stations of an oblique load, at any angle: a contactor has one where the needle meets it; a
+/// drag has `each_strip` in each strip, at Gauss points, each with the density of its interpolation
+/// polynomial.
 pub(super) fn stations(load: &Load, spans: &Spans, each_strip: usize) -> Vec<AxisStation> {
     let [from_m, to_m] = load.ends_m();
     if same_depth(from_m, to_m) {

@@ -1,4 +1,4 @@
-//! The mesh: strips across the radius times strips down the depth.
+//! The mesh: strips across the radius times strips along the depth.
 
 use law::axial::ParamError;
 use phrase::{Phrase, phrase};
@@ -6,20 +6,20 @@ use phrase::{Phrase, phrase};
 use super::basis::MAX_ORDER;
 use crate::Problem;
 
-/// Depths closer than this are the same, in m.
+/// Depths closer than this are equal, in m.
 const SAME_DEPTH_M: f64 = 1e-9;
 
 /// A strip of elements across one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strip {
-    /// Where it ends, in m; it begins where the one before ends, the first at 0.
+    /// End of the strip, in m; it begins at the end of the previous one, the first at 0.
     pub end_m: f64,
     /// Order of its polynomials in this direction, 1 to [`MAX_ORDER`].
     pub order: usize,
 }
 
-/// A mesh of tensor-product elements. Every boundary between layers and both ends of the load must be the end of an
-/// axial strip.
+/// A mesh of tensor-product elements. Every boundary between layers and both ends of the load must
+/// be the end of an axial strip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshSpec {
     /// Strips from the axis to the side.
@@ -39,7 +39,7 @@ impl MeshSpec {
         Self { radial: halves(&self.radial), axial: halves(&self.axial) }
     }
 
-    /// The mesh, for people.
+    /// A description of the mesh for the user.
     pub(super) fn in_words(&self) -> Phrase {
         let Self { radial, axial } = self;
         let order = radial.iter().chain(axial).map(|strip| strip.order).max().unwrap_or(0);
@@ -50,7 +50,7 @@ impl MeshSpec {
     /// Checks that the mesh fits the problem.
     ///
     /// # Errors
-    /// The first strip that does not, or the first depth at which a strip had to end.
+    /// The first strip that does not fit, or the first depth at which a strip must end.
     pub(super) fn check(&self, problem: &Problem) -> Result<(), ParamError> {
         let lines_m = lines_m(problem);
         check_strips("mesh.radial", &self.radial, problem.slab.radius_m)?;
@@ -105,7 +105,7 @@ pub(super) struct Span {
     pub from_m: f64,
     pub to_m: f64,
     pub order: usize,
-    /// Its first node in the direction.
+    /// Its first node in this direction.
     pub first: usize,
 }
 
@@ -138,12 +138,13 @@ impl Spans {
         &self.0
     }
 
-    /// Nodes in this direction.
+    /// Number of nodes in this direction.
     pub fn nodes(&self) -> usize {
         self.0.last().map_or(0, |span| span.first + span.order + 1)
     }
 
-    /// The strip that holds a place, and where in [−1, 1] of it the place is; none outside, but for rounding.
+    /// The strip that contains a position, and its coordinate in [−1, 1]; `None` outside the
+    /// strips, with a tolerance for rounding.
     pub fn find(&self, at_m: f64) -> Option<(&Span, f64)> {
         let last = self.0.last()?;
         let rounding_m = 1e-9 * last.to_m;

@@ -1,11 +1,13 @@
-//! Finite elements in (r, z): a perpendicular needle in flat layers, where two dimensions say all that three would.
+//! Finite elements in (r, z): a perpendicular needle in flat layers, where two dimensions are
+//! equivalent to three.
 //!
-//! Tensor-product elements of high order on a few strips that grow away from the load. The field is smooth inside a
-//! layer, so the error falls exponentially with the order; orders from 2 up do not lock near incompressibility; and the
-//! unknowns inside an element are eliminated before they meet any other. [`fit`] finds the cheapest mesh for a
-//! tolerance and says how wrong it is.
+//! Tensor-product elements of high order on a few strips that grow away from the load. The field is
+//! smooth inside a layer, so the error falls exponentially with the order; orders from 2 up do not
+//! lock near incompressibility; and the unknowns inside an element are eliminated before they meet
+//! any other. [`fit`] finds the cheapest mesh for a tolerance and estimates its error.
 //!
-//! An oblique needle takes two harmonics on the same mesh, [`Oblique`]; [`fit_oblique`] finds their mesh.
+//! An oblique needle takes two harmonics on the same mesh, [`Oblique`]; [`fit_oblique`] finds their
+//! mesh.
 
 mod assembly;
 mod basis;
@@ -36,7 +38,7 @@ pub use superposed::Superposed;
 
 use super::multifrontal::NotPositiveDefinite;
 
-/// Why there is no model.
+/// Why no model can be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AxisymmetricError {
     /// A number of the problem or of the mesh is out of its range.
@@ -47,10 +49,10 @@ pub enum AxisymmetricError {
     Singular(#[from] NotPositiveDefinite),
 }
 
-/// What the side r = R does.
+/// Boundary condition at the side r = R.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Nothing moves there.
+    /// All displacements are zero.
     Clamped,
     /// The tissue slides along a smooth wall: a column in a tube, which has a closed form.
     Sliding,

@@ -1,4 +1,4 @@
-//! The model of one load: a mesh, its factor and its last answer.
+//! The model of one load: a mesh, its factor and its last solution.
 
 use super::assembly::ElementGrid;
 use super::element::stiffness;
@@ -8,17 +8,17 @@ use super::{AxisymmetricError, MeshSpec, Side};
 use crate::multifrontal::Cholesky;
 use crate::{FieldModel, Load, Model, Problem};
 
-/// A load on layers, meshed and factorised; solved for 1 N to begin with.
+/// A load on layers, meshed and factorised; initially solved for 1 N.
 #[derive(Clone, Debug)]
 pub struct Axisymmetric {
     grid: ElementGrid<2>,
     factor: Cholesky,
     /// Forces of 1 N on the unknowns, in N per radian.
     load: Vec<f64>,
-    /// The last answer, in m.
+    /// The last solution, in m.
     solution: Vec<f64>,
     scratch: Vec<f64>,
-    /// Force for each metre that the tissue gives way at the load, in N/m.
+    /// Force per displacement of the tissue at the load, in N/m.
     stiffness_n_per_m: f64,
 }
 
@@ -26,15 +26,16 @@ impl Axisymmetric {
     /// Meshes and factorises a problem.
     ///
     /// # Errors
-    /// The first number out of range, a mesh that does not fit the layers, or contrasts beyond double precision.
+    /// The first number out of range, a mesh that does not fit the layers, or contrasts beyond
+    /// double precision.
     pub fn new(problem: &Problem, mesh: &MeshSpec) -> Result<Self, AxisymmetricError> {
         Self::with_side(problem, mesh, Side::Clamped)
     }
 
-    /// The same with a choice of what the side does.
+    /// Makes the model with a boundary condition at the side.
     ///
     /// # Errors
-    /// As for [`Self::new`].
+    /// Those of [`Self::new`].
     pub fn with_side(problem: &Problem, mesh: &MeshSpec, side: Side) -> Result<Self, AxisymmetricError> {
         problem.check()?;
         mesh.check(problem)?;
@@ -47,7 +48,8 @@ impl Axisymmetric {
         Ok(model)
     }
 
-    /// Takes another load in place of its own, of 1 N, without another factor. Where it ends the mesh has a line.
+    /// Replaces the load by another, of 1 N, and keeps the factor. The mesh must have a line at
+    /// each end of the load.
     pub(super) fn take(&mut self, load: &Load) {
         self.load = self.grid.load(1, &across(load.radius_m, &self.grid.radial), &along(load, &self.grid.axial));
         self.solve(1.0);
@@ -55,14 +57,14 @@ impl Axisymmetric {
         self.stiffness_n_per_m = 1.0 / self.displacement_m(0.0, 0.5 * (from_m + to_m))[0].abs();
     }
 
-    /// The field's own stiffness: force over the axial displacement on the axis at the load, in the middle of a drag,
-    /// in N/m. Infinite on the clamped base.
+    /// The field's own stiffness: force divided by the axial displacement on the axis at the load,
+    /// in the middle of a drag, in N/m. Infinite on the clamped base.
     #[must_use]
     pub fn stiffness_n_per_m(&self) -> f64 {
         self.stiffness_n_per_m
     }
 
-    /// How many numbers the factor holds: a solve reads each twice.
+    /// Number of nonzeros of the factor: a solve reads each twice.
     #[must_use]
     pub fn nonzeros(&self) -> usize {
         self.factor.nonzeros()
@@ -83,7 +85,7 @@ impl FieldModel for Axisymmetric {
         self.factor.bytes() + self.grid.bytes() + numbers * size_of::<f64>()
     }
 
-    /// What is not a number, or infinite, leaves the last answer.
+    /// A force that is not finite keeps the last solution.
     fn solve(&mut self, force_n: f64) {
         if !force_n.is_finite() {
             return;

@@ -1,8 +1,9 @@
 //! An oblique needle in flat layers: two harmonics in (r, z) about the vertical through the load.
 //!
-//! A push along the needle is cos θ of one into the body, which has the vertical for its axis, and sin θ of one along the
-//! skin, which is a first harmonic about it. Both are exact in flat layers. A drag leans: of each strip of the mesh it is
-//! carried by several stations, each on its own vertical with its share of the strip, as Lagrange's polynomials interpolate
+//! A push along the needle is the sum of cos θ times a push into the body, which is symmetric about
+//! the vertical, and sin θ times a push along the skin, which is a first harmonic about it. Both
+//! are exact in flat layers. An oblique drag is distributed over several stations in each strip of
+//! the mesh, each on its own vertical with its share of the strip, with Lagrange interpolation
 //! between them.
 
 use super::assembly::{ElementGrid, Stiffness};
@@ -13,8 +14,9 @@ use crate::multifrontal::Cholesky;
 use crate::volumetric::Problem3;
 use crate::{FieldModel, Load, Model, Slab};
 
-/// An oblique load on flat layers, solved for 1 N. Displacements are those of the plane of the needle: at a place x along the
-/// skin, towards which the needle leans, and a depth.
+/// An oblique load on flat layers, solved for 1 N. Displacements are those in the plane of the
+/// needle: at a distance x along the skin, in the direction of the needle's inclination, and a
+/// depth.
 #[derive(Clone, Debug)]
 pub struct Oblique {
     lean: Lean,
@@ -24,7 +26,7 @@ pub struct Oblique {
     force_n: f64,
 }
 
-/// Of the angle to the normal.
+/// Functions of the angle to the normal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lean {
     pub sine: f64,
@@ -38,22 +40,22 @@ impl Lean {
     }
 }
 
-/// What 1 N into the body and 1 N along the skin do, at each of some stations. Neither knows the angle, which only says how much there
-/// is of each and where.
+/// Solutions for 1 N into the body and 1 N along the skin, at each of some stations. Neither
+/// depends on the angle, which only determines their proportions and positions.
 #[derive(Clone, Debug)]
 pub(super) struct SolvedStations {
     into: Harmonic<2>,
     along: Harmonic<3>,
 }
 
-/// One harmonic's answer to 1 N at each station, in m.
+/// One harmonic's solution for 1 N at each station, in m.
 #[derive(Clone, Debug)]
 struct Harmonic<const N: usize> {
     grid: ElementGrid<N>,
     solutions: Vec<Vec<f64>>,
 }
 
-/// The mesh of one harmonic, and where a load on it acts.
+/// The mesh of one harmonic, and the component on which a load acts.
 struct HarmonicMesh<const N: usize> {
     grid: ElementGrid<N>,
     stiffness: Stiffness,
@@ -87,8 +89,9 @@ impl<const N: usize> Harmonic<N> {
 }
 
 impl SolvedStations {
-    /// Displacement down and along the skin under 1 N that leans, at a station, in m/N: so far from its vertical, towards where the needle leans,
-    /// and so deep, both in m.
+    /// Displacement down and along the skin under an oblique load of 1 N at a station, in m/N, at a
+    /// distance from its vertical, in the direction of the needle's inclination, and a depth, both
+    /// in m.
     pub fn at(&self, station: usize, lean: &Lean, away_m: f64, depth_m: f64) -> [f64; 2] {
         let (Some(into), Some(along)) = (self.into.solutions.get(station), self.along.solutions.get(station)) else {
             return [0.0; 2];
@@ -110,10 +113,12 @@ impl SolvedStations {
 }
 
 impl Oblique {
-    /// Meshes and solves a question of flat layers; a drag with so many stations in each strip.
+    /// Meshes and solves a question of flat layers, with `each_strip` stations of a drag in each
+    /// strip.
     ///
     /// # Errors
-    /// The first number out of range, a mesh that does not fit the layers, or contrasts beyond double precision.
+    /// The first number out of range, a mesh that does not fit the layers, or contrasts beyond
+    /// double precision.
     pub fn new(question: &Problem3, mesh: &MeshSpec, each_strip: usize) -> Result<Self, AxisymmetricError> {
         Ok(SharedMesh::new(question, mesh, each_strip)?.under(&question.flat.load))
     }
@@ -127,14 +132,14 @@ pub(super) struct HarmonicMeshes {
 }
 
 impl HarmonicMeshes {
-    /// Meshes a question of flat layers, whose own load only tells the radius.
+    /// Meshes a question of flat layers. Of its own load only the radius is used.
     pub fn new(question: &Problem3, mesh: &MeshSpec) -> Result<Self, AxisymmetricError> {
         question.check()?;
         mesh.check(&question.flat)?;
         let slab = question.flat.slab.solid();
         let [radial, axial] = [&mesh.radial, &mesh.axial].map(|strips| Spans::new(strips));
         let once = across(question.flat.load.radius_m, &radial);
-        // The stiffness is one per π, the load one per radian: a push on s is twice as much of the former.
+        // The stiffness is per π, the load per radian: the load on s therefore counts twice.
         let twice = once.iter().map(|force| 2.0 * force).collect();
         let straight = ElementGrid::straight(radial.clone(), axial.clone(), Side::Clamped);
         let into = HarmonicMesh { grid: straight, stiffness: element::stiffness, component: 1, across: once };
@@ -143,13 +148,13 @@ impl HarmonicMeshes {
         Ok(Self { slab, into, along })
     }
 
-    /// The strips down the depth.
+    /// The strips along the depth.
     pub fn axial(&self) -> &Spans {
         &self.into.grid.axial
     }
 
-    /// What 1 N does at each station, and the most bytes that a factor held: one harmonic after the other, so that the factors of both are
-    /// never held together.
+    /// Solutions for 1 N at each station, and the maximum memory of a factor, in bytes: the
+    /// harmonics are solved one after the other, so that both factors are never held together.
     pub fn solve_each(&self, stations: &[AxisStation]) -> Result<(SolvedStations, usize), AxisymmetricError> {
         let factor = self.into.factorise(&self.slab)?;
         let (into, bytes) = (self.into.solve(&factor, stations), factor.bytes());
@@ -169,14 +174,14 @@ pub(super) struct SharedMesh {
 }
 
 impl SharedMesh {
-    /// Meshes and factorises a question of flat layers, whose own load only tells the radius.
+    /// Meshes and factorises a question of flat layers. Of its own load only the radius is used.
     pub fn new(question: &Problem3, mesh: &MeshSpec, each_strip: usize) -> Result<Self, AxisymmetricError> {
         let meshes = HarmonicMeshes::new(question, mesh)?;
         let factors = [meshes.into.factorise(&meshes.slab)?, meshes.along.factorise(&meshes.slab)?];
         Ok(Self { tilt_rad: question.tilt_rad, each_strip, meshes, factors })
     }
 
-    /// The answer to a load. Where it ends the mesh has a line.
+    /// The solution for a load. The mesh must have a line at each end of the load.
     pub fn under(&self, load: &Load) -> Oblique {
         let stations = stations(load, self.meshes.axial(), self.each_strip);
         let [into, along] = &self.factors;
@@ -204,7 +209,7 @@ impl FieldModel for Oblique {
         self.solved.bytes() + size_of_val(&self.stations_m[..])
     }
 
-    /// What is not a number, or infinite, leaves the last answer.
+    /// A force that is not finite keeps the last solution.
     fn solve(&mut self, force_n: f64) {
         if force_n.is_finite() {
             self.force_n = force_n;

@@ -1,7 +1,8 @@
-//! The coarsest mesh for an oblique needle that meets a tolerance, with an error that is measured and not hoped for.
+//! The coarsest mesh for an oblique needle that meets a tolerance, with a measured error.
 //!
-//! As for a perpendicular needle the judge has a mesh of its own, and more stations along a drag. Nothing is trimmed: an oblique
-//! answer is solved once and kept, so that a re-solve is free.
+//! As for a perpendicular needle, the judge has a mesh of its own, and more stations along a drag.
+//! No orders are trimmed: an oblique solution is computed once and stored, so that solving again
+//! costs nothing.
 
 use law::axial::Domain;
 use phrase::{Phrase, phrase};
@@ -15,25 +16,26 @@ use super::{Axisymmetric, AxisymmetricError, MeshSpec, Oblique};
 use crate::volumetric::Problem3;
 use crate::{FieldModel, Judging, Load, LoadKind, Problem, Sampled, relative_distance};
 
-/// Stations of a drag in each strip, and of its judge.
+/// Stations of a drag in each strip, and those of its judge.
 const STATIONS: [usize; 2] = [3, 5];
 
-/// A model with what is known of its error.
+/// A model with its estimated error.
 #[derive(Clone, Debug)]
 pub struct FittedOblique {
     /// The model, solved for 1 N.
     pub model: Oblique,
     /// Its mesh.
     pub mesh: MeshSpec,
-    /// Relative L2 error at the problem's depths and at its radii to both sides of the needle, the larger of that of the displacement along it
-    /// and of that across it in its plane.
+    /// Relative L2 error at the problem's depths and at its radii on both sides of the needle, the
+    /// larger of those of the displacement along it and across it in its plane.
     pub estimated_relative_error: f64,
-    /// Whether the estimate meets the tolerance. Where not, this is the most accurate mesh that was judged.
+    /// Whether the estimate meets the tolerance. If not, this is the most accurate mesh that was
+    /// judged.
     pub met: bool,
 }
 
 impl FittedOblique {
-    /// The mesh, for people.
+    /// A description of the mesh for the user.
     #[must_use]
     pub fn mesh_in_words(&self) -> Phrase {
         phrase!("{mesh} for each harmonic", mesh = self.mesh.in_words())
@@ -43,16 +45,16 @@ impl FittedOblique {
 /// Finds the coarsest mesh whose relative error around the needle meets a tolerance.
 ///
 /// # Errors
-/// The first number of the question that is out of range, or a tolerance that is not a positive number, or contrasts
-/// beyond double precision.
+/// The first number of the question that is out of range, or a tolerance that is not a positive
+/// number, or contrasts beyond double precision.
 pub fn fit_oblique(question: &Problem3, tolerance: f64) -> Result<FittedOblique, AxisymmetricError> {
     fit_oblique_by(Judging::Second, question, tolerance)
 }
 
-/// The same by a way of judging.
+/// Does the same with a given way of judging.
 ///
 /// # Errors
-/// As for [`fit_oblique`].
+/// Those of [`fit_oblique`].
 pub fn fit_oblique_by(
     judging: Judging,
     question: &Problem3,
@@ -66,19 +68,21 @@ pub fn fit_oblique_by(
     }
 }
 
-/// What the loads of an attempt come to.
+/// Solutions for the loads of an attempt.
 pub struct Along {
-    /// For each load the displacement along the needle at the question's depths, at its radii towards where the needle leans, in m/N.
+    /// For each load the displacement along the needle at the question's depths, at its radii in
+    /// the direction of the needle's inclination, in m/N.
     pub answers_m: Vec<Vec<f64>>,
-    /// What the relative error of each is taken to be.
+    /// Estimated relative error of each.
     pub doubts: Vec<f64>,
 }
 
-/// Answers a question for several loads of one needle by a mesh of its own, as fine as judging a tolerance needs. The question's own load is a
-/// drag over all of them, for which the mesh is made.
+/// Solves a question for several loads of one needle on a mesh of its own, as fine as judging a
+/// tolerance requires. The question's own load is a drag over all of them, for which the mesh is
+/// made.
 ///
 /// # Errors
-/// As for [`fit_oblique`].
+/// Those of [`fit_oblique`].
 pub fn along_needle(question: &Problem3, loads: &[Load], tolerance: f64) -> Result<Along, AxisymmetricError> {
     question.check()?;
     Domain::Positive.check("tolerance", tolerance, "")?;
@@ -92,29 +96,31 @@ pub fn along_needle(question: &Problem3, loads: &[Load], tolerance: f64) -> Resu
     Ok(Along { answers_m: judge.answer, doubts })
 }
 
-/// What the loads of an attempt come to under a needle at each of some angles.
+/// Solutions for the loads of an attempt under a needle at each of some angles.
 pub struct AlongAngles {
-    /// As of [`Along`], angle after angle.
+    /// As in [`Along`], ordered by angle.
     pub answers_m: Vec<Vec<f64>>,
-    /// What the relative error of each is taken to be, at the angle where it is largest.
+    /// Estimated relative error of each, at the angle where it is largest.
     pub doubts: Vec<f64>,
-    /// The mesh, for people.
+    /// A description of the mesh for the user.
     pub mesh: Phrase,
     /// Unknowns of both harmonics.
     pub unknowns: usize,
-    /// Most bytes held at a time.
+    /// Maximum memory held at a time, in bytes.
     pub bytes: usize,
 }
 
-/// Answers a question on the needle for a needle at each of some angles to the normal, in rad, under several loads, by the coarsest meshes that agree well
-/// enough for a tolerance. The question's own load is a drag over all of them.
+/// Solves a question on the needle for a needle at each of some angles to the normal, in rad, under
+/// several loads, on the coarsest meshes that agree well enough for a tolerance. The question's own
+/// load is a drag over all of them.
 ///
-/// The tissue is solved once for all angles, under a push at each sample depth: what a load does to a point is what a push at that point does along
-/// the load (Betti), since flat layers are the same everywhere along the skin. They are but for the clamped side, about a vertical through the push;
-/// how much that matters is told by two pushes, each at the other's place.
+/// The tissue is solved once for all angles, under a push at each sample depth: the displacement of
+/// a point under a load equals that along the load under a push at the point (Betti), since flat
+/// layers are homogeneous along the skin. The clamped side, about a vertical through the push,
+/// breaks this; two pushes, each sampled at the other's position, measure how much that matters.
 ///
 /// # Errors
-/// As for [`fit_oblique`].
+/// Those of [`fit_oblique`].
 pub fn along_needle_at(
     question: &Problem3,
     loads: &[Load],
@@ -143,8 +149,9 @@ pub fn along_needle_at(
     Ok(AlongAngles { answers_m: judge.answer, doubts, mesh: words, unknowns, bytes })
 }
 
-/// How much the side matters to each load, relative to what it does: at any angle, the most that what a push at an end of it does to the other depths
-/// differs from what pushes there do at that end.
+/// Influence of the side on each load, relative to its displacement: the largest difference, at any
+/// angle, between the displacement at the other depths under a push at an end of the load, and that
+/// at this end under pushes there.
 fn doubts_of_side(depths_m: &[f64], loads: &[Load], answers_m: &[Vec<f64>]) -> Vec<f64> {
     let pushes = depths_m.iter().enumerate().filter_map(|(sample, &depth_m)| {
         let load = loads.iter().position(|load| load.kind == LoadKind::Contactor { depth_m })?;
@@ -169,7 +176,7 @@ fn doubts_of_side(depths_m: &[f64], loads: &[Load], answers_m: &[Vec<f64>]) -> V
     loads.iter().zip(answers_m).map(doubt).collect()
 }
 
-/// The question without samples, where a mesh fits every load.
+/// The question without samples, with a mesh checked for every load.
 fn under_no_samples(question: &Problem3, loads: &[Load], mesh: &MeshSpec) -> Result<Problem3, AxisymmetricError> {
     let mut asked_nowhere = question.clone();
     asked_nowhere.flat.sample_r_m.clear();
@@ -180,7 +187,8 @@ fn under_no_samples(question: &Problem3, loads: &[Load], mesh: &MeshSpec) -> Res
     Ok(asked_nowhere)
 }
 
-/// Displacement along the needle under each load, in m, on one mesh; a drag that leans with so many stations in each strip. Where a sample lies outside the tissue nothing moves.
+/// Displacement along the needle under each load, in m, on one mesh; an oblique drag with
+/// `each_strip` stations in each strip. Zero where a sample lies outside the tissue.
 pub(crate) fn each_along_needle_m(
     question: &Problem3,
     loads: &[Load],
@@ -217,7 +225,7 @@ fn second(question: &Problem3, tolerance: f64) -> Result<FittedOblique, Axisymme
         if fitted.met {
             return Ok(fitted);
         }
-        // Without a corner at the side in the way, an order halves the error.
+        // An order halves the error, unless a corner at the side limits it.
         if error > 0.5 * std::mem::replace(&mut before, error) {
             mesh = mesh.graded_to_side();
         }
@@ -225,8 +233,8 @@ fn second(question: &Problem3, tolerance: f64) -> Result<FittedOblique, Axisymme
     Ok(fitted(Oblique::new(question, &judge.coarser, more)?, judge.coarser.clone()))
 }
 
-/// By the same mesh with two orders more, graded to the side and with more stations: as recordings were made whose field names
-/// no way of judging.
+/// Judges with the same mesh at two orders more, graded to the side and with more stations: the
+/// method for recordings whose field names no way of judging.
 fn first(question: &Problem3, tolerance: f64) -> Result<FittedOblique, AxisymmetricError> {
     let level = first_level(tolerance);
     let mut first = MeshSpec::graded(&question.flat, level as f64);
@@ -237,7 +245,7 @@ fn first(question: &Problem3, tolerance: f64) -> Result<FittedOblique, Axisymmet
         if fitted.met || level + orders + BETTER >= MAX_ORDER {
             return Ok(fitted);
         }
-        // Without a corner at the side in the way, an order halves the error.
+        // An order halves the error, unless a corner at the side limits it.
         let error = fitted.estimated_relative_error;
         if error > 0.5 * std::mem::replace(&mut before, error) {
             first = first.graded_to_side();
@@ -256,8 +264,8 @@ fn judged(question: &Problem3, mesh: MeshSpec, tolerance: f64) -> Result<FittedO
     Ok(FittedOblique { model, mesh, estimated_relative_error, met })
 }
 
-/// Displacement out of the body along the needle, and across it in its plane away from it, at the problem's depths and at its radii from the
-/// needle to both sides.
+/// Displacement out of the body along the needle, and across it in its plane away from it, at the
+/// problem's depths and at its radii from the needle on both sides.
 fn sampled(question: &Problem3, model: &Oblique) -> Sampled {
     let (sine, cosine) = (libm::sin(question.tilt_rad), libm::cos(question.tilt_rad));
     let mut found = Sampled::default();

@@ -1,4 +1,4 @@
-//! A push at each of some depths, from which every load on a needle at any angle follows.
+//! Pushes at several depths, from which every load on a needle at any angle follows.
 
 use super::load::{push, stretch};
 use super::oblique::{HarmonicMeshes, Lean, SolvedStations};
@@ -6,7 +6,7 @@ use super::{AxisymmetricError, MeshSpec};
 use crate::Load;
 use crate::volumetric::Problem3;
 
-/// What 1 N does at each of some depths, into the body and along the skin.
+/// Solutions for 1 N at each of several depths, into the body and along the skin.
 pub(super) struct Pushes<'a> {
     meshes: HarmonicMeshes,
     depths_m: &'a [f64],
@@ -15,7 +15,8 @@ pub(super) struct Pushes<'a> {
 }
 
 impl<'a> Pushes<'a> {
-    /// Solves a push at each depth, in m, at each of which the mesh has a line. The question's own load only tells the radius.
+    /// Solves a push at each depth, in m, at each of which the mesh must have a line. Of the
+    /// question's own load only the radius is used.
     pub fn new(question: &Problem3, mesh: &MeshSpec, depths_m: &'a [f64]) -> Result<Self, AxisymmetricError> {
         let meshes = HarmonicMeshes::new(question, mesh)?;
         let stations: Vec<_> = depths_m.iter().map(|&depth_m| push(depth_m, meshes.axial())).collect();
@@ -23,7 +24,8 @@ impl<'a> Pushes<'a> {
         Ok(Self { meshes, depths_m, solved, factor_bytes })
     }
 
-    /// For each load the displacement along the needle at each depth, in m/N, angle after angle, in rad.
+    /// For each load the displacement along the needle at each depth, in m/N, ordered by angle, in
+    /// rad.
     pub fn answer(&self, tilts_rad: &[f64], loads: &[Load]) -> Vec<Vec<f64>> {
         let leans: Vec<Lean> = tilts_rad.iter().map(|&tilt_rad| Lean::new(tilt_rad)).collect();
         let of_load = |load: &Load| {
@@ -41,7 +43,8 @@ impl<'a> Pushes<'a> {
         loads.iter().map(of_load).collect()
     }
 
-    /// Displacement along the needle where it is so deep, in m, under a push of 1 N along it at one of the depths.
+    /// Displacement along the needle at a depth, in m, under a push of 1 N along it at one of the
+    /// solved depths.
     fn along_needle_m(&self, at: usize, lean: &Lean, depth_m: f64) -> f64 {
         let away_m = (depth_m - self.depths_m[at]) * lean.tangent;
         let [down_m, along_m] = self.solved.at(at, lean, away_m, depth_m);
@@ -53,7 +56,7 @@ impl<'a> Pushes<'a> {
         self.solved.unknowns()
     }
 
-    /// Most bytes held at a time.
+    /// Maximum memory held at a time, in bytes.
     pub fn bytes(&self) -> usize {
         self.solved.bytes() + self.factor_bytes
     }

@@ -1,8 +1,10 @@
-//! The first harmonic: what a push across the axis does, as a function of (r, z) times a cosine or a sine of the angle φ.
+//! The first harmonic: the displacement under a push across the axis, as a function of (r, z) times
+//! a cosine or a sine of the angle φ.
 //!
-//! A push along x, at φ = 0, moves the tissue by u_r cos φ, −w sin φ around the axis and q cos φ along the depth (Wilson,
-//! "Structural analysis of axisymmetric solids", AIAA J. 3, 1965). On the axis u_r = w, or the tissue would tear. So the
-//! unknowns are s = (u_r + w)/2 and t = (u_r − w)/2, and what must vanish on the axis is t and q, each by itself:
+//! A push along x, at φ = 0, moves the tissue by u_r cos φ, −w sin φ around the axis and q cos φ
+//! along the depth (Wilson, "Structural analysis of axisymmetric solids", AIAA J. 3, 1965).
+//! Continuity on the axis requires u_r = w. So the unknowns are s = (u_r + w)/2 and t = (u_r −
+//! w)/2, and only t and q have to vanish on the axis, independently of each other:
 //!
 //! ```text
 //! u_x = s + t cos 2φ,   u_y = t sin 2φ,   u_z = q cos φ
@@ -11,8 +13,9 @@
 use super::element::{AxialIntegrals, RadialIntegrals};
 use crate::ElasticLayer;
 
-/// Fills an element's stiffness per π: rows and columns are its nodes, those of a column of nodes together, with (s, t, q) at
-/// each. From the virtual work of λ tr(ε) tr(δε) + 2μ ε:δε with ε of the displacements above,
+/// Fills an element's stiffness per π: rows and columns are its nodes, grouped by columns of nodes,
+/// with (s, t, q) at each. From the virtual work of λ tr(ε) tr(δε) + 2μ ε:δε with ε of the
+/// displacements above,
 ///
 /// ```text
 /// ε_rr = s,r + t,r     ε_φφ = 2t/r     ε_zz = q,z                              (times cos φ)

@@ -1,30 +1,30 @@
-//! Meshes beside the answers they give, and the orders of one that a tolerance does not need.
+//! Meshes with their solutions, and the removal of orders that a tolerance does not need.
 
 use super::{Axisymmetric, AxisymmetricError, MeshSpec};
 use crate::{Problem, Sampled, relative_distance};
 
-/// What of an answer counts, and how much.
+/// The components of a solution that are compared, and their weights.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum AnswerView {
-    /// The axial displacement, as it is.
+    /// The axial displacement, unweighted.
     Axial,
-    /// Axial and radial displacement, each as a share of its own size, in m.
+    /// Axial and radial displacement, each divided by its own norm, in m.
     Both {
-        /// Size of the axial displacement.
+        /// Norm of the axial displacement.
         axial_m: f64,
-        /// Size of the radial displacement; nothing of it counts where it is 0.
+        /// Norm of the radial displacement; if 0, the component is ignored.
         radial_m: f64,
     },
 }
 
 impl AnswerView {
-    /// Both components, as shares of what they are in an answer.
+    /// Both components, divided by their norms in a solution.
     pub fn both(answer: &Sampled) -> Self {
         let size = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>().sqrt();
         Self::Both { axial_m: size(&answer.axial_m), radial_m: size(&answer.radial_m) }
     }
 
-    /// What counts of an answer.
+    /// The compared values of a solution.
     pub fn counted(self, answer: &Sampled) -> Vec<f64> {
         let share = |values: &[f64], size: f64| -> Vec<f64> {
             values.iter().filter(|_| size > 0.0).map(|value| value / size).collect()
@@ -38,7 +38,7 @@ impl AnswerView {
     }
 }
 
-/// A mesh, its model and what counts of its answer.
+/// A mesh, its model and the compared values of its solution.
 pub(super) struct Rung {
     pub mesh: MeshSpec,
     pub model: Axisymmetric,
@@ -52,36 +52,37 @@ impl Rung {
     }
 }
 
-/// Attempts at lowering several strips together.
+/// Attempts to lower several strips together.
 const TRIES: usize = 3;
 
-/// The search for orders that a tolerance does not need.
+/// The removal of orders that a tolerance does not need.
 pub(super) struct Trimming<'a> {
     pub problem: &'a Problem,
     pub view: AnswerView,
-    /// What counts of a better answer.
+    /// The compared values of a better solution.
     pub truth: &'a [f64],
-    /// The relative distance from it to end below.
+    /// The relative distance from it to reach.
     pub aim: f64,
 }
 
-/// What one order less in one strip does.
+/// The effect of one order less in one strip.
 struct Spare {
     strip: usize,
-    /// Numbers that the factor loses.
+    /// Decrease of the factor's nonzeros.
     saved: f64,
-    /// Change of what counts of the answer.
+    /// Change of the compared values.
     change: Vec<f64>,
 }
 
 impl Trimming<'_> {
-    /// Relative distance of a rung from the better answer.
+    /// Relative distance of a rung from the better solution.
     pub fn error(&self, rung: &Rung) -> f64 {
         relative_distance(&rung.answer, self.truth)
     }
 
-    /// One order less in as many strips as the tolerance allows. Small changes of the mesh add up, so what each does
-    /// alone tells what several do together. That is measured; where it is too much, less is tried.
+    /// Removes one order in as many strips as the tolerance allows. Small changes of the mesh are
+    /// additive, so the effects of single strips predict that of several. The result is measured;
+    /// if the error is too large, fewer strips are tried.
     pub fn trim(&self, rung: Rung) -> Result<Rung, AxisymmetricError> {
         let (spares, mut aim) = (self.spares(&rung)?, self.aim);
         for _ in 0..TRIES {
@@ -110,7 +111,7 @@ impl Trimming<'_> {
         strips.filter(|(_, strip)| strip.order > 1).map(spare).collect()
     }
 
-    /// The strips to lower, those first that cost the least accuracy for what they save.
+    /// The strips to lower, ordered by the loss of accuracy per saving.
     fn pick(&self, rung: &Rung, spares: &[Spare], aim: f64) -> Vec<usize> {
         let mut spares: Vec<&Spare> = spares.iter().collect();
         let mut answer = rung.answer.clone();

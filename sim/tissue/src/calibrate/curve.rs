@@ -1,15 +1,16 @@
-//! A measured force–depth curve, cleared of what the slow law cannot mean.
+//! A measured force–depth curve, cleared of samples that the quasistatic law cannot represent.
 
 use super::CalibrateError;
 
-/// Fewest samples of a curve that a fit is tried on.
+/// Minimum number of samples for a fit.
 pub const MIN_SAMPLES: usize = 12;
-/// Most samples that a fit runs on; a longer curve is thinned to this, which bounds the time.
+/// Maximum number of samples of a fit; a longer curve is thinned to this, which bounds the time.
 const MOST_SAMPLES: usize = 2000;
-/// A step back of less than this, in m, is noise of the depth, or a held hand, and no withdrawal (choice).
+/// A step back of less than this, in m, is noise of the depth or a held hand, not a withdrawal
+/// (choice).
 const BACK_M: f64 = 0.2e-3;
 
-/// Depth of the tip and axial force along a slow insertion, and a withdrawal if there is one.
+/// Depth of the tip and axial force along a slow insertion, with a withdrawal if there is one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     /// Displacement of the tip from the skin, in m.
@@ -20,11 +21,13 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// A curve of (depth in m, force in N) in the order measured. Samples that neither advance nor withdraw by 0.2 mm are
-    /// left out: the law cuts only while it advances, so that a trembling depth would switch cutting on and off.
+    /// Makes a curve of (depth in m, force in N) in the order measured. Samples that neither
+    /// advance nor withdraw by 0.2 mm are dropped: the law cuts only while it advances, so that a
+    /// jittering depth would switch cutting on and off.
     ///
     /// # Errors
-    /// A number that is not finite, or fewer than [`MIN_SAMPLES`] samples left, or fewer of them that go deeper than all before.
+    /// If a number is not finite, if fewer than [`MIN_SAMPLES`] samples remain, or if fewer of them
+    /// go deeper than all before.
     pub fn new(samples: &[(f64, f64)]) -> Result<Self, CalibrateError> {
         if let Some(row) = samples.iter().position(|(x, f)| !x.is_finite() || !f.is_finite()) {
             return Err(CalibrateError::NotFinite { row });
@@ -46,25 +49,25 @@ impl Curve {
         }
     }
 
-    /// How many samples the fit runs on.
+    /// Number of samples in the fit.
     #[must_use]
     pub fn len(&self) -> usize {
         self.depth_m.len()
     }
 
-    /// Never: a curve has at least [`MIN_SAMPLES`] samples.
+    /// Always false: a curve has at least [`MIN_SAMPLES`] samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.depth_m.is_empty()
     }
 
-    /// How many samples were left out: noise of the depth, holds, and the thinning of a long curve.
+    /// Number of dropped samples: noise of the depth, holds, and the thinning of a long curve.
     #[must_use]
     pub fn left_out(&self) -> usize {
         self.left_out
     }
 
-    /// The largest force, in N.
+    /// The maximum force, in N.
     #[must_use]
     pub fn peak_n(&self) -> f64 {
         self.force_n.iter().copied().fold(0.0, f64::max)
@@ -76,7 +79,7 @@ impl Curve {
         self.depth_m.iter().copied().fold(0.0, f64::max)
     }
 
-    /// Whether any part of it withdraws, which is what shows friction.
+    /// Whether any part withdraws, which reveals friction.
     #[must_use]
     pub fn withdraws(&self) -> bool {
         self.depth_m.windows(2).any(|pair| pair[1] < pair[0])
@@ -88,13 +91,14 @@ impl Curve {
         noise_n(&self.force_n)
     }
 
-    /// The same curve with every depth multiplied.
+    /// The same curve with every depth multiplied by a factor.
     #[must_use]
     pub fn stretched(&self, factor: f64) -> Self {
         Self { depth_m: self.depth_m.iter().map(|x| x * factor).collect(), ..self.clone() }
     }
 
-    /// The samples that are deeper than all before them, in order: what a first insertion shows.
+    /// Indices of the samples that are deeper than all before them, in order: those of a first
+    /// insertion.
     pub(super) fn front(&self) -> Vec<usize> {
         let mut deepest_m = f64::NEG_INFINITY;
         let deeper = |&at: &usize| {
@@ -106,8 +110,9 @@ impl Curve {
     }
 }
 
-/// Standard deviation of the noise of forces in the order measured, in N: the median of |second differences|, which straight pieces do
-/// not add to and a few drops do not move. A second difference of white noise has √6 of its deviation.
+/// Standard deviation of the noise of forces in the order measured, in N, from the median of
+/// |second differences|: straight sections do not add to it and a few drops do not move it. A
+/// second difference of white noise has √6 times its deviation.
 pub(super) fn noise_n(force_n: &[f64]) -> f64 {
     const MEDIAN_TO_DEVIATION: f64 = 1.4826;
     let bend = |w: &[f64]| (w[0] - 2.0 * w[1] + w[2]).abs();
@@ -117,7 +122,8 @@ pub(super) fn noise_n(force_n: &[f64]) -> f64 {
     MEDIAN_TO_DEVIATION * median / 6.0_f64.sqrt()
 }
 
-/// Every so manyth sample, and those where the motion turns: friction comes from how far the needle really went.
+/// Every `every`-th sample, and those at which the motion reverses: friction depends on the true
+/// distance travelled.
 fn thinned(samples: &[(f64, f64)], every: usize) -> Vec<(f64, f64)> {
     let turns = |at: usize| match at.checked_sub(1).and_then(|before| samples.get(before..=at + 1)) {
         Some(&[(before_m, _), (here_m, _), (behind_m, _)]) => (here_m - before_m) * (behind_m - here_m) < 0.0,
@@ -127,7 +133,8 @@ fn thinned(samples: &[(f64, f64)], every: usize) -> Vec<(f64, f64)> {
     samples.iter().enumerate().filter(is_kept).map(|(_, sample)| *sample).collect()
 }
 
-/// The samples that go on in the direction of the motion, which turns once a step back exceeds [`BACK_M`].
+/// The samples that continue in the direction of the motion, which reverses when a step back
+/// exceeds [`BACK_M`].
 fn moving(samples: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut kept: Vec<(f64, f64)> = samples.first().copied().into_iter().collect();
     let mut direction = 1.0;

@@ -1,44 +1,46 @@
 //! Least squares within bounds: Levenberg–Marquardt with projected steps.
 //!
-//! Each step solves (JᵀJ + λ diag JᵀJ) δ = −Jᵀr over the variables that are free: not at a bound that the gradient
-//! pushes against, and with an effect at all (Marquardt, "An algorithm for least-squares estimation of nonlinear
-//! parameters", SIAM J. Appl. Math. 11, 1963). The step is cut off at the bounds and taken only if it lowers the sum of
-//! squares, so that the end is never worse than the start.
+//! Each step solves (JᵀJ + λ diag JᵀJ) δ = −Jᵀr over the free variables: those not at a bound that
+//! the gradient pushes against, and with an effect at all (Marquardt, "An algorithm for
+//! least-squares estimation of nonlinear parameters", SIAM J. Appl. Math. 11, 1963). The step is
+//! cut off at the bounds and accepted only if it lowers the sum of squares, so that the end is
+//! never worse than the start.
 
 use nalgebra::{DMatrix, DVector};
 
-/// How often λ is raised before a point counts as the lowest.
+/// Number of times that λ is raised before a point counts as a minimum.
 const TRIES: u32 = 13;
-/// The residual is nearly linear, and friction and cutting nearly collinear: damping would only slow the way along their ridge.
+/// The residual is nearly linear, and friction and cutting nearly collinear: damping would only
+/// slow the descent along their ridge.
 const FIRST_LAMBDA: f64 = 1e-7;
-/// A step that lowers the sum of squares by less than this part ends the descent.
+/// A step that lowers the sum of squares by less than this fraction ends the descent.
 const LEAST_GAIN: f64 = 1e-7;
 
-/// A sum of squares to be made small.
+/// A least-squares problem.
 pub(super) struct LeastSquares<'p> {
-    /// Residuals at a point, always as many.
+    /// Residuals at a point, of constant length.
     pub residuals: &'p dyn Fn(&[f64]) -> Vec<f64>,
     pub lower: &'p [f64],
     pub upper: &'p [f64],
     /// Steps of the finite differences.
     pub step: &'p [f64],
-    /// A sum of squares that is as good as none.
+    /// A sum of squares that counts as zero.
     pub enough: f64,
 }
 
-/// Where a descent ended.
+/// The end of a descent.
 #[derive(Clone, Debug)]
 pub(super) struct Lowest {
     pub at: Vec<f64>,
     /// Sum of the squares.
     pub cost: f64,
     pub iterations: u32,
-    /// Whether it ended because nothing lower was near.
+    /// Whether it ended because no lower point was near.
     pub converged: bool,
 }
 
 impl LeastSquares<'_> {
-    /// Goes down from a point for at most so many iterations.
+    /// Descends from a point for at most `most` iterations.
     pub fn descend(&self, start: &[f64], most: u32) -> Lowest {
         let mut lambda = FIRST_LAMBDA;
         let at = self.within(start);
@@ -58,7 +60,7 @@ impl LeastSquares<'_> {
         lowest
     }
 
-    /// One accepted step, if there is one: the point and its residuals.
+    /// One accepted step, if there is one: the new point and its residuals.
     fn improve(&self, from: &Lowest, residuals: &[f64], lambda: &mut f64) -> Option<(Vec<f64>, Vec<f64>)> {
         let jacobian = self.jacobian(&from.at, residuals);
         let gradient = jacobian.tr_mul(&DVector::from_column_slice(residuals));
@@ -82,7 +84,8 @@ impl LeastSquares<'_> {
         None
     }
 
-    /// ∂r/∂θ by one-sided differences, away from the upper bound, at a point and its residuals. A variable without room has no effect.
+    /// ∂r/∂θ by one-sided differences, away from the upper bound, at a point and its residuals. A
+    /// variable with equal bounds has no effect.
     pub fn jacobian(&self, at: &[f64], here: &[f64]) -> DMatrix<f64> {
         let mut jacobian = DMatrix::zeros(here.len(), at.len());
         for (variable, mut column) in jacobian.column_iter_mut().enumerate() {

@@ -1,15 +1,16 @@
-//! The drops of a curve: where its force falls at once, a boundary has given way.
+//! The drops of a curve: a sudden fall of its force is a ruptured boundary.
 
 use super::curve::Curve;
 
-/// A fall must be this many standard deviations of the noise to be a drop (choice).
+/// Minimum fall of a drop, in standard deviations of the noise (choice).
 const NOISE_FACTOR: f64 = 6.0;
-/// A fall must be this part of the curve's peak to be a drop (choice).
+/// Minimum fall of a drop, as a fraction of the curve's peak (choice).
 const PEAK_PART: f64 = 0.02;
-/// A force goes on along a line if it is within this many deviations of the noise: the line itself is only known to two.
+/// A force continues a line if it is within this many deviations of the noise: the line itself is
+/// only known to two.
 const LINE_FACTOR: f64 = 4.5;
 
-/// The advancing part of a curve, which is where boundaries can give way.
+/// The advancing part of a curve, where boundaries can rupture.
 pub(super) struct Front {
     pub depth_m: Vec<f64>,
     pub force_n: Vec<f64>,
@@ -20,9 +21,9 @@ pub(super) struct Front {
 /// A fall of the force between two neighbouring samples of the front.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Drop {
-    /// The sample of the front before it; the boundary gave way between it and the next.
+    /// Index of the front's sample before the fall; the boundary ruptured between it and the next.
     pub gap: usize,
-    /// How far the force falls altogether, in N.
+    /// Total fall of the force, in N.
     pub fall_n: f64,
 }
 
@@ -36,17 +37,17 @@ impl Front {
         }
     }
 
-    /// The middle of a gap, in m: no sample tells where in the gap a boundary gave way.
+    /// The middle of a gap, in m: the samples do not show where in the gap a boundary ruptured.
     pub fn middle_m(&self, gap: usize) -> f64 {
         0.5 * (self.depth_m[gap] + self.depth_m[gap + 1])
     }
 
-    /// How wide a gap is, in m.
+    /// Width of a gap, in m.
     pub fn width_m(&self, gap: usize) -> f64 {
         self.depth_m[gap + 1] - self.depth_m[gap]
     }
 
-    /// How many gaps there are.
+    /// Number of gaps.
     pub fn gaps(&self) -> usize {
         self.depth_m.len().saturating_sub(1)
     }
@@ -57,26 +58,26 @@ impl Front {
         after.saturating_sub(1).min(self.gaps().saturating_sub(1))
     }
 
-    /// The least fall that counts as a drop, in N.
+    /// The minimum fall of a drop, in N.
     pub fn least_fall_n(&self) -> f64 {
         let peak_n = self.force_n.iter().copied().fold(0.0, f64::max);
         (NOISE_FACTOR * self.noise_n).max(PEAK_PART * peak_n)
     }
 
-    /// Every drop, in order of depth.
+    /// All drops, in order of depth.
     pub fn drops(&self) -> Vec<Drop> {
         let least_n = self.least_fall_n();
         let falls = self.falls(least_n);
         falls.into_iter().flat_map(|(top, bottom)| self.split(top, bottom, least_n)).collect()
     }
 
-    /// Whether a drop may be one side of a lone sample that is off: behind it the force goes on as before. Friction and cutting
-    /// that come back within a gap look the same.
+    /// Whether a drop may be one side of a single outlier: behind it the force continues as before.
+    /// Friction and cutting that recover within a gap look the same.
     pub fn is_lone(&self, drop: &Drop) -> bool {
         self.goes_on(drop.gap) || self.goes_on(drop.gap + 1)
     }
 
-    /// Whether the sample behind this one lies on the line of those before it.
+    /// Whether the sample behind this one lies on the line through those before it.
     fn goes_on(&self, lone: usize) -> bool {
         let Some(&[first, second, third, fourth]) =
             lone.checked_sub(4).and_then(|from| self.force_n[from..lone].first_chunk())
@@ -88,7 +89,8 @@ impl Front {
         self.force_n.get(lone + 1).is_some_and(|behind| (behind - line_n).abs() <= LINE_FACTOR * self.noise_n)
     }
 
-    /// Stretches from a top to a bottom whose fall is large enough; a rise of as much ends a stretch.
+    /// Stretches from a top to a bottom whose fall is large enough; an equally large rise ends a
+    /// stretch.
     fn falls(&self, least_n: f64) -> Vec<(usize, usize)> {
         let force = |at: usize| self.force_n[at];
         let (mut falls, mut top, mut bottom) = (Vec::new(), 0, None);
@@ -111,7 +113,8 @@ impl Front {
         falls
     }
 
-    /// The drops within one fall: runs of steep steps, each a drop if it falls far enough; without one, the steepest step.
+    /// The drops within one fall: runs of steep steps, each a drop if it falls far enough;
+    /// without such a run, the steepest step.
     fn split(&self, top: usize, bottom: usize, least_n: f64) -> Vec<Drop> {
         let fall_n = |gap: usize| self.force_n[gap] - self.force_n[gap + 1];
         let steepest = |gaps: &[usize]| gaps.iter().copied().max_by(|&a, &b| fall_n(a).total_cmp(&fall_n(b)));

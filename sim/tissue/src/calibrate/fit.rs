@@ -1,4 +1,5 @@
-//! The fit as a whole: guess, descend from several starts, try neighbouring places, make sound, say how well it went.
+//! The complete fit: guess, descend from several starts, try neighbouring places, make sound,
+//! report.
 
 use law::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
 use law::operator::Draw;
@@ -17,112 +18,118 @@ use super::verdict::{Misfit, find_misfit};
 use super::words::in_words;
 use super::{CalibrateError, needs_times};
 
-/// Iterations of a whole descent, and of one that only tells whether a neighbouring place is better.
+/// Iterations of a full descent, and of one that only tests a neighbouring place.
 const DESCENT: u32 = 40;
 const TRIAL: u32 = 3;
-/// How far a place is moved in one try, in gaps.
+/// Moves of a place in one try, in gaps.
 const STRIDES: [isize; 6] = [1, -1, 4, -4, 16, -16];
-/// Rounds over all places. A round without gain ends it.
+/// Maximum number of rounds over all places. A round without gain ends the refinement.
 const ROUNDS: u32 = 12;
-/// A place is moved only for this gain, as a part of the sum of squares.
+/// Required gain for a move of a place, as a fraction of the sum of squares.
 const WORTH: f64 = 1e-5;
-/// A moved place is descended from only if it does not raise the sum of squares beyond this factor at once.
+/// A moved place is descended from only if it initially raises the sum of squares by no more than
+/// this factor.
 const HOPELESS: f64 = 2.0;
-/// How many of the least drops may be something else than a rupture: the end of a cut, where the next boundary is met.
+/// Number of the smallest drops that may not be ruptures but the end of a cut, where the next
+/// boundary is met.
 const DOUBTFUL: usize = 2;
-/// Iterations from another start that show whether it leads anywhere, and from one that does, to within
-/// this factor of the best sum of squares; rounds of other starts.
+/// Iterations from another start that show whether it is promising, and from a promising one, to
+/// within this factor of the best sum of squares; rounds of other starts.
 const GLANCE: u32 = 4;
 const SCATTER: u32 = 12;
 const PROMISING: f64 = 5.0;
 const SCATTERINGS: u32 = 3;
-/// Starts drawn around a fit, and from which seed.
+/// Number of starts drawn around a fit, and their seed.
 const DRAWS: u32 = 24;
 const DRAWS_SEED: u64 = 1;
-/// How many of a scene's orders of ruptures are gone down from again after a glance, and how many of these to the end.
+/// Number of a scene's rupture orders that are descended from again after a short descent, and
+/// number of these that are descended from fully.
 const LIKELY_ORDERS: usize = 40;
 const ORDERS: usize = 8;
-/// Other readings of the curve are gone down to the end from at most so many variances above the fit, and so many of them.
+/// Maximum distance from the fit, in variances, of other interpretations that are descended from
+/// fully, and their maximum number.
 const NEAR: f64 = 150.0;
 const READINGS: usize = 12;
-/// How often a better minimum that a profile comes upon is gone down to.
+/// Maximum number of descents to better minima found by a profile.
 const SETTLINGS: u32 = 4;
-/// How often unsound thresholds are lowered: each round settles at least the shallowest.
+/// Maximum number of rounds that lower unsound thresholds: each round settles at least the
+/// shallowest.
 const LOWERINGS: usize = 2 * law::axial::MAX_LAYERS;
 
-/// Where a fit starts from.
+/// The start of a fit.
 #[derive(Clone, Copy, Debug)]
 pub enum Start<'s> {
     /// The curve alone.
     Fresh(Fresh),
-    /// A scene's law, whose layers and needle are kept.
+    /// A scene's law; its layers and needle are kept.
     Scene(&'s AxialSpec),
 }
 
-/// A scene that the data alone would ask for.
+/// A fit of the data alone, without the soundness constraint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AskedFit {
-    /// Its root mean square residual, in N.
+    /// Root mean square residual, in N.
     pub rms_n: f64,
     /// Its ruptures that would create force or energy.
     pub unsound: Vec<Unsound>,
 }
 
-/// A fitted law and how far it can be trusted.
+/// A fitted law and the confidence in it.
 #[derive(Clone, Debug)]
 pub struct Fit {
     /// The law: sound, with the damping and rate dependence of the start.
     pub spec: AxialSpec,
     /// Root mean square residual, in N.
     pub rms_n: f64,
-    /// The curve's largest force, in N.
+    /// The curve's maximum force, in N.
     pub peak_n: f64,
     /// Noise of the curve, in N, from its second differences.
     pub noise_n: f64,
     /// Iterations of all descents.
     pub iterations: u32,
-    /// Whether the last descent ended because nothing lower was near, and left nothing but noise.
+    /// Whether the last descent ended because no lower point was near, and left only noise.
     pub converged: bool,
-    /// What the residual has besides the curve's noise, if it has.
+    /// The structure of the residual beyond the curve's noise, if any.
     pub misfit: Option<Misfit>,
-    /// How many other readings of the curve's drops were found that it does not refuse: ruptures in another order or elsewhere. The
-    /// intervals cover them.
+    /// Number of other interpretations of the curve's drops that it does not reject: ruptures in
+    /// another order or at other positions. The intervals cover them.
     pub readings: usize,
     /// Ruptures within the curve.
     pub peaks: Vec<Peak>,
-    /// Boundaries, from 0, that the law opens within the curve and none of whose ruptures is a drop of it. Which boundary gave way with
-    /// which drop the curve does not tell then, and no number has an interval.
+    /// Boundaries, from 0, that the law opens within the curve and none of whose ruptures is one of
+    /// its drops. The curve then does not determine which boundary ruptured at which drop, and no
+    /// parameter has an interval.
     pub unseen: Vec<usize>,
     /// Drops of the curve that no rupture explains: depth in m, fall in N.
     pub unexplained: Vec<(f64, f64)>,
     /// Every fitted parameter.
     pub estimates: Vec<ParameterEstimate>,
-    /// What the curve cannot determine, in words.
+    /// Descriptions of the parameters that the curve cannot determine.
     pub undetermined: Vec<String>,
-    /// What the data alone would ask for, where that is unsound.
+    /// The fit of the data alone, if it is unsound.
     pub asked: Option<AskedFit>,
 }
 
-/// A guess that was descended from.
+/// A guess and the end of its descent.
 #[derive(Clone)]
 struct Candidate {
     guess: Guess,
     lowest: Lowest,
 }
 
-/// The search, with what it has done so far.
+/// The search, with its results so far.
 struct Search<'m, 'w> {
     model: &'m CurveModel<'m>,
     iterations: u32,
-    /// Where other descents ended.
+    /// The ends of other descents.
     rivals: Vec<Candidate>,
     watch: &'w mut dyn FnMut(u32),
 }
 
-/// Fits the law to a curve. `watch` is told the iterations done so far.
+/// Fits the law to a curve. `watch` receives the number of iterations so far.
 ///
 /// # Errors
-/// A curve without enough drops, or a start that does not fit the curve or the law.
+/// If the curve has too few drops, or the start does not fit the curve or the law.
 pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Result<Fit, CalibrateError> {
     let model = CurveModel::new(curve);
     let mut search = Search { model: &model, iterations: 0, rivals: Vec::new(), watch };
@@ -140,7 +147,7 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
         }
     };
     let is_fresh = matches!(start, Start::Fresh(_));
-    // With a layer that may be a lone sample the fit is refused, however low it gets.
+    // A fit with a layer that may be a single outlier is rejected, however low its cost.
     if !is_fresh || find_lone_drops(&model, &best.guess).is_empty() {
         best = search.scatter(best);
         best = search.draw(best);
@@ -166,8 +173,9 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
 }
 
 impl Search<'_, '_> {
-    /// Fits as many layers as asked for. Not asked, a drop that may be noise, or that the law makes without a rupture, where a
-    /// cut ends, is a layer only if the curve is worth one.
+    /// Fits the requested number of layers. Without a request, a drop that may be noise, or that
+    /// the law makes without a rupture, where a cut ends, becomes a layer only if it pays for
+    /// itself on the curve.
     fn by_drops(&mut self, asked: &Fresh) -> Result<Candidate, CalibrateError> {
         let mut best = self.best_of(guess_afresh(&self.model.front, self.model.curve, asked)?);
         for _ in 0..DOUBTFUL {
@@ -185,7 +193,7 @@ impl Search<'_, '_> {
         Ok(best)
     }
 
-    /// The lowest place that a scene leads to, laid over the curve with its ruptures in any order.
+    /// The lowest minimum reached from a scene, laid over the curve with its ruptures in any order.
     fn over_scene(&mut self, spec: &AxialSpec) -> Result<Candidate, CalibrateError> {
         let over = self.descend(&laid_over(&self.model.front, spec)?, false, DESCENT);
         let mut best = self.refine(over, false);
@@ -201,14 +209,15 @@ impl Search<'_, '_> {
         Ok(best)
     }
 
-    /// So many of the lowest, gone down from again, and the others.
+    /// Descends again from the `count` lowest candidates; returns these and the rest.
     fn lowest_of(&mut self, mut all: Vec<Candidate>, count: usize) -> (Vec<Candidate>, Vec<Candidate>) {
         all.sort_by(|a, b| a.lowest.cost.total_cmp(&b.lowest.cost));
         let rest = all.split_off(count.min(all.len()));
         (all.iter().map(|candidate| self.descend(&candidate.guess, false, SCATTER)).collect(), rest)
     }
 
-    /// Goes down to the end from other readings of the curve that are not far above the fit: the curve may refuse none of them.
+    /// Descends fully from other interpretations of the curve close to the fit: the curve may not
+    /// reject them.
     fn settle(&mut self, mut best: Candidate) -> Candidate {
         for _ in 0..SCATTERINGS {
             let variance = self.variance(&best);
@@ -240,7 +249,7 @@ impl Search<'_, '_> {
         (candidate.lowest.cost / self.model.curve.len() as f64).max(finest_n * finest_n)
     }
 
-    /// The lower of two; the other is a rival.
+    /// The lower of two candidates; the other becomes a rival.
     fn lower(&mut self, best: Candidate, tried: Candidate) -> Candidate {
         let is_lower = tried.lowest.cost < best.lowest.cost;
         let (lower, higher) = if is_lower { (tried, best) } else { (best, tried) };
@@ -248,15 +257,16 @@ impl Search<'_, '_> {
         lower
     }
 
-    /// The lowest place that any of the guesses leads to.
+    /// The lowest minimum reached from any of the guesses.
     fn best_of(&mut self, guesses: [Guess; 3]) -> Candidate {
         let [first, second, third] = guesses.map(|guess| self.descend(&guess, false, DESCENT));
         let lower = |a: Candidate, b: Candidate| if b.lowest.cost < a.lowest.cost { b } else { a };
         self.refine(lower(lower(first, second), third), false)
     }
 
-    /// The Bayesian information criterion, n ln(cost/n) + p ln n: the lower, the better the layers pay for themselves (Schwarz,
-    /// "Estimating the dimension of a model", Ann. Stat. 6, 1978). A residual below a thousandth of the peak is none.
+    /// The Bayesian information criterion, n ln(cost/n) + p ln n: the lower, the better the layers
+    /// pay for themselves (Schwarz, "Estimating the dimension of a model", Ann. Stat. 6, 1978). The
+    /// variance is bounded below by [`FINEST_PART`] of the peak.
     fn worth(&self, candidate: &Candidate) -> f64 {
         let samples = self.model.curve.len() as f64;
         let finest = (FINEST_PART * self.model.curve.peak_n()).powi(2);
@@ -273,8 +283,9 @@ impl Search<'_, '_> {
         Candidate { guess: Guess { spec, places: guess.places.clone() }, lowest }
     }
 
-    /// Goes down again with one boundary after the other elsewhere, or one rupture elsewhere in its gap, and keeps what is lower: between two ruptures the bend where the
-    /// next boundary is met may be taken for another.
+    /// Descends again with one boundary after the other moved, or one rupture moved within its gap,
+    /// and keeps improvements: between two ruptures the bend at which the next boundary is met may
+    /// be mistaken for another.
     fn scatter(&mut self, mut best: Candidate) -> Candidate {
         for _ in 0..SCATTERINGS {
             let before = best.lowest.cost;
@@ -296,7 +307,8 @@ impl Search<'_, '_> {
         best
     }
 
-    /// Goes down again from starts drawn around the fit, along the valley that it lies in: the bends of the law make steps in its floor.
+    /// Descends again from starts drawn around the fit, along its valley: the bends of the law make
+    /// steps in the valley's floor.
     fn draw(&mut self, mut best: Candidate) -> Candidate {
         let mut draw = Draw::new(DRAWS_SEED);
         for _ in 0..SCATTERINGS {
@@ -345,7 +357,7 @@ impl Search<'_, '_> {
         lower
     }
 
-    /// What is said of the fit. A better minimum that an interval comes upon is gone down to first.
+    /// The report of the fit. Descends first to any better minimum that an interval finds.
     fn report(mut self, mut best: Candidate, asked: Option<AskedFit>, is_fresh: bool) -> Fit {
         let mut settlings = SETTLINGS;
         loop {
@@ -364,7 +376,7 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Every parameter, with intervals if asked for.
+    /// All parameters, with intervals if requested.
     fn estimates(&self, best: &Candidate, with_intervals: bool) -> Result<Vec<ParameterEstimate>, Vec<f64>> {
         let profile = Profile::new(self.model, &best.guess);
         let like = |rival: &&Candidate| rival.guess.spec.layers.len() == best.guess.spec.layers.len();
@@ -376,7 +388,7 @@ impl Search<'_, '_> {
         })
     }
 
-    /// Other readings of the curve's drops that it does not refuse.
+    /// Number of other interpretations of the curve's drops that it does not reject.
     fn readings(&self, best: &Candidate) -> usize {
         let profile = Profile::new(self.model, &best.guess);
         let mut places: Vec<&Places> = Vec::new();
@@ -417,7 +429,8 @@ impl Search<'_, '_> {
     }
 }
 
-/// The places with one of them moved, if it stays within the curve and in order. Tips come first, then rims.
+/// The places with one of them moved, if it stays within the curve and in order. Tips come first,
+/// then rims.
 fn moved(places: &Places, which: usize, stride: isize, gaps: usize) -> Option<Places> {
     let layers = places.tip.len();
     let mut trial = places.clone();
@@ -427,8 +440,9 @@ fn moved(places: &Places, which: usize, stride: isize, gaps: usize) -> Option<Pl
     row.iter().flatten().is_sorted().then_some(trial)
 }
 
-/// Puts on its bound what ended next to it, and gives back its starting value to every variable that the curve does not depend
-/// on: the way down may have moved it. The far side of a layer keeps its depth, not its distance to the near side.
+/// Moves variables next to a bound onto it, and restores the starting value of every variable
+/// without effect on the curve: the descent may have changed it. The far side of a layer keeps its
+/// depth, not its distance from the near side.
 fn tidy(model: &CurveModel<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Candidate {
     let mut variables = model.variables(&fitted.guess);
     let standings = find_standings(model, &fitted.guess);
@@ -459,7 +473,7 @@ fn tidy(model: &CurveModel<'_>, fitted: Candidate, start: Option<&AxialSpec>) ->
     if rms_n(&tidied) <= rms_n(&fitted) * (1.0 + WORTH) + as_good_n { tidied } else { fitted }
 }
 
-/// What a fit without a start has instead of its start: a cut that no curve shows is none.
+/// The starting values of a fit without a start: cutting that no curve shows is 0.
 fn without_cutting(variables: &[f64]) -> Vec<f64> {
     let or_none = |(at, &value): (usize, &f64)| match QUANTITIES[at % QUANTITIES.len()] {
         Quantity::Cutting => 0.0,
@@ -468,7 +482,8 @@ fn without_cutting(variables: &[f64]) -> Vec<f64> {
     variables.iter().enumerate().map(or_none).collect()
 }
 
-/// Lowers what thresholds are still unsound to the largest sound ones; after a fit under the constraint, by next to nothing.
+/// Lowers thresholds that are still unsound to the largest sound values; after a fit under the
+/// constraint, by next to nothing.
 pub(super) fn sound(mut spec: AxialSpec) -> AxialSpec {
     const BELOW: f64 = 1.0 - 1e-4;
     for _ in 0..LOWERINGS {
@@ -483,7 +498,7 @@ pub(super) fn sound(mut spec: AxialSpec) -> AxialSpec {
     spec
 }
 
-/// The start itself, where it is sound and the fit found nothing better.
+/// Returns the start itself if it is sound and the fit found nothing better.
 fn keep_if_better(model: &CurveModel<'_>, fitted: Candidate, start: &AxialSpec) -> Candidate {
     let is_sound = soundness::find_unsound_ruptures(start).is_empty();
     if is_sound && residual_rms_n(start, model.curve) <= residual_rms_n(&fitted.guess.spec, model.curve) {

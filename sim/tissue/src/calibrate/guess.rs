@@ -9,20 +9,22 @@ use super::drops::{Drop, Front};
 use super::model::{Guess, Places};
 use super::starts::{LEAST_STIFFNESS_N_PER_M, rise_n_per_m};
 
-/// What is asked for where no scene to start from is given.
+/// The request for a fit without a starting scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fresh {
-    /// How many layers; as many as there are drops for if none.
+    /// Number of layers; if absent, as many as the curve has drops for.
     pub layers: Option<usize>,
-    /// Distance from the tip to the cannula's rim, in m; 0 is a single contactor.
+    /// Distance from the tip to the cannula's rim, in m; 0 for a single contactor.
     pub tip_to_rim_m: f64,
 }
 
-/// How much deeper than the curve the last layer goes, in m (choice): the curve does not show its end.
+/// Thickness of the last layer below the end of the curve, in m (choice): the curve does not show
+/// its far side.
 const BELOW_M: f64 = 0.02;
 
-/// Guesses from the drops alone. Each drop is a rupture; a trocar's alternate between tip and rim. The force left after a
-/// drop may be the next boundary's or the cut of new tissue: the law alone tells, so both are tried.
+/// Guesses from the drops alone. Each drop is a rupture; those of a trocar alternate between tip
+/// and rim. The force left after a drop may belong to the next boundary or to the cutting of new
+/// tissue: only the law can decide, so both are tried.
 pub(super) fn guess_afresh(front: &Front, curve: &Curve, asked: &Fresh) -> Result<[Guess; 3], CalibrateError> {
     let per_layer = if asked.tip_to_rim_m > 0.0 { 2 } else { 1 };
     let drops = front.drops();
@@ -55,7 +57,8 @@ pub(super) fn guess_afresh(front: &Front, curve: &Curve, asked: &Fresh) -> Resul
     Ok([0.0, 0.5, 0.9].map(|part| Guess { spec: spec(part), places: places.clone() }))
 }
 
-/// Layers whose boundaries give way in these gaps; `cut_part` of what is left after a drop is cutting, not a tent.
+/// Layers whose boundaries rupture in these gaps; `cut_part` of the force left after a drop is
+/// cutting, not a tent.
 fn stack(front: &Front, curve: &Curve, tips: &[usize], cut_part: f64) -> Vec<Layer> {
     let mut depth_m = 0.0;
     let mut layers: Vec<Layer> = Vec::new();
@@ -90,7 +93,7 @@ fn stack(front: &Front, curve: &Curve, tips: &[usize], cut_part: f64) -> Vec<Lay
     layers
 }
 
-/// The drops that fall farthest, so many, in order of depth.
+/// The `count` drops with the largest fall, in order of depth.
 pub(super) fn largest_drops(mut drops: Vec<Drop>, count: usize) -> Vec<Drop> {
     drops.sort_by(|a, b| b.fall_n.total_cmp(&a.fall_n));
     drops.truncate(count);
@@ -98,7 +101,7 @@ pub(super) fn largest_drops(mut drops: Vec<Drop>, count: usize) -> Vec<Drop> {
     drops
 }
 
-/// A rupture of the starting scene that stands alone or leads a cascade.
+/// A rupture of the starting scene that occurs alone or leads a cascade.
 #[derive(Clone, Copy)]
 pub(super) struct Leader {
     pub contactor: Contactor,
@@ -106,7 +109,8 @@ pub(super) struct Leader {
     pub x_m: f64,
 }
 
-/// A guess from a scene: its ruptures are moved to the drops they are nearest to, in order, and the others between along.
+/// A guess from a scene: its ruptures are moved to the nearest drops, in order, and the others
+/// between them are moved along.
 pub(super) fn laid_over(front: &Front, start: &AxialSpec) -> Result<Guess, CalibrateError> {
     let leaders = find_leaders(front, start);
     if leaders.is_empty() {
@@ -149,8 +153,9 @@ pub(super) fn find_leaders(front: &Front, start: &AxialSpec) -> Vec<Leader> {
         .collect()
 }
 
-/// (rupture of the start, drop of the curve), both in m: the assignment in order of every drop to a rupture of its own with
-/// the least sum of distances, by dynamic programming over both lists.
+/// Pairs (rupture of the start, drop of the curve), both in m: the order-preserving assignment of
+/// every drop to a rupture of its own with the smallest sum of distances, by dynamic programming
+/// over both lists.
 fn pair(front: &Front, leaders: &[Leader], drops: &[Drop]) -> Vec<(f64, f64)> {
     let distance = |l: usize, d: usize| (leaders[l].x_m - front.middle_m(drops[d].gap)).abs();
     // best[d][l]: the first d drops assigned among the first l ruptures.
@@ -174,7 +179,7 @@ fn pair(front: &Front, leaders: &[Leader], drops: &[Drop]) -> Vec<(f64, f64)> {
     pairs
 }
 
-/// Where a rupture goes: with the pairs on either side of it, linearly between them.
+/// New position of a rupture: interpolated linearly between the pairs on either side of it.
 fn moved_m(front: &Front, x_m: f64, pairs: &[(f64, f64)]) -> f64 {
     let after = pairs.partition_point(|pair| pair.0 < x_m);
     let shift = |pair: &(f64, f64)| pair.1 - pair.0;
@@ -190,7 +195,8 @@ fn moved_m(front: &Front, x_m: f64, pairs: &[(f64, f64)]) -> f64 {
     (x_m + by_m).max(first_m).min(last_m)
 }
 
-/// Moves a boundary below the first by so much, as far as its neighbours leave room. The skin stays at 0.
+/// Moves a boundary below the first by `by_m`, as far as its neighbours leave room. The skin stays
+/// at 0.
 fn move_boundary(layers: &mut [Layer], boundary: usize, by_m: f64) {
     if let Some([above, layer]) = boundary.checked_sub(1).and_then(|at| layers.get_mut(at..=boundary)) {
         let by_m = by_m.max(-above.thickness_m).min(layer.thickness_m);

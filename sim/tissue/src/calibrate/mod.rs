@@ -1,13 +1,17 @@
-//! Layers from a measured force–depth curve: least squares with bounds on the force law itself, at slow speed.
+//! Layers from a measured force–depth curve: bounded least squares on the force law itself, at slow
+//! speed.
 //!
-//! A drop of the force is a boundary that gave way, so the curve shows directly where ruptures are ([`Curve`] and its drops).
-//! With these places held, thickness, stiffness, friction and cutting of every layer, and where in its gap each boundary gives way, are
-//! fitted by Levenberg–Marquardt within bounds, from several starts; thresholds follow from where the boundaries give way. Then each
-//! place is tried in the neighbouring gaps. The result is sound ([`law::soundness`]): where the data ask for a rupture that would create
-//! force or energy, the fit is repeated under that constraint and says so.
+//! A drop of the force is a ruptured boundary, so the curve shows the places of ruptures directly
+//! ([`Curve`] and its drops). With these places held, thickness, stiffness, friction and cutting of
+//! every layer, and the position of each rupture within its gap, are fitted by Levenberg–Marquardt
+//! within bounds, from several starts; thresholds follow from the positions. Then each place is
+//! tried in the neighbouring gaps. The result is sound ([`law::soundness`]): if the data require a
+//! rupture that would create force or energy, the fit is repeated under that constraint and reports
+//! so.
 //!
-//! The residual is held against the noise that the curve itself shows: a fit that leaves more has not converged and says so. Where
-//! it leaves only noise, every number gets a 95 % interval by profile likelihood, or is said not to be determined.
+//! The residual is compared with the noise of the curve itself: a fit that leaves more has not
+//! converged and reports so. If only noise is left, every parameter gets a 95 % interval by profile
+//! likelihood, or is reported as undetermined.
 
 mod curve;
 mod descent;
@@ -35,7 +39,8 @@ pub use timed::{TimedCurve, TimedSample, fit_timed, timed_residual_rms_n};
 pub use uncertainty::{Interval, ParameterEstimate, ParameterStanding};
 pub use verdict::Misfit;
 
-/// Whether a start is fitted to a curve with times: those of laws 3 and 4, and later ones that name an option of a layer or of the needle.
+/// Whether a start needs a timed curve: those of laws 3 and 4, and later ones with an option of a
+/// layer or of the needle.
 #[must_use]
 pub fn needs_times(start: &AxialSpec) -> bool {
     match start.law {
@@ -48,10 +53,10 @@ pub fn needs_times(start: &AxialSpec) -> bool {
 /// Why a curve cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrateError {
-    /// A depth or force that is not finite.
+    /// A depth or force is not finite.
     #[error("sample {row}: a depth or force is not finite; finite numbers are allowed")]
     NotFinite {
-        /// The sample, from 0.
+        /// Index of the sample, from 0.
         row: usize,
     },
     /// Too few samples.
@@ -59,7 +64,7 @@ pub enum CalibrateError {
     TooFew {
         /// Samples that advance or withdraw.
         found: usize,
-        /// How many are needed.
+        /// The required number.
         needed: usize,
     },
     /// Too few samples that go deeper.
@@ -69,7 +74,7 @@ pub enum CalibrateError {
     NoInsertion {
         /// Samples deeper than all before them.
         found: usize,
-        /// How many are needed.
+        /// The required number.
         needed: usize,
     },
     /// More layers than the curve has drops for.
@@ -80,60 +85,61 @@ pub enum CalibrateError {
     TooFewDrops {
         /// Drops of the curve.
         found: usize,
-        /// Layers asked for.
+        /// The requested number of layers.
         asked: usize,
-        /// Drops that a layer makes: two with a rim.
+        /// Drops per layer: two with a rim.
         per_layer: usize,
-        /// The least fall that counts, in N.
+        /// Minimum fall of a drop, in N.
         least_n: f64,
     },
     /// The starting scene has no rupture within the curve.
     #[error("no boundary of the starting scene gives way within the curve's {deepest_mm:.2} mm")]
     StartBeyondCurve {
-        /// How deep the curve goes, in mm.
+        /// Depth of the curve, in mm.
         deepest_mm: f64,
     },
-    /// The starting scene is of another version of the law than the one fitted.
+    /// The starting scene uses a version of the law that cannot be fitted.
     #[error("the starting scene is of law 1, by which cutting depends on the tick; scenes of law 2 or 5 are allowed")]
     OldLaw,
-    /// The starting scene may have options, and a curve of one speed does not tell them apart from what is fitted.
+    /// The starting scene may have options, which a curve at a single speed cannot distinguish from
+    /// the fitted parameters.
     #[error(
         "the starting scene has options of law 3, which a curve without times cannot tell from stiffness and thresholds; scenes of law 2 or 5 without options, or a column t_s, are allowed"
     )]
     LawOfOptions,
-    /// A time that does not increase.
+    /// A time does not increase.
     #[error("sample {row}: t_s = {t_s} s does not increase; times that do are allowed")]
     TimeStandsStill {
-        /// The sample, from 0.
+        /// Index of the sample, from 0.
         row: usize,
         /// Its time, in s.
         t_s: f64,
     },
-    /// A curve with times is fitted with options.
+    /// A timed curve needs a start with options.
     #[error(
         "the starting scene is of law 1 or 2, and a curve with times is fitted with options; law = 3 and later are allowed"
     )]
     TimedLaw,
-    /// A curve with times is that of a single contactor.
+    /// A timed curve requires a single contactor.
     #[error("the starting scene's tip_to_rim_mm is {tip_to_rim_mm} mm; 0 mm, a needle, is allowed with times")]
     TimedRim {
         /// The distance, in mm.
         tip_to_rim_mm: f64,
     },
-    /// One insertion shows one turn of the edge.
+    /// A single insertion shows only one rotation of the edge.
     #[error(
         "the starting scene has fibres, which one turn of the edge does not tell; layers without are allowed with times"
     )]
     TimedFibres,
-    /// A boundary of the start gives way with another.
+    /// A boundary of the start ruptures together with another.
     #[error(
         "{layer}: its boundary in the starting scene gives way together with another; boundaries that give way by themselves are allowed with times"
     )]
     TimedCascade {
-        /// The layer.
+        /// Name of the layer.
         layer: String,
     },
-    /// The starting scene is not one that the law takes.
+    /// The law rejects the starting scene.
     #[error(transparent)]
     Params(#[from] law::axial::ParamError),
 }

@@ -1,9 +1,11 @@
-//! The fitted variables, and what the law makes of them along a curve.
+//! The fitted variables, and the law's force for them along a curve.
 //!
-//! A threshold is no variable: the force at a sample jumps when a threshold moves a rupture across it, and no derivative
-//! knows of that. The data show directly between which samples a boundary gave way, so a rupture has a *place*, a gap of the curve, and
-//! where within the gap is the variable x; the threshold follows: P = k (x − D) for the tip, P = k (x − L − D) for the rim. With the
-//! places held, the residual is continuous in every variable, and nothing that is differentiated straddles a drop.
+//! A threshold is not a variable: the force at a sample jumps when a threshold moves a rupture
+//! across it, and no derivative represents that. The data show directly between which samples a
+//! boundary ruptured, so a rupture has a *place*, a gap of the curve, and its position x within the
+//! gap is the variable; the threshold follows: P = k (x − D) for the tip, P = k (x − L − D) for the
+//! rim. With the places held, the residual is continuous in every variable, and no finite
+//! difference straddles a drop.
 
 use law::axial::{AxialSpec, Layer};
 use law::closed_form::{self, PredictedRupture};
@@ -14,7 +16,7 @@ use super::curve::Curve;
 use super::descent::{LeastSquares, Lowest, square};
 use super::drops::Front;
 
-/// What is fitted of each layer, in the order of the variables.
+/// The fitted quantities of each layer, in the order of the variables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Thickness, in m.
@@ -25,27 +27,30 @@ pub enum Quantity {
     Friction,
     /// Cutting force, in N.
     Cutting,
-    /// Force at which the tip opens the boundary, in N. It follows from the others and where the boundary gives way.
+    /// Force at which the tip opens the boundary, in N. Follows from the other quantities and the
+    /// position of the rupture.
     TipThreshold,
-    /// Force at which the rim opens it, in N. It follows likewise.
+    /// Force at which the rim opens it, in N. Follows in the same way.
     RimThreshold,
-    /// κ of a tent that stiffens, in N/m². This and what follows is fitted to curves with times alone.
+    /// κ of a tent that stiffens, in N/m². This and the following quantities are only fitted to
+    /// timed curves.
     Stiffening,
-    /// Friction cap per inserted length until the shaft has broken away, in N/m.
+    /// Friction cap per inserted length before breakaway of the shaft, in N/m.
     StaticFriction,
-    /// Stiffness of a branch, from 0, as a share of the boundary's.
+    /// Stiffness of a branch, numbered from 0, as a share of the boundary's.
     BranchShare(usize),
-    /// Time of a branch, from 0, in s.
+    /// Time constant of a branch, numbered from 0, in s.
     BranchTime(usize),
-    /// Damping per inserted length, in N·s/m²: a needle that slows or stops shows it.
+    /// Damping per inserted length, in N·s/m²: visible when a needle slows or stops.
     Damping,
-    /// The needle's presliding stiffness, in N/m: of no layer.
+    /// Presliding stiffness of the needle, in N/m; belongs to no layer.
     Presliding,
-    /// Slid length at which static friction gives way, in m: of no layer.
+    /// Slid length at which static friction gives way, in m; belongs to no layer.
     Breakaway,
 }
 
-/// A layer's quantities in the order of its variables. The thresholds' variables are where the boundary gives way, in m.
+/// A layer's quantities in the order of its variables. The variables of the thresholds are the
+/// positions of the ruptures, in m.
 pub const QUANTITIES: [Quantity; 6] = [
     Quantity::Thickness,
     Quantity::Stiffness,
@@ -54,14 +59,16 @@ pub const QUANTITIES: [Quantity; 6] = [
     Quantity::TipThreshold,
     Quantity::RimThreshold,
 ];
-/// How many of them are variables themselves.
+/// Number of quantities that are variables themselves.
 pub(super) const OWN: usize = 4;
-/// How close to a sample, in gaps, a rupture may come: which side of the sample it is on is its place's to say.
+/// Minimum distance of a rupture from a sample, in gaps: the place decides on which side of the
+/// sample it lies.
 pub(super) const EDGE: f64 = 0.05;
 
 impl Quantity {
-    /// Lowest and highest value, and the step of the finite differences. The steps are small beside anything measured
-    /// and large beside round-off: the residual is nearly linear in each.
+    /// Lowest and highest value, and the step of the finite differences. The steps are small
+    /// compared with any measured value and large compared with round-off: the residual is nearly
+    /// linear in each.
     fn range(self) -> (f64, f64, f64) {
         match self {
             Self::Thickness => (0.0, 0.5, 1e-8),
@@ -89,8 +96,8 @@ impl Quantity {
         (lower, upper)
     }
 
-    /// A size below which it is as good as 0 (choice): 1 mm, 10 N/m, 1 N/m, 0.05 N; 100 N/m², a twentieth, 50 ms;
-    /// 100 N·s/m², 0.1 mm of sliding.
+    /// A size below which it counts as 0 (choice): 1 mm, 10 N/m, 1 N/m, 0.05 N; 100 N/m², a
+    /// twentieth, 50 ms; 100 N·s/m², 0.1 mm of sliding.
     pub(super) fn least_size(self) -> f64 {
         match self {
             Self::Thickness => 1e-3,
@@ -103,14 +110,15 @@ impl Quantity {
         }
     }
 
-    /// A value on its lower bound if it is a thousandth of the least size from it, else as it is.
+    /// Returns the lower bound for a value within a thousandth of the least size from it, otherwise
+    /// the value.
     pub(super) fn on_its_bound(self, value: f64) -> f64 {
         const NEXT_TO: f64 = 1e-3;
         let (lower, _) = self.bounds();
         if value - lower <= NEXT_TO * self.least_size() { lower } else { value }
     }
 
-    /// Its value in a layer, in SI; 0 where the layer has none.
+    /// Its value in a layer, in SI units; 0 if the layer has none.
     #[must_use]
     pub fn get(self, layer: &Layer) -> f64 {
         match self {
@@ -154,7 +162,7 @@ impl Quantity {
         }
     }
 
-    /// Which contactor's rupture it is the threshold of, by how far that contactor is behind the tip.
+    /// Distance behind the tip of the contactor whose rupture the threshold belongs to, in m.
     fn lag_m(self, spec: &AxialSpec) -> Option<f64> {
         match self {
             Self::TipThreshold => Some(0.0),
@@ -164,8 +172,8 @@ impl Quantity {
     }
 }
 
-/// In which gap of the front each boundary gives way to the tip and to the rim. Where there is none (the rupture is beyond
-/// the curve, or hidden in another's cascade) the threshold stays as it is.
+/// The gap of the front in which each boundary ruptures under the tip and under the rim. `None`
+/// (the rupture lies beyond the curve, or is hidden in the cascade of another) keeps the threshold.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Places {
     pub tip: Vec<Option<usize>>,
@@ -173,7 +181,7 @@ pub(super) struct Places {
 }
 
 impl Places {
-    /// The place that a threshold follows from.
+    /// The place that determines a threshold.
     pub fn place_of(&self, layer: usize, quantity: Quantity) -> Option<usize> {
         match quantity {
             Quantity::TipThreshold => self.tip.get(layer).copied().flatten(),
@@ -190,15 +198,16 @@ pub(super) struct Guess {
     pub places: Places,
 }
 
-/// A curve with what never changes during its fit.
+/// A curve with its data that are constant during the fit.
 pub(super) struct CurveModel<'c> {
     pub curve: &'c Curve,
     pub front: Front,
 }
 
-/// How strongly an unsound rupture counts: a newton too much counts like ten newtons at every sample.
+/// Weight of an unsound rupture: an excess of one newton counts like ten newtons at every sample.
 pub(super) const UNSOUND_WEIGHT: f64 = 10.0;
-/// A rupture must leave this part of force and energy less than it found, so that rounding the result leaves it sound.
+/// Fraction of force and energy that a rupture must remove, so that rounding the result leaves it
+/// sound.
 const SOUND_MARGIN: f64 = 2e-3;
 
 impl<'c> CurveModel<'c> {
@@ -206,7 +215,7 @@ impl<'c> CurveModel<'c> {
         Self { curve, front: Front::new(curve) }
     }
 
-    /// The variables of a guess, those of the layers one after the other.
+    /// The variables of a guess, layer by layer.
     pub fn variables(&self, guess: &Guess) -> Vec<f64> {
         let mut depth_m = 0.0;
         let mut variables = Vec::with_capacity(guess.spec.layers.len() * QUANTITIES.len());
@@ -227,7 +236,7 @@ impl<'c> CurveModel<'c> {
         variables
     }
 
-    /// The specification that variables stand for, its thresholds put where the places want them.
+    /// The specification for given variables, with the thresholds that the places determine.
     pub fn spec(&self, guess: &Guess, variables: &[f64]) -> AxialSpec {
         let mut spec = guess.spec.clone();
         let mut depth_m = 0.0;
@@ -244,7 +253,7 @@ impl<'c> CurveModel<'c> {
         spec
     }
 
-    /// The number of a quantity that variables stand for: thresholds are no variables.
+    /// The value of a parameter for given variables: thresholds are not variables themselves.
     pub fn number(&self, guess: &Guess, variables: &[f64], which: usize) -> f64 {
         let (at, quantity) = (which / QUANTITIES.len(), QUANTITIES[which % QUANTITIES.len()]);
         let values = &variables[at * QUANTITIES.len()..];
@@ -261,13 +270,14 @@ impl<'c> CurveModel<'c> {
         quasistatic_forces_n(spec, &self.curve.depth_m)
     }
 
-    /// Law less data at every sample, in N.
+    /// Law minus data at every sample, in N.
     pub fn misfit(&self, guess: &Guess, variables: &[f64]) -> Vec<f64> {
         let forces = self.forces(&self.spec(guess, variables));
         forces.iter().zip(&self.curve.force_n).map(|(law, data)| law - data).collect()
     }
 
-    /// Goes down from a guess with its places held. Unsound ruptures count as misfit where `sound` is asked for.
+    /// Descends from a guess with its places held. Unsound ruptures count as misfit if `sound` is
+    /// set.
     pub fn descend(&self, guess: &Guess, sound: bool, most: u32) -> Lowest {
         let residuals = |variables: &[f64]| self.residuals(guess, variables, sound);
         let (lower, upper) = self.bounds(guess);
@@ -277,12 +287,12 @@ impl<'c> CurveModel<'c> {
         problem.descend(&self.variables(guess), most)
     }
 
-    /// The sum of squares that a guess has as it stands.
+    /// The sum of squares of a guess, without fitting it.
     pub fn cost(&self, guess: &Guess, sound: bool) -> f64 {
         square(&self.residuals(guess, &self.variables(guess), sound))
     }
 
-    /// The sum of squares that a specification leaves.
+    /// The sum of squares of a specification.
     pub fn cost_of(&self, spec: &AxialSpec) -> f64 {
         self.forces(spec).iter().zip(&self.curve.force_n).map(|(law, data)| (law - data) * (law - data)).sum()
     }
@@ -293,7 +303,7 @@ impl<'c> CurveModel<'c> {
         (PART * self.curve.peak_n()).powi(2) * self.curve.len() as f64
     }
 
-    /// Law less data at every sample, in N, and what is unsound where `sound` is asked for.
+    /// Law minus data at every sample, in N, followed by the soundness residuals if `sound` is set.
     pub fn residuals(&self, guess: &Guess, variables: &[f64], sound: bool) -> Vec<f64> {
         let mut residuals = self.misfit(guess, variables);
         if sound {
@@ -313,7 +323,8 @@ impl<'c> CurveModel<'c> {
         problem.jacobian(&at, &residuals(&at))
     }
 
-    /// Lowest and highest value of every variable. What is no variable here has no room.
+    /// Lowest and highest value of every variable. Both are 0 for an entry that is not a variable
+    /// here.
     pub fn bounds(&self, guess: &Guess) -> (Vec<f64>, Vec<f64>) {
         let range = |which: usize| {
             let quantity = QUANTITIES[which % QUANTITIES.len()];
@@ -326,7 +337,7 @@ impl<'c> CurveModel<'c> {
         (0..guess.spec.layers.len() * QUANTITIES.len()).map(range).unzip()
     }
 
-    /// From where to where a rupture with this place can be, in m.
+    /// Bounds of a rupture with this place, in m.
     fn within(&self, gap: usize) -> (f64, f64) {
         let edge_m = EDGE * self.front.width_m(gap);
         (self.front.depth_m[gap] + edge_m, self.front.depth_m[gap + 1] - edge_m)
@@ -338,7 +349,7 @@ pub(super) fn step_sizes(guess: &Guess) -> Vec<f64> {
     guess.spec.layers.iter().flat_map(|_| QUANTITIES.map(|quantity| quantity.range().2)).collect()
 }
 
-/// By how much a rupture leaves too much force or energy, in N; energy as the force that would hold it.
+/// Excess of force or energy after a rupture, in N; energy as the force that would hold it.
 pub(super) fn excess_n(rupture: &PredictedRupture) -> f64 {
     let allowed = 1.0 - SOUND_MARGIN;
     let force_n = rupture.force_after_n - allowed * rupture.force_before_n;
@@ -352,7 +363,7 @@ pub(super) fn excess_n(rupture: &PredictedRupture) -> f64 {
     force_n.max(energy_n).max(0.0)
 }
 
-/// Root mean square of law less data, in N.
+/// Root mean square of law minus data, in N.
 #[must_use]
 pub fn residual_rms_n(spec: &AxialSpec, curve: &Curve) -> f64 {
     let forces = quasistatic_forces_n(spec, &curve.depth_m);

@@ -1,8 +1,10 @@
-//! Other starts from a scene: its ruptures in every order that its layers allow, at the drops of the curve or hidden between them.
+//! Other starts from a scene: its ruptures in every order that its layers allow, at the drops of
+//! the curve or hidden between them.
 //!
-//! A drop does not tell which rupture it is. Tips open their boundaries from the skin down, and so do rims, each behind its tip; how
-//! the two rows lie between each other depends on every number of the scene, so that numbers a quarter off may change it. Several
-//! may open at one drop, and one that new friction and cutting make up for shows none.
+//! A drop does not identify its rupture. Tips open their boundaries from the skin down, and so do
+//! rims, each behind its tip; the interleaving of the two rows depends on every parameter of the
+//! scene, so that parameters a quarter off may change it. Several boundaries may open at one drop,
+//! and one that new friction and cutting compensate shows none.
 
 use law::axial::{AxialSpec, Contactor};
 
@@ -10,27 +12,29 @@ use super::drops::{Drop, Front};
 use super::guess::{Leader, find_leaders, largest_drops, move_place};
 use super::model::Guess;
 
-/// How many ways of the beginning of a curve are followed, and how many of the whole are tried: those that move ruptures least.
+/// Number of beginnings that are followed, and of complete assignments that are tried: those that
+/// move ruptures least.
 const FOLLOWED: usize = 400;
 const TRIED: usize = 200;
-/// What it takes to believe that a rupture shows no drop, or that it shares one, as a way that it would have to move, in m (choice).
+/// Penalty for a rupture that shows no drop, or shares one, as a distance that it would have to
+/// move, in m (choice).
 const HIDDEN_M: f64 = 1e-3;
 const SHARED_M: f64 = 1e-3;
 
-/// A way to tell the beginning of a curve by the first ruptures of either row.
+/// An assignment of the first ruptures of either row to the beginning of a curve.
 #[derive(Clone)]
 struct Beginning {
-    /// How many of the tips and of the rims are told.
+    /// Number of assigned tips and rims.
     told: [usize; 2],
-    /// How many drops are.
+    /// Number of assigned drops.
     drops: usize,
-    /// Each rupture, in order, with its drop; none if it is hidden.
+    /// Each rupture, in order, with its drop; `None` if it is hidden.
     ruptures: Vec<(Leader, Option<usize>)>,
-    /// How far ruptures are moved altogether, in m.
+    /// Total distance by which ruptures are moved, in m.
     moved_m: f64,
 }
 
-/// Guesses from a scene, those first that move its ruptures least.
+/// Guesses from a scene, ordered by how little they move its ruptures.
 pub(super) fn in_every_order(front: &Front, start: &AxialSpec) -> Vec<Guess> {
     let ruptures = find_leaders(front, start);
     let rows = [Contactor::Tip, Contactor::Rim]
@@ -48,7 +52,7 @@ pub(super) fn in_every_order(front: &Front, start: &AxialSpec) -> Vec<Guess> {
 }
 
 impl Beginning {
-    /// Every way to go on by one rupture.
+    /// All extensions by one rupture.
     fn longer(&self, front: &Front, rows: &[Vec<Leader>; 2], drops: &[Drop]) -> Vec<Self> {
         let mut longer = Vec::new();
         for (row, leaders) in rows.iter().enumerate() {
@@ -75,7 +79,7 @@ impl Beginning {
         longer
     }
 
-    /// The scene with its ruptures where this tells; hidden ones evenly between those that are not.
+    /// The scene with its ruptures as assigned; hidden ones evenly between those that are not.
     fn guess(&self, front: &Front, start: &AxialSpec, drops: &[Drop]) -> Guess {
         let shown = |at: usize| {
             let drop = self.ruptures.get(at).and_then(|(_, drop)| *drop)?;

@@ -1,30 +1,31 @@
-//! The ruptures of a fitted law beside the drops of the curve.
+//! Comparison of the ruptures of a fitted law with the drops of the curve.
 
 use law::axial::{AxialSpec, Contactor};
 use law::closed_form;
 
 use super::model::{CurveModel, Guess};
 
-/// A place this many gaps from a drop of the curve explains it.
+/// Maximum distance, in gaps, between a place and a drop of the curve that it explains.
 const NEAR_GAPS: usize = 2;
-/// A drop is beyond doubt if it falls this many times the least (choice): the range of noise over a long flat stretch may
-/// reach the least.
+/// A drop is certain if it falls this many times the minimum (choice): the range of noise over a
+/// long flat stretch may reach the minimum.
 const BEYOND_DOUBT: f64 = 2.0;
-/// The law makes a drop if it falls there by this part of it (choice).
+/// The law makes a drop if it falls there by this fraction of it (choice).
 const MADE_PART: f64 = 0.5;
 
-/// A rupture of the fitted law beside the curve.
+/// A rupture of the fitted law and the matching drop of the curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Peak {
-    /// Which contactor.
+    /// The contactor.
     pub contactor: Contactor,
-    /// Which boundary, from 0.
+    /// Index of the boundary, from 0.
     pub boundary: usize,
-    /// Where the law opens it, in m.
+    /// Depth at which the law opens it, in m.
     pub depth_m: f64,
     /// The law's force at the last sample before, in N.
     pub force_n: f64,
-    /// The curve's drop there, if it has one: the middle of its gap in m, and the force at the last sample before in N.
+    /// The curve's drop there, if any: the middle of its gap in m, and the force at the last sample
+    /// before in N.
     pub measured: Option<(f64, f64)>,
 }
 
@@ -51,7 +52,8 @@ pub(super) fn find_peaks(model: &CurveModel<'_>, guess: &Guess) -> Vec<Peak> {
     placed.collect()
 }
 
-/// The boundaries that the law opens within the curve and none of whose ruptures is a drop of it.
+/// The boundaries that the law opens within the curve and none of whose ruptures is one of its
+/// drops.
 pub(super) fn find_unseen(model: &CurveModel<'_>, guess: &Guess) -> Vec<usize> {
     let (drops, last_m) = (model.front.drops(), model.front.depth_m.last().copied().unwrap_or(0.0));
     let is_seen = |boundary: usize| {
@@ -66,8 +68,8 @@ pub(super) fn find_unseen(model: &CurveModel<'_>, guess: &Guess) -> Vec<usize> {
     boundaries
 }
 
-/// The drops of the curve beyond doubt that the law does not make: no rupture is near, nor does it fall there by itself,
-/// where a cut ends. Depth in m, fall in N.
+/// The certain drops of the curve that the law does not make: no rupture is near, and the law does
+/// not fall there by itself, where a cut ends. Depth in m, fall in N.
 pub(super) fn find_unexplained(model: &CurveModel<'_>, guess: &Guess) -> Vec<(f64, f64)> {
     let Guess { spec, places } = guess;
     let (front, along) = (&model.front, along_front(model, spec));
@@ -83,7 +85,8 @@ pub(super) fn find_unexplained(model: &CurveModel<'_>, guess: &Guess) -> Vec<(f6
     unmade.map(|drop| (front.middle_m(drop.gap), drop.fall_n)).collect()
 }
 
-/// Whether a guess reads the curve's drops otherwise than another: ruptures in another order, elsewhere, or not within the curve.
+/// Whether two guesses interpret the curve's drops differently: ruptures in another order, at other
+/// positions, or outside the curve.
 pub(super) fn is_another_reading(model: &CurveModel<'_>, guess: &Guess, other: &Guess) -> bool {
     let last_m = model.front.depth_m.last().copied().unwrap_or(0.0);
     let within = |guess: &Guess| {
@@ -98,7 +101,7 @@ pub(super) fn is_another_reading(model: &CurveModel<'_>, guess: &Guess, other: &
     here.len() != there.len() || !here.iter().zip(&there).all(is_like)
 }
 
-/// The drops taken for ruptures that may be lone samples that are off, in m.
+/// The drops interpreted as ruptures that may be single outliers, in m.
 pub(super) fn find_lone_drops(model: &CurveModel<'_>, guess: &Guess) -> Vec<f64> {
     let (front, places) = (&model.front, &guess.places);
     let is_placed = |gap: usize| places.tip.iter().chain(&places.rim).flatten().any(|&place| is_near(gap, place));
@@ -112,7 +115,7 @@ fn along_front(model: &CurveModel<'_>, spec: &AxialSpec) -> Vec<f64> {
     model.curve.front().into_iter().map(|at| forces[at]).collect()
 }
 
-/// Whether a gap and a place are so near that one explains the other.
+/// Whether a gap and a place are close enough for one to explain the other.
 pub(super) fn is_near(gap: usize, place: usize) -> bool {
     gap.abs_diff(place) <= NEAR_GAPS
 }

@@ -1,4 +1,5 @@
-//! A number's interval by profile likelihood, of whatever is fitted by least squares: the number is held, everything else fitted again.
+//! Interval of a parameter by profile likelihood, for any least-squares fit: the parameter is held
+//! and all others are fitted again.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -6,42 +7,46 @@ use super::descent::{LeastSquares, square};
 use super::model::Quantity;
 use super::uncertainty::Interval;
 
-/// A residual never speaks for more than this part of the peak (choice): a noise-free curve would make everything exact.
+/// Lower bound of the residual's deviation, as a fraction of the peak (choice): a noise-free curve
+/// would otherwise make every parameter exact.
 pub(super) const FINEST_PART: f64 = 1e-4;
-/// Two-sided 95 % quantile of the normal distribution, and what Student's adds to it for n degrees of freedom, times n.
+/// Two-sided 95 % quantile of the normal distribution, and the increase of Student's for n degrees
+/// of freedom, times n.
 const NORMAL_95: f64 = 1.96;
 const STUDENT: f64 = 2.4;
-/// Iterations of a descent with a number held.
+/// Iterations of a descent with one parameter held.
 const HELD_DESCENT: u32 = 40;
-/// How often an edge is tried before the farther side counts.
+/// Attempts to find an edge before the farther bracket counts.
 const EDGE_TRIES: u32 = 10;
-/// A cost that has risen by so many quantiles is no measure of how it rises before.
+/// A cost that has risen by this many quantiles is no basis for interpolation.
 const STEEP: f64 = 3.0;
-/// How close to the quantile an edge is, as a part of it.
+/// Tolerance of an edge, as a fraction of the quantile.
 const EDGE_PART: f64 = 0.06;
-/// A fall of the sum of squares by this many variances with a number held is a better minimum.
+/// Decrease of the sum of squares, in variances, that makes a point with a held parameter a better
+/// minimum.
 const BETTER: f64 = 0.5;
-/// How stiffly a number is held: this many deviations of the residual for one of its own.
+/// Weight of the held parameter: one deviation of it counts as this many deviations of the
+/// residual.
 const HOLD: f64 = 100.0;
-/// A variable that the curve does not see spreads this many of its sizes, as far as the first step of a search knows.
+/// Spread of a variable without effect on the curve, in its sizes, for the first step of a search.
 const UNSEEN_SIZES: f64 = 10.0;
 
-/// A fit whose numbers can be held.
+/// A fit whose parameters can be held.
 pub(super) trait Profiled {
-    /// Law less data at every sample, in N, and what is unsound.
+    /// Law minus data at every sample, in N, followed by the soundness residuals.
     fn residuals(&self, variables: &[f64]) -> Vec<f64>;
     /// Lowest and highest value of every variable.
     fn bounds(&self) -> (Vec<f64>, Vec<f64>);
     /// Steps of the finite differences.
     fn steps(&self) -> Vec<f64>;
-    /// The number that variables stand for: thresholds are no variables.
+    /// The value of a parameter for given variables: thresholds are not variables themselves.
     fn number(&self, variables: &[f64], which: usize) -> f64;
-    /// What the number is.
+    /// The quantity of a parameter.
     fn quantity(&self, which: usize) -> Quantity;
-    /// Whether the variable is a place, which is known to within its bounds before anything is fitted.
+    /// Whether the variable is a place, which is known to within its bounds before the fit.
     fn is_place(&self, which: usize) -> bool;
 
-    /// The same fit with what is no variable close to what it is.
+    /// The same fit with neighbouring values of its discrete parameters.
     fn close_by(&self) -> Vec<Self>
     where
         Self: Sized,
@@ -50,43 +55,43 @@ pub(super) trait Profiled {
     }
 }
 
-/// Better than the fit: what a search for an edge came upon.
+/// A point better than the fit, found during the search for an edge.
 pub(super) struct Better<P> {
-    /// None where it is the fit's own.
+    /// `None` if it is the fit's own.
     pub problem: Option<P>,
     pub at: Vec<f64>,
 }
 
-/// What a fit's curve says of how well it can be known.
+/// Statistics of a fit that determine the confidence in it.
 pub(super) struct FitStatistics<'j> {
     /// ∂(law)/∂(variables) at the fit.
     pub jacobian: &'j DMatrix<f64>,
-    /// How many samples it runs on.
+    /// Number of samples of the fit.
     pub samples: usize,
-    /// The curve's largest force, in N.
+    /// The curve's maximum force, in N.
     pub peak_n: f64,
 }
 
-/// A fit around which numbers are held.
+/// A fit around which parameters are held.
 pub(super) struct Likelihood<P> {
     pub problem: P,
     pub at: Vec<f64>,
     pub cost: f64,
-    /// Of the residual, in N².
+    /// Variance of the residual, in N².
     pub variance: f64,
-    /// Of the variables, as far as they are linear.
+    /// Linearised covariance of the variables.
     pub covariance: DMatrix<f64>,
     pub quantile: f64,
 }
 
-/// A distance that was tried, and how far the cost has risen there, as a deviation.
+/// A tried distance, and the rise of the cost there, as a deviation.
 #[derive(Clone, Copy)]
 struct Tried {
     way: f64,
     risen: f64,
 }
 
-/// Where a fit with a number held ended: its sum of squares over that of the fit, in variances.
+/// End of a fit with a held parameter: its sum of squares minus that of the fit, in variances.
 struct Held<P> {
     problem: Option<P>,
     rise: f64,
@@ -106,30 +111,32 @@ impl<P: Profiled> Likelihood<P> {
         Self { covariance: blank.spread(jacobian), ..blank }
     }
 
-    /// The interval of a number, none where the curve does not hold it to within its size. A threshold's is over its whole gap.
+    /// The interval of a parameter; `None` if the curve does not determine it to within its size.
+    /// The interval of a threshold covers its whole gap.
     ///
     /// # Errors
-    /// What is better than the fit, if the search comes upon it.
+    /// A point better than the fit, if the search finds one.
     pub fn interval(&self, which: usize) -> Result<Option<Interval>, Better<P>> {
         let high = self.edge(which, 1.0)?;
         let low = if high.is_some() { self.edge(which, -1.0)? } else { None };
         Ok(low.zip(high).map(|(low, high)| self.over_gap(which, Interval { low, high })))
     }
 
-    /// The size that a number is judged by.
+    /// The size against which a parameter is judged.
     pub fn size(&self, which: usize, value: f64) -> f64 {
         value.abs().max(self.problem.quantity(which).least_size())
     }
 
-    /// Whether an interval is no wider than the number, and leaves out some of what the number may be at all.
+    /// Whether an interval is no wider than the parameter, and excludes part of its allowed range.
     pub fn is_determined(&self, which: usize, interval: Interval) -> bool {
         let (lower, upper) = self.problem.quantity(which).bounds();
         let is_everything = interval.low <= lower && interval.high >= upper;
         !is_everything && interval.high - interval.low <= 2.0 * self.size(which, self.number(&self.at, which))
     }
 
-    /// A threshold's interval over the whole gap that its boundary gives way in. What little tells where in it, the way in which friction
-    /// and cutting set in behind, has more than one reading.
+    /// Extends a threshold's interval to the whole gap in which its boundary ruptures: the little
+    /// evidence for the place within the gap, the onset of friction and cutting behind it, is
+    /// ambiguous.
     fn over_gap(&self, which: usize, interval: Interval) -> Interval {
         if !self.problem.is_place(which) {
             return interval;
@@ -143,7 +150,7 @@ impl<P: Profiled> Likelihood<P> {
         Interval { low: interval.low.min(at_end(lower[which])), high: interval.high.max(at_end(upper[which])) }
     }
 
-    /// How far up or down a number may go.
+    /// The limit of a parameter in one direction.
     fn edge(&self, which: usize, sign: f64) -> Result<Option<f64>, Better<P>> {
         let here = self.number(&self.at, which);
         let (lower, upper) = self.problem.quantity(which).bounds();
@@ -166,7 +173,7 @@ impl<P: Profiled> Likelihood<P> {
                     return Ok((reach >= room).then_some(here + sign * room));
                 }
                 near = Tried { way, risen };
-                // Not from a point that is refused: it may lie in another valley, out of which nothing leads back.
+                // Not from a rejected point: it may lie in another valley that no descent leaves.
                 from = held.at;
             } else {
                 far = Some(Tried { way, risen });
@@ -176,23 +183,25 @@ impl<P: Profiled> Likelihood<P> {
             }
             way = self.next_way(near, far);
         }
-        // Not found in so many tries: the farther side counts.
+        // Not found within the allowed number of tries: the farther bracket counts.
         let settled = far.map_or(near.way, |far| {
             if far.risen <= self.quantile * (1.0 + EDGE_PART) { self.next_way(near, Some(far)) } else { far.way }
         });
         Ok(Some(here + sign * settled))
     }
 
-    /// Standard deviation of a number with this slope.
+    /// Standard deviation of a parameter with this slope.
     fn deviation(&self, slope: &DVector<f64>) -> f64 {
         (&self.covariance * slope).dot(slope).max(0.0).sqrt()
     }
 
-    /// Between a point that is not refused and one that is; farther out while there is none.
+    /// The next distance to try: between an accepted and a rejected point, or farther out while
+    /// none has been rejected.
     fn next_way(&self, near: Tried, far: Option<Tried>) -> f64 {
         match far {
             None => self.farther(near),
-            // What rises so steeply is another valley, and tells nothing of this one.
+            // So steep a rise belongs to another valley, and is no basis for interpolation in this
+            // one.
             Some(far) if far.risen > STEEP * self.quantile && self.farther(near) > 0.0 => {
                 self.farther(near).min(0.5 * (near.way + far.way))
             }
@@ -203,19 +212,21 @@ impl<P: Profiled> Likelihood<P> {
         }
     }
 
-    /// Where the quantile lies if the cost goes on rising as it has, or close by.
+    /// The distance at which the quantile lies if the cost keeps rising as before.
     fn farther(&self, near: Tried) -> f64 {
         near.way * (1.05 * self.quantile / near.risen.max(1e-9)).clamp(1.3, 4.0)
     }
 
-    /// Fits everything again with a number held at a target, starting where the covariance says from a point of before.
+    /// Fits all other parameters with one held at a target, starting from a previous point moved
+    /// along the covariance.
     fn hold(&self, which: usize, target: f64, slope: &DVector<f64>, from: &[f64]) -> Held<P> {
         let deviation = self.deviation(slope);
         let along = &self.covariance * slope / deviation.powi(2).max(f64::MIN_POSITIVE);
         let by = target - self.number(from, which);
         let start: Vec<f64> = from.iter().zip(along.iter()).map(|(value, along)| value + by * along).collect();
         let weight = HOLD * self.variance.sqrt() / deviation.max(1e-12);
-        // With what holds the number: where the rest cannot follow it is not held, and that must cost.
+        // Includes the residual of the held parameter: if the others cannot follow, the deviation
+        // must cost.
         let residuals = |problem: &P, variables: &[f64]| {
             let mut residuals = problem.residuals(variables);
             residuals.push(weight * (problem.number(variables, which) - target));
@@ -230,7 +241,8 @@ impl<P: Profiled> Likelihood<P> {
         };
         let mut lowest = held(&self.problem, &start);
         if lowest.cost - self.cost > self.quantile.powi(2) * self.variance {
-            // A bend behind a rupture may hold it back: from the middle of the gaps it may get by.
+            // A bend behind a rupture may block the descent: a start from the middle of the gaps
+            // may pass it.
             let again = held(&self.problem, &self.in_the_middle(&start));
             lowest = if again.cost < lowest.cost { again } else { lowest };
         }
@@ -268,7 +280,8 @@ impl<P: Profiled> Likelihood<P> {
         DVector::from_iterator(self.at.len(), self.problem.steps().iter().enumerate().map(of))
     }
 
-    /// s² (JᵀJ)⁻¹ of the variables with an effect; each is also known to within some of its sizes, a place to within its gap.
+    /// s² (JᵀJ)⁻¹ of the variables with an effect; each has a prior of some of its sizes, a place
+    /// of its gap.
     fn spread(&self, jacobian: &DMatrix<f64>) -> DMatrix<f64> {
         let ((lower, upper), at, variance) = (self.problem.bounds(), &self.at, self.variance);
         let known = |which: usize| match self.problem.is_place(which) {

@@ -1,16 +1,18 @@
-//! Other starts: the same curve told with a boundary, or a rupture within its gap, elsewhere.
+//! Other starts: the same interpretation of the curve with a boundary, or a rupture within its gap,
+//! moved.
 
 use super::drops::Front;
 use super::model::{CurveModel, Guess, Places, QUANTITIES};
 use super::peaks::is_near;
 
-/// Where a boundary is tried: these parts of the way from the boundary above to the rupture before, where the bend is hidden, and
-/// from there to its own rupture, where the curve shows the bend.
+/// Positions at which a boundary is tried: fractions of the distance from the boundary above to the
+/// previous rupture, where the bend is hidden, and from there to its own rupture, where the curve
+/// shows the bend.
 const HIDDEN: [f64; 2] = [0.1, 0.7];
 const SHOWN: [f64; 4] = [0.2, 0.5, 0.8, 0.93];
-/// Where in its gap a rupture is tried.
+/// Positions within its gap at which a rupture is tried.
 const IN_GAP: [f64; 2] = [0.1, 0.9];
-/// Where between its neighbours a rupture that shows no drop is tried.
+/// Positions between its neighbours at which a rupture without a drop is tried.
 const ALONG: [f64; 8] = [0.06, 0.18, 0.3, 0.42, 0.54, 0.66, 0.78, 0.9];
 /// Columns of a layer's variables.
 const THICKNESS: usize = 0;
@@ -18,11 +20,11 @@ const STIFFNESS: usize = 1;
 const FRICTION: usize = 2;
 const CUTTING: usize = 3;
 const TIP: usize = 4;
-/// Factors that a layer's friction is tried with.
+/// Factors that are tried on a layer's friction.
 const LESS: f64 = 0.3;
 const MORE: f64 = 2.5;
 
-/// Every other start.
+/// All other starts.
 pub(super) fn other_starts(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
     let layers = guess.spec.layers.len();
     let boundaries = (1..layers).flat_map(|boundary| elsewhere(model, guess, boundary));
@@ -31,7 +33,7 @@ pub(super) fn other_starts(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> 
     boundaries.chain(places).chain(exchanged(model, guess)).chain(resistances).collect()
 }
 
-/// Guesses with one rupture that shows no drop elsewhere between its neighbours.
+/// Guesses with one rupture that shows no drop moved between its neighbours.
 fn hidden_elsewhere(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
     let (drops, last) = (model.front.drops(), model.front.gaps().saturating_sub(1));
     let Places { tip, rim } = &guess.places;
@@ -56,8 +58,8 @@ fn hidden_elsewhere(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
     guesses
 }
 
-/// Guesses with one boundary elsewhere: what lies below stays, ruptures keep their places. Its stiffness is that by which the force
-/// rises from there, or that by which it carries the same force.
+/// Guesses with one boundary moved: everything below stays, ruptures keep their places. Its
+/// stiffness is the slope of the force from there, or the one at which it bears the same force.
 fn elsewhere(model: &CurveModel<'_>, guess: &Guess, boundary: usize) -> Vec<Guess> {
     let columns = QUANTITIES.len();
     let (above, own) = ((boundary - 1) * columns, boundary * columns);
@@ -86,7 +88,7 @@ fn elsewhere(model: &CurveModel<'_>, guess: &Guess, boundary: usize) -> Vec<Gues
     guesses
 }
 
-/// Guesses with one rupture elsewhere in its gap.
+/// Guesses with one rupture moved within its gap.
 fn moved_in_gap(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
     let (variables, (lower, upper)) = (model.variables(guess), model.bounds(guess));
     let mut guesses = Vec::new();
@@ -100,8 +102,9 @@ fn moved_in_gap(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
     guesses
 }
 
-/// Guesses with what resists in a layer shared otherwise between friction and cutting. Behind its rupture both springs stretch, and which
-/// of the two reaches its cap first the curve may not tell; what both come to there, and below the layer, stays.
+/// Guesses with a layer's resistance divided differently between friction and cutting. Behind its
+/// rupture both springs stretch, and the curve may not show which of the two reaches its cap first;
+/// their sum there, and everything below the layer, stays.
 fn shared_otherwise(model: &CurveModel<'_>, guess: &Guess, layer: usize) -> Vec<Guess> {
     let (columns, variables) = (QUANTITIES.len(), model.variables(guess));
     let own = layer * columns;
@@ -124,7 +127,8 @@ fn shared_otherwise(model: &CurveModel<'_>, guess: &Guess, layer: usize) -> Vec<
     [cutting_n / length_m, LESS * friction, MORE * friction].map(shared).into()
 }
 
-/// Guesses with a rim's rupture and the next boundary's by the tip exchanged: which of the two comes first, no drop tells.
+/// Guesses with the ruptures of a rim and of the next boundary under the tip exchanged: no drop
+/// shows which of the two comes first.
 fn exchanged(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
     let mut guesses = Vec::new();
     let pairs =
@@ -143,7 +147,7 @@ fn exchanged(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
     guesses
 }
 
-/// Least stiffness that a start has, in N/m.
+/// Minimum stiffness of a start, in N/m.
 pub(super) const LEAST_STIFFNESS_N_PER_M: f64 = 5.0;
 
 /// The slope of the force between two samples of the front, both included, in N/m.

@@ -1,10 +1,12 @@
-//! How far the fitted numbers can be trusted: 95 % intervals by profile likelihood.
+//! Confidence in the fitted parameters: 95 % intervals by profile likelihood.
 //!
-//! A number's interval holds every value that the curve does not refuse: the number is held there, everything else is fitted
-//! again, and the sum of squares must not rise by more than t² s², s² being the residual variance and t the quantile of a 95 %
-//! interval (Venzon & Moolgavkar, "A method for computing profile-likelihood-based confidence intervals", Appl. Stat. 37, 1988).
-//! Bounds and bends of the law shape it as they are, where a covariance would be blind to them. Other minima that the curve does not
-//! refuse either widen it. A number that is not held to within its own size is not determined and has no interval.
+//! A parameter's interval contains every value that the curve does not reject: the parameter is
+//! held there, all others are fitted again, and the sum of squares must not rise by more than t²
+//! s², s² being the residual variance and t the quantile of a 95 % interval (Venzon & Moolgavkar,
+//! "A method for computing profile-likelihood-based confidence intervals", Appl. Stat. 37, 1988).
+//! Bounds and bends of the law shape the interval, which a covariance would ignore. Other minima
+//! that the curve does not reject widen it. A parameter that is not determined to within its own
+//! size has no interval.
 
 use law::operator::Draw;
 use nalgebra::DVector;
@@ -13,17 +15,19 @@ use super::model::{CurveModel, Guess, OWN, QUANTITIES, Quantity, step_sizes};
 use super::peaks::is_another_reading;
 use super::profile::{FitStatistics, Likelihood, Profiled};
 
-/// Another reading of the curve's drops is not refused up to this many variances above the fit (choice): four deviations. The fit is
-/// the lowest of many readings, and fits the noise the better for it.
+/// Variances above the fit up to which another interpretation of the curve's drops is not rejected
+/// (choice): four deviations. The fit is the lowest of many interpretations, and fits the noise the
+/// better for it.
 const LIKELY: f64 = 16.0;
-/// A threshold so much lower is another, and how often the way from 0 to it is halved in search of the least.
+/// A threshold lower by this factor is a different one; number of bisections between 0 and it in
+/// search of the lowest.
 const BELOW: f64 = 0.999;
 const HALVINGS: u32 = 10;
 
-/// How many deviations wide other starts are drawn.
+/// Width, in deviations, from which other starts are drawn.
 const DRAWN_DEVIATIONS: f64 = 2.5;
 
-/// How a fitted parameter stands.
+/// Status of a fitted parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterStanding {
     /// Inside its bounds.
@@ -32,43 +36,44 @@ pub enum ParameterStanding {
     AtLower,
     /// At its upper bound.
     AtUpper,
-    /// The curve does not depend on it: it is as it was.
+    /// The curve does not depend on it: it keeps its starting value.
     Kept,
 }
 
-/// A 95 % interval, in SI.
+/// A 95 % interval, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Its lower end.
+    /// Lower end.
     pub low: f64,
-    /// Its upper end.
+    /// Upper end.
     pub high: f64,
 }
 
 /// A fitted parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterEstimate {
-    /// Of which layer, from 0.
+    /// Index of the layer, from 0.
     pub layer: usize,
-    /// Which of its parameters.
+    /// The parameter.
     pub quantity: Quantity,
-    /// Its value, in SI.
+    /// Value, in SI units.
     pub value: f64,
-    /// Where it lies with 95 % confidence, where the curve determines it and the law describes the curve.
+    /// The 95 % confidence interval, if the curve determines the parameter and the law describes
+    /// the curve.
     pub interval: Option<Interval>,
-    /// Whether it is free or held.
+    /// Whether it is free, at a bound, or kept.
     pub standing: ParameterStanding,
 }
 
 impl Interval {
-    /// Whether a value is in it.
+    /// Whether a value lies in the interval.
     #[must_use]
     pub fn holds(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
 }
 
-/// A fit around which numbers are held.
+/// A fit around which parameters are held.
 pub(super) struct Profile<'m> {
     model: &'m CurveModel<'m>,
     guess: &'m Guess,
@@ -107,7 +112,7 @@ impl Profiled for PlacedGuess<'_> {
     }
 }
 
-/// Another minimum, with the part of the fit's own intervals that is left to it.
+/// Another minimum, with the fraction of the fit's own intervals that applies to it.
 pub(super) struct Rival {
     guess: Guess,
     part: f64,
@@ -122,10 +127,10 @@ impl<'m> Profile<'m> {
         Self { model, guess, likelihood }
     }
 
-    /// The interval of a number, none where the curve does not hold it to within its size.
+    /// The interval of a parameter; `None` if the curve does not determine it to within its size.
     ///
     /// # Errors
-    /// Variables that are better than the fit, if the search comes upon them.
+    /// Variables better than the fit, if the search finds them.
     pub fn interval(&self, which: usize) -> Result<Option<Interval>, Vec<f64>> {
         Ok(self
             .likelihood
@@ -134,8 +139,9 @@ impl<'m> Profile<'m> {
             .map(|interval| self.over_cascade(which, interval)))
     }
 
-    /// A threshold's interval down to the least that the curve does not refuse while all else stays: a boundary that opens because
-    /// another does opens with it by any lower threshold, down to what it carries before.
+    /// Extends a threshold's interval down to the lowest value that the curve does not reject while
+    /// all others stay: a boundary that opens in the cascade of another also opens with any lower
+    /// threshold, down to the load it bears before.
     fn over_cascade(&self, which: usize, interval: Interval) -> Interval {
         if which % QUANTITIES.len() < OWN {
             return interval;
@@ -158,7 +164,7 @@ impl<'m> Profile<'m> {
         Interval { low, ..interval }
     }
 
-    /// A minimum that the curve does not refuse beside the fit; none where it does.
+    /// Another minimum that the curve does not reject; `None` if it rejects it.
     pub fn rival(&self, guess: Guess, cost: f64) -> Option<Rival> {
         let rise = (cost - self.likelihood.cost) / self.likelihood.variance;
         let part = (1.0 - rise / self.likelihood.quantile.powi(2)).min(1.0);
@@ -166,15 +172,16 @@ impl<'m> Profile<'m> {
         (part > 0.0).then_some(Rival { guess, part })
     }
 
-    /// Whether a guess of a sum of squares reads the curve otherwise than the fit, and is not refused.
+    /// Whether a guess with this sum of squares interprets the curve differently from the fit, and
+    /// is not rejected.
     pub fn is_another(&self, guess: &Guess, cost: f64) -> bool {
         let is_like = guess.spec.layers.len() == self.guess.spec.layers.len();
         let is_likely = is_like && (cost - self.likelihood.cost) / self.likelihood.variance <= LIKELY;
         is_likely && is_another_reading(self.model, self.guess, guess)
     }
 
-    /// A fit's interval with those of other minima that the curve does not refuse; none where all of them together are wider than
-    /// the number.
+    /// A fit's interval, extended by those of other minima that the curve does not reject; `None`
+    /// if their union is wider than the parameter.
     pub fn widen(&self, which: usize, interval: Interval, rivals: &[Rival]) -> Option<Interval> {
         let here = self.likelihood.number(&self.likelihood.at, which);
         let (lower, upper) = QUANTITIES[which % QUANTITIES.len()].bounds();
@@ -187,7 +194,8 @@ impl<'m> Profile<'m> {
         self.likelihood.is_determined(which, wide).then_some(wide)
     }
 
-    /// Variables drawn from the covariance, none farther away than its size: other starts along the valley that the fit lies in.
+    /// Draws variables from the covariance, none farther away than its size: other starts along the
+    /// valley of the fit.
     pub fn draw(&self, draw: &mut Draw) -> Vec<f64> {
         let (lower, upper) = self.model.bounds(self.guess);
         let Likelihood { at, covariance, .. } = &self.likelihood;
@@ -202,15 +210,15 @@ impl<'m> Profile<'m> {
     }
 }
 
-/// A number of a guess.
+/// A parameter of a guess.
 fn number(model: &CurveModel<'_>, guess: &Guess, which: usize) -> f64 {
     model.number(guess, &model.variables(guess), which)
 }
 
-/// Every parameter of every layer, without an interval where `interval` gives none.
+/// Every parameter of every layer, without an interval if `interval` returns none.
 ///
 /// # Errors
-/// What `interval` fails with.
+/// The error of `interval`.
 pub(super) fn estimate_parameters<E>(
     model: &CurveModel<'_>,
     guess: &Guess,
@@ -229,7 +237,7 @@ pub(super) fn estimate_parameters<E>(
     Ok(estimates)
 }
 
-/// How each number stands.
+/// The status of each parameter.
 pub(super) fn find_standings(model: &CurveModel<'_>, guess: &Guess) -> Vec<ParameterStanding> {
     let jacobian = model.sensitivity(guess);
     let variables = model.variables(guess);

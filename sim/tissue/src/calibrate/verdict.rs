@@ -1,21 +1,24 @@
-//! Whether a fit's residual is the curve's own noise: a wrong minimum, drift or outliers leave something else.
+//! Tests whether a fit's residual is the curve's own noise: a wrong minimum, drift or outliers
+//! leave structure.
 //!
-//! The curve tells its noise without a fit, by its second differences. A right fit leaves a residual of that deviation and without memory;
-//! what it leaves besides is found by its size, by its neighbours' likeness, and by its sums over stretches of every length.
+//! The second differences of the curve estimate its noise without a fit. A correct fit leaves a
+//! residual of that deviation and without memory; excess is detected by its size, by the
+//! correlation of neighbours, and by its sums over stretches of every length.
 
 use super::model::{CurveModel, Guess};
 
-/// A residual below this part of the peak is seen by no force sensor, and is no misfit (choice).
+/// A residual below this fraction of the peak is below the resolution of any force sensor, and not
+/// a misfit (choice).
 const SEEN_PART: f64 = 5e-4;
-/// How much larger than the noise a residual may be, over √n: three deviations of the noise's own estimate.
+/// Allowed excess of the residual over the noise, over √n: three deviations of the noise estimate.
 const LARGER: f64 = 4.0;
-/// Largest correlation of neighbours, over 1/√n.
+/// Maximum correlation of neighbours, over 1/√n.
 const LIKE: f64 = 3.4;
-/// Largest sum over a stretch, in its deviations.
+/// Maximum sum over a stretch, in its deviations.
 const STRETCH: f64 = 6.0;
-/// Largest sum of squares of all stretches of a length, as a normal deviate.
+/// Maximum sum of squares over all stretches of a length, as a normal deviate.
 const STRETCHES: f64 = 4.0;
-/// Fewest stretches that such a sum is taken of.
+/// Minimum number of stretches for such a sum.
 const FEWEST: usize = 4;
 
 /// Why a residual is not the curve's noise.
@@ -25,34 +28,35 @@ pub struct Misfit {
     pub rms_n: f64,
     /// Noise of the curve, in N.
     pub noise_n: f64,
-    /// Where the residual stands out most, in m.
+    /// The middle of the worst stretch, in m.
     pub worst_m: f64,
     /// Correlation of neighbouring residuals; 0 for noise.
     pub correlation: f64,
-    /// Drops taken for layers that may be lone samples that are off, in m.
+    /// Drops interpreted as layers that may be single outliers, in m.
     pub lone_m: Vec<f64>,
 }
 
-/// What a fit leaves of a curve, in the order measured.
+/// The residual of a fit, in the order measured.
 pub(super) struct FitResidual<'r> {
-    /// Law less data, in N.
+    /// Law minus data, in N.
     pub residuals: &'r [f64],
     /// Depth of each sample, in m.
     pub depth_m: &'r [f64],
-    /// The curve's largest force, in N.
+    /// The curve's maximum force, in N.
     pub peak_n: f64,
     /// Its noise, in N.
     pub noise_n: f64,
 }
 
-/// What a residual has besides noise; none where it is noise. A drop that may be a lone sample is as bad: its layer leaves nothing.
+/// The structure of a residual; `None` if it is noise. A drop that may be a single outlier counts
+/// as a misfit: its layer leaves no residual.
 pub(super) fn find_misfit(model: &CurveModel<'_>, guess: &Guess, lone_m: Vec<f64>) -> Option<Misfit> {
     let residuals = model.misfit(guess, &model.variables(guess));
     let (peak_n, noise_n) = (model.curve.peak_n(), model.curve.noise_n());
     judge_residual(&FitResidual { residuals: &residuals, depth_m: &model.curve.depth_m, peak_n, noise_n }, lone_m)
 }
 
-/// The same of any fit's residual.
+/// The same test for the residual of any fit.
 pub(super) fn judge_residual(left: &FitResidual<'_>, lone_m: Vec<f64>) -> Option<Misfit> {
     let FitResidual { residuals, depth_m, peak_n, noise_n } = *left;
     let samples = residuals.len() as f64;
@@ -70,7 +74,7 @@ pub(super) fn judge_residual(left: &FitResidual<'_>, lone_m: Vec<f64>) -> Option
 }
 
 impl Misfit {
-    /// In words.
+    /// A description for the user.
     #[must_use]
     pub fn words(&self) -> String {
         let Self { rms_n, noise_n, worst_m, correlation, lone_m } = self;
@@ -96,7 +100,8 @@ fn correlation(residuals: &[f64]) -> f64 {
     if squares > 0.0 { products / squares } else { 0.0 }
 }
 
-/// The middle of the stretch, of a power of two's length, whose sum stands out most, and by how many deviations.
+/// The middle of the stretch with the most significant sum, over lengths that are powers of two,
+/// and its number of deviations.
 fn worst_stretch(residuals: &[f64], deviation_n: f64) -> (usize, f64) {
     let mut sums = vec![0.0];
     for residual in residuals {
@@ -114,8 +119,8 @@ fn worst_stretch(residuals: &[f64], deviation_n: f64) -> (usize, f64) {
     worst
 }
 
-/// The sum of squares of neighbouring stretches, for the length where it stands out most, as a normal deviate (Wilson & Hilferty,
-/// "The distribution of chi-square", Proc. Natl. Acad. Sci. 17, 1931).
+/// The sum of squares of neighbouring stretches, for the most significant length, as a normal
+/// deviate (Wilson & Hilferty, "The distribution of chi-square", Proc. Natl. Acad. Sci. 17, 1931).
 fn stretches(residuals: &[f64], deviation_n: f64) -> f64 {
     let deviate = |length: usize| {
         let sums = residuals.chunks_exact(length).map(|stretch| stretch.iter().sum::<f64>());
@@ -127,7 +132,7 @@ fn stretches(residuals: &[f64], deviation_n: f64) -> f64 {
     lengths(residuals.len()).map(deviate).fold(0.0, f64::max)
 }
 
-/// Powers of two of which there are at least [`FEWEST`] in a curve.
+/// Powers of two that fit into a curve at least [`FEWEST`] times.
 fn lengths(samples: usize) -> impl Iterator<Item = usize> {
     (0..).map(|power| 1_usize << power).take_while(move |length| length * FEWEST <= samples)
 }

@@ -1,4 +1,4 @@
-//! What a curve cannot determine, in words.
+//! Descriptions of the parameters that a curve cannot determine.
 
 use law::axial::AxialSpec;
 
@@ -6,7 +6,7 @@ use super::model::{CurveModel, Guess, QUANTITIES, Quantity};
 use super::timed::TimedCurve;
 use super::uncertainty::{ParameterEstimate, ParameterStanding};
 
-/// A line for each reason, naming the parameters that it holds for.
+/// One line per reason, with the names of the parameters that it applies to.
 pub(super) fn in_words(
     model: &CurveModel<'_>,
     guess: &Guess,
@@ -50,7 +50,7 @@ fn names(spec: &AxialSpec, open: &[&ParameterEstimate]) -> String {
     open.iter().map(name).collect::<Vec<_>>().join(", ")
 }
 
-/// The same of a curve with times.
+/// The same for a timed curve.
 pub(super) fn timed_in_words(
     curve: &TimedCurve,
     spec: &AxialSpec,
@@ -81,7 +81,7 @@ pub(super) fn timed_in_words(
     words
 }
 
-/// The layers whose damping the start leaves out.
+/// The layers without damping in the start.
 fn undamped(spec: &AxialSpec) -> Option<String> {
     let names: Vec<&str> =
         spec.layers.iter().filter(|layer| layer.damping_n_s_per_m2 <= 0.0).map(|layer| layer.name.as_str()).collect();
@@ -99,7 +99,8 @@ fn layer(spec: &AxialSpec, layer: usize) -> &str {
     spec.layers.get(layer).map_or("the needle", |layer| layer.name.as_str())
 }
 
-/// Friction and cutting both resist on the way in: said where friction is among what is open.
+/// Friction and cutting both resist on the way in: a hint if friction is among the undetermined
+/// parameters.
 fn no_withdrawal(model: &CurveModel<'_>, open: &[&ParameterEstimate]) -> &'static str {
     match open.iter().any(|e| e.quantity == Quantity::Friction) && !model.curve.withdraws() {
         true => "; the curve has no withdrawal, which would show friction alone",
@@ -108,7 +109,7 @@ fn no_withdrawal(model: &CurveModel<'_>, open: &[&ParameterEstimate]) -> &'stati
 }
 
 impl Quantity {
-    /// What it is, in words.
+    /// Its name for the user.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {

@@ -1,14 +1,15 @@
 //! Unit responses over the angle of the needle.
 //!
-//! The tissue does not know how the needle leans: two harmonics are solved once, and the angle only says how much there is of each and where a
-//! boundary is met. What comes out is smooth in the cosine of the angle to the normal, so that a polynomial through few angles gives the rest.
+//! The tissue is independent of the needle's inclination: two harmonics are solved once, and the
+//! angle only determines their proportions and where a boundary is met. The result is smooth in the
+//! cosine of the angle to the normal, so that a polynomial through a few angles interpolates it.
 
 use std::f64::consts::PI;
 
 use super::responses::Responses;
 
-/// The flattest needle that the responses follow, in rad from the normal: 60°. One that lies flatter is taken for it, or for one at the
-/// angle of the exercise where that is flatter.
+/// The flattest needle that the responses follow, in rad from the normal: 60°. A flatter needle is
+/// treated as this one, or as one at the angle of the exercise if that is flatter.
 pub const FLATTEST_RAD: f64 = PI / 3.0;
 
 /// The responses of a tissue to a needle at any angle.
@@ -16,13 +17,13 @@ pub const FLATTEST_RAD: f64 = PI / 3.0;
 pub struct AngledResponses {
     /// Cosine of the flattest needle.
     least: f64,
-    /// Cosines of the angles at which they are known.
+    /// Cosines of the known angles.
     cosines: Vec<f64>,
     /// The responses at each of them.
     tables: Vec<Responses>,
 }
 
-/// Chebyshev's points between the cosine of the flattest needle and 1.
+/// Chebyshev points between the cosine of the flattest needle and 1.
 pub(super) fn place_cosines(flattest_rad: f64, count: usize) -> Vec<f64> {
     let least = libm::cos(flattest_rad);
     let (middle, half) = (0.5 * (1.0 + least), 0.5 * (1.0 - least));
@@ -31,18 +32,18 @@ pub(super) fn place_cosines(flattest_rad: f64, count: usize) -> Vec<f64> {
 }
 
 impl AngledResponses {
-    /// Responses that are the same at every angle.
+    /// Responses independent of the angle.
     #[must_use]
     pub fn constant(responses: Responses) -> Self {
         Self { least: 1.0, cosines: vec![1.0], tables: vec![responses] }
     }
 
-    /// Responses known at these cosines, no two of them the same, to a needle no flatter than an angle in rad.
+    /// Responses at distinct cosines, for needles no flatter than an angle in rad.
     pub(super) fn new(flattest_rad: f64, cosines: Vec<f64>, tables: Vec<Responses>) -> Self {
         Self { least: libm::cos(flattest_rad), cosines, tables }
     }
 
-    /// The responses to a needle at this cosine of its angle to the normal.
+    /// The responses at a cosine of the needle's angle to the normal.
     #[must_use]
     pub fn at(&self, cosine: f64) -> Responses {
         let mut responses = self.tables[0].clone();
@@ -50,7 +51,8 @@ impl AngledResponses {
         responses
     }
 
-    /// Writes them over others of the same tissue. A cosine beyond those known is taken for the nearest. Never allocates.
+    /// Writes the responses over others of the same tissue. A cosine outside the known range is
+    /// clamped. Never allocates.
     pub fn write_at(&self, cosine: f64, responses: &mut Responses) {
         let cosine = cosine.clamp(self.least, 1.0);
         responses.clear();
@@ -61,12 +63,12 @@ impl AngledResponses {
         }
     }
 
-    /// Adds others to those of every angle.
+    /// Adds other responses at every angle.
     pub(super) fn add(&mut self, others: &Responses) {
         self.tables.iter_mut().for_each(|table| table.add(1.0, others));
     }
 
-    /// Bytes that they hold.
+    /// Memory, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(&self.cosines[..]) + self.tables.iter().map(Responses::bytes).sum::<usize>()

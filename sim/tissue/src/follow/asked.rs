@@ -1,4 +1,4 @@
-//! The loads of an attempt, as they are asked of the whole body.
+//! The loads of an attempt, as questions on the whole body.
 
 use super::responses::{Responses, pose_question};
 use super::spec::TissueSpec;
@@ -14,17 +14,17 @@ pub enum AttemptLoad {
     Drag(usize),
 }
 
-/// The loads of an attempt, as they are asked of the whole body.
+/// The loads of an attempt, as questions on the whole body.
 pub(super) struct AskedLoads {
-    /// What is asked of all of them; its own load is a drag through the whole tissue.
+    /// The question common to all; its own load is a drag through the whole tissue.
     pub question: Problem3,
-    /// Those that have a length.
+    /// The loads with a length.
     pub loads: Vec<Load>,
-    /// Where each load is in [`TissueSpec::loads`].
+    /// Index of each load in [`TissueSpec::loads`].
     pub places: Vec<usize>,
     /// Layers of the force law.
     layers: usize,
-    /// Which of the sample depths each boundary lies at.
+    /// Index of the sample depth of each boundary.
     samples: Vec<usize>,
 }
 
@@ -41,7 +41,7 @@ impl AskedLoads {
         Self { question, loads, places, layers: tissue.layers(), samples }
     }
 
-    /// Which load of an attempt is at a place of [`TissueSpec::loads`].
+    /// The load of an attempt at an index of [`TissueSpec::loads`].
     pub fn load_at(&self, place: usize) -> AttemptLoad {
         match place.checked_sub(self.layers) {
             None => AttemptLoad::Push(place),
@@ -49,13 +49,14 @@ impl AskedLoads {
         }
     }
 
-    /// The load of the largest error and that error, of one for each load; none without loads.
+    /// The load with the largest error and that error, given one error per load; `None` without
+    /// loads.
     pub fn worst(&self, errors: impl IntoIterator<Item = f64>) -> Option<WorstLoad> {
         let each = self.places.iter().zip(errors).map(|(&place, error)| WorstLoad { place, error });
         each.reduce(|worst, next| if next.error > worst.error { next } else { worst })
     }
 
-    /// The responses, of what each load does at each sample depth, in m/N.
+    /// The responses, from the displacement at each sample depth under each load, in m/N.
     pub fn responses(&self, answer_m: impl Fn(usize, usize) -> f64) -> Responses {
         let mut asked = vec![None; 2 * self.layers];
         for (load, &place) in self.places.iter().enumerate() {
@@ -66,10 +67,10 @@ impl AskedLoads {
     }
 }
 
-/// The load for which an error is largest.
+/// The load with the largest error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct WorstLoad {
-    /// Where it is in [`TissueSpec::loads`].
+    /// Index in [`TissueSpec::loads`].
     pub place: usize,
     /// The error.
     pub error: f64,

@@ -1,4 +1,4 @@
-//! What is lost between a force law at 1 kHz and a field at a lower rate.
+//! The error of a field at a lower rate than the force law's 1 kHz.
 
 use std::f64::consts::TAU;
 
@@ -10,34 +10,38 @@ use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, forecast_sta
 pub struct StraightInsertion {
     /// Mean speed, in m/s.
     pub speed_m_per_s: f64,
-    /// Largest displacement, in m.
+    /// Maximum displacement, in m.
     pub depth_m: f64,
-    /// Amplitude of a tremor of 10 Hz, in m; 0 is a constant speed.
+    /// Amplitude of a tremor of 10 Hz, in m; 0 for a constant speed.
     pub tremor_m: f64,
 }
 
-/// How far the force that the field carries is off that of the force law: rms over the insertion, as a share of the peak force.
+/// Difference between the force that the field bears and that of the force law: rms over the
+/// insertion, as a fraction of the peak force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandOver {
-    /// The field holds the last force that it took. The pops dominate: each is missed for half a period.
+    /// The field holds the last force that it received. The pops dominate: each is missed for half
+    /// a period.
     pub held: f64,
-    /// The field goes on with the last rate of change of the force that it took, which foresees no pop either.
+    /// The field extrapolates with the last rate of change of the force, which does not predict
+    /// pops either.
     pub extrapolated: f64,
-    /// The field goes on with the last velocity of the needle and asks the law's closed form, [`forecast_standing`], which knows when the
-    /// next boundary gives way.
+    /// The field extrapolates with the last velocity of the needle and evaluates the law's closed
+    /// form, [`forecast_standing`], which predicts the next rupture.
     pub forecast: f64,
 }
 
-/// One field rate, and what is lost at it.
+/// One field rate, and its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateError {
     /// Rate of the field, in Hz.
     pub field_hz: f64,
-    /// What is lost.
+    /// The error.
     pub error: HandOver,
 }
 
-/// Measures an insertion at each of these field rates, in Hz: the force error against the field's rate.
+/// Measures an insertion at each of these field rates, in Hz: the force error as a function of the
+/// field's rate.
 #[must_use]
 pub fn rate_errors(params: &AxialParams, insertion: &StraightInsertion, rates_hz: &[f64]) -> Vec<RateError> {
     rates_hz.iter().map(|&field_hz| RateError { field_hz, error: hand_over(params, insertion, field_hz) }).collect()
@@ -62,7 +66,7 @@ pub fn hand_over(params: &AxialParams, insertion: &StraightInsertion, field_hz: 
         let x_m = speed_m_per_s * t_s + tremor_m * libm::sin(TAU * TREMOR_HZ * t_s);
         let force_n =
             step(params, &mut state, &mut scratch, &AxialInput { t_s, x_m, incidence: Incidence::UPRIGHT }).total_n();
-        // Times are multiples of 1/1000: a billionth of a period forgives their rounding.
+        // Times are multiples of 1/1000: a billionth of a period tolerates their rounding.
         let due = (t_s * field_hz + 1e-9).floor();
         if due > period {
             period = due;
@@ -80,7 +84,7 @@ pub fn hand_over(params: &AxialParams, insertion: &StraightInsertion, field_hz: 
     HandOver { held, extrapolated, forecast }
 }
 
-/// What the field took from the law.
+/// The last state that the field received from the law.
 struct Taken {
     state: AxialState,
     scratch: AxialScratch,
@@ -89,7 +93,7 @@ struct Taken {
 }
 
 impl Taken {
-    /// The force that the field carries at a time: held, extrapolated, and forecast.
+    /// The force that the field bears at a time: held, extrapolated, and forecast.
     fn carried_n(&mut self, params: &AxialParams, t_s: f64) -> [f64; 3] {
         let since_s = t_s - self.t_s;
         let held_n = self.state.last_output().total_n();

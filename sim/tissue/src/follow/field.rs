@@ -1,4 +1,5 @@
-//! The field of an attempt: unit responses by the planner's choice of model, and the follower.
+//! The field of an attempt: unit responses from the model that the planner chooses, and the
+//! follower.
 
 use law::axial::{AxialSpec, ParamError};
 use phrase::{Phrase, phrase};
@@ -17,19 +18,19 @@ use crate::{Judging, Load, LoadKind, Model, Problem, relative_distance};
 /// Rate of the field, in Hz (physics section 5).
 pub const FIELD_HZ: u32 = 120;
 
-/// Why a tissue cannot be followed.
+/// Why the field of a tissue cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FollowError {
     /// A number of the tissue is out of range.
     #[error(transparent)]
     Param(#[from] ParamError),
-    /// The planner refuses.
+    /// The planner rejects the tissue.
     #[error(transparent)]
     Plan(#[from] PlanError),
 }
 
 impl FollowError {
-    /// What is wrong, for people.
+    /// A description for the user.
     #[must_use]
     pub fn in_words(&self) -> Phrase {
         match self {
@@ -39,57 +40,59 @@ impl FollowError {
     }
 }
 
-/// What the field of a tissue is computed with.
+/// The computation of a tissue's field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldPlan {
     /// The model.
     pub model: Model,
-    /// Why this one, and its mesh under the load that is worst off.
+    /// Reason for the model, and its mesh under the worst load.
     pub reason: Phrase,
     /// Unknowns of the largest load's model.
     pub unknowns: usize,
-    /// Most bytes held at a time: the largest load's model, which is let go when it has answered, and the responses.
+    /// Maximum memory held at a time, in bytes: the largest load's model, which is released after
+    /// its solve, and the responses.
     pub bytes: usize,
-    /// Expected relative error of the displacement along the needle at the boundaries: of mesh and patch together, against the
-    /// whole body, under the load of an attempt for which it is worst.
+    /// Expected relative error of the displacement along the needle at the boundaries: of mesh and
+    /// patch together, compared with the whole body, under the worst load of an attempt.
     pub expected_relative_error: f64,
-    /// That load; none where the field is judged in the first way.
+    /// The worst load; `None` if the field is judged in the first way.
     pub worst: Option<AttemptLoad>,
 }
 
-/// How far a needle's influence reaches.
+/// Reach of a needle's influence.
 #[derive(Clone, Debug, PartialEq)]
 enum Influence {
-    /// So far, in m.
+    /// The reach, in m.
     Known(f64),
-    /// Not computed: a picture needs it and an attempt does not.
+    /// Not computed: a display needs it, an attempt does not.
     Unknown {
-        /// What is asked of the whole body, under a perpendicular needle.
+        /// The question for the whole body, under a perpendicular needle.
         upright: Box<Problem3>,
-        /// What each load does there, in m/N.
+        /// Displacements under each load there, in m/N.
         on_body_m: Vec<(Load, Vec<f64>)>,
         deepest_m: f64,
         tolerance: f64,
     },
 }
 
-/// A tissue that follows the needle, ready for an attempt.
+/// The field of a tissue that follows the needle, ready for an attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     follow: FollowParams,
     on_axis: AngledResponses,
-    /// Those to a needle at the angle of the exercise.
+    /// Responses for a needle at the angle of the exercise.
     planned: Responses,
     plan: FieldPlan,
     influence: Influence,
 }
 
 impl Field {
-    /// Computes what 1 N along the needle at each place does at every boundary it meets, by the model that the planner chooses, on a patch
-    /// no larger than the needle's influence. Mesh and patch share the tolerance.
+    /// Computes the displacements at every boundary that the needle meets under 1 N along the
+    /// needle at each place, with the model that the planner chooses, on a patch no larger than the
+    /// needle's influence. Mesh and patch share the tolerance.
     ///
     /// # Errors
-    /// When the tissue makes no sense or no model can be had.
+    /// If the tissue is invalid or no model can be made.
     pub fn new(tissue: &TissueSpec) -> Result<Self, FollowError> {
         tissue.check()?;
         if !tissue.is_even() {
@@ -102,8 +105,8 @@ impl Field {
         }
     }
 
-    /// The patch is that of a push on the skin, and the error that of the meshes and of that patch: as recordings were made whose
-    /// field names no way of judging.
+    /// Uses the patch of a push on the skin, and the error of the meshes and of that patch: the
+    /// method for recordings whose field names no way of judging.
     fn by_the_skin(tissue: &TissueSpec) -> Result<Self, FollowError> {
         let share = 0.5 * tissue.tolerance;
         let Reach { radius_m, relative_change } = find_reach(&tissue.at_the_skin(), share).map_err(PlanError::from)?;
@@ -112,8 +115,9 @@ impl Field {
         Ok(field)
     }
 
-    /// Every load of an attempt is asked on the whole body first. A patch is taken that is good enough for all of them, and what
-    /// its responses are off by is measured. Where that is too much, meshes are made finer, if finer ones are what it takes.
+    /// First solves every load of an attempt on the whole body. Then chooses a patch that is
+    /// accurate enough for all of them, and measures the error of its responses. If that is too
+    /// large, the meshes are refined, provided that refinement helps.
     fn by_the_attempt(tissue: &TissueSpec) -> Result<Self, FollowError> {
         let known = KnownAnswers::for_tissue(tissue)?;
         let mut share = 0.5 * tissue.tolerance;
@@ -133,8 +137,9 @@ impl Field {
         }
     }
 
-    /// Where flat layers can be solved in (r, z), every load is asked on the whole body under a needle at several angles, as many as it
-    /// takes to know the rest by them; another model answers for the angle of the exercise alone.
+    /// For flat layers, which can be solved in (r, z), solves every load on the whole body under a
+    /// needle at several angles, as many as interpolation needs; any other model is solved for the
+    /// angle of the exercise alone.
     fn by_the_angle(tissue: &TissueSpec) -> Result<Self, FollowError> {
         if !matches!(tissue.model, None | Some(Model::Axisymmetric)) {
             return Self::by_the_attempt(tissue);
@@ -155,8 +160,8 @@ impl Field {
         }
     }
 
-    /// Flat layers first, and then what the skin and the inclusions change under a needle at the angle of the exercise: nothing to speak of, or so
-    /// much that it is added, at every angle as at that one.
+    /// Solves flat layers first, and then the change by the skin and the inclusions under a needle
+    /// at the angle of the exercise. A change that matters is added, equally at every angle.
     fn by_the_change(tissue: &TissueSpec) -> Result<Self, FollowError> {
         let asked = AskedLoads::of(tissue);
         let (_, why) = planner::choose(&asked.question, tissue.model)?;
@@ -202,28 +207,29 @@ impl Field {
         Ok(Self { follow, on_axis, planned, plan, influence: Influence::Known(radius_m) })
     }
 
-    /// What the follower needs to know.
+    /// Parameters of the follower.
     #[must_use]
     pub fn follow(&self) -> &FollowParams {
         &self.follow
     }
 
-    /// Responses on the needle at every boundary, at any angle of it.
+    /// Responses on the needle at every boundary, for any angle of the needle.
     #[must_use]
     pub fn on_axis(&self) -> &AngledResponses {
         &self.on_axis
     }
 
-    /// Those to a needle at the angle of the exercise.
+    /// Responses for a needle at the angle of the exercise.
     #[must_use]
     pub fn planned(&self) -> &Responses {
         &self.planned
     }
 
-    /// How far from the needle the tissue moves by more than the tolerance, in m: no more of it is pictured.
+    /// Distance from the needle up to which the tissue moves by more than the tolerance, in m: the
+    /// extent of a display.
     ///
     /// # Errors
-    /// As [`Field::new`].
+    /// Those of [`Field::new`].
     pub fn reach_m(&self) -> Result<f64, FollowError> {
         match &self.influence {
             Influence::Known(radius_m) => Ok(*radius_m),
@@ -233,7 +239,7 @@ impl Field {
         }
     }
 
-    /// What it was computed with.
+    /// How the field was computed.
     #[must_use]
     pub fn plan(&self) -> &FieldPlan {
         &self.plan
@@ -248,14 +254,14 @@ impl Field {
 }
 
 impl FieldPlan {
-    /// Takes in what the responses to each load are off by.
+    /// Records the errors of the responses to each load.
     fn judge(&mut self, asked: &AskedLoads, errors: impl Iterator<Item = f64>) {
         let worst = asked.worst(errors);
         self.expected_relative_error = worst.map_or(0.0, |worst| worst.error);
         self.worst = worst.map(|worst| asked.load_at(worst.place));
     }
 
-    /// Takes the model of one more load into account.
+    /// Accounts for the model of another load.
     fn take(&mut self, planned: &Planned) {
         self.model = planned.field.model();
         self.unknowns = self.unknowns.max(planned.field.unknowns());
@@ -267,20 +273,20 @@ impl FieldPlan {
     }
 }
 
-/// Meshes are made finer at most so many times.
+/// Maximum number of mesh refinements.
 const FINER: usize = 3;
 
-/// Share of a tolerance that flat layers may take where there is more than those.
+/// Share of the tolerance for flat layers if there is a change to add.
 const LEVEL_SHARE: f64 = 0.4;
 
-/// At first so many angles are solved for, and at most so many: twice as many each time that they do not do.
+/// Initial and maximum number of solved angles: doubled until the interpolation is accurate enough.
 const FEWEST_ANGLES: usize = 8;
 const MOST_ANGLES: usize = 32;
 
-/// What an attempt's loads do to the whole body.
+/// Solutions for an attempt's loads on the whole body.
 struct KnownAnswers {
     asked: AskedLoads,
-    /// What each does at the boundaries, in m/N, and how exactly that is known.
+    /// Displacement under each load at the boundaries, in m/N, and its accuracy.
     along: Along,
 }
 
@@ -291,7 +297,7 @@ impl KnownAnswers {
         Ok(Self { asked, along })
     }
 
-    /// Tells a field's plan what its responses are off by, and under which load it is most.
+    /// Records in a field's plan the error of its responses, and the worst load.
     fn judge(&self, field: &mut Field) {
         let Field { planned, plan, .. } = field;
         let known = self.asked.places.iter().zip(&self.along.answers_m).zip(&self.along.doubts);
@@ -302,15 +308,15 @@ impl KnownAnswers {
     }
 }
 
-/// What an attempt's loads do to the whole body under a needle at some angles: those that the responses are made of, and between them those
-/// that tell what they are off by.
+/// Solutions for an attempt's loads on the whole body under a needle at several angles: those that
+/// the responses are made of, and those between them that measure the interpolation error.
 struct KnownAngles {
     flattest_rad: f64,
-    /// Cosines of the first.
+    /// Cosines of the former.
     nodes: Vec<f64>,
-    /// Cosines of the second, the perpendicular needle first.
+    /// Cosines of the latter, the perpendicular needle first.
     probes: Vec<f64>,
-    /// At the first, then at the second.
+    /// At the former, then at the latter.
     along: AlongAngles,
 }
 
@@ -375,7 +381,8 @@ impl KnownAngles {
 }
 
 impl TissueSpec {
-    /// The question whose answer tells how far the needle's influence reaches: a push on the skin, seen where it pushes.
+    /// The question that determines the reach of the needle's influence: a push on the skin,
+    /// sampled where it pushes.
     fn at_the_skin(&self) -> Problem3 {
         let load = Load { kind: LoadKind::Contactor { depth_m: 0.0 }, radius_m: self.load_radius_m };
         let flat = Problem { slab: self.slab.clone(), load, sample_r_m: vec![0.0], sample_depth_m: Vec::new() };

@@ -1,14 +1,14 @@
-//! The loads that bring the field to where the needle presses it.
+//! The loads that bring the field into contact with the needle.
 
 use law::stance::Pressed;
 
 use super::responses::Responses;
 
-/// Sweeps over two contacts that push on each other's boundary.
+/// Sweeps over two contacts that influence each other's boundary.
 const SWEEPS: usize = 16;
 
-/// Changes the loads of pressed boundaries, in N, to what dents the field as far as the needle has pressed them. A needle pulls at none.
-/// Never allocates.
+/// Sets the loads of pressed boundaries, in N, so that the field is dented as far as the needle has
+/// pressed them. The needle cannot pull. Never allocates.
 pub fn press_loads(on_axis: &Responses, pressed: &[Option<Pressed>; 2], loads_n: &mut [f64]) {
     for _ in 0..SWEEPS {
         for &Pressed { boundary, dent_m } in pressed.iter().flatten() {

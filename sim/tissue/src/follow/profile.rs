@@ -1,27 +1,28 @@
-//! How boundaries give way beside the needle: what a picture of the tissue needs beyond the axis.
+//! Displacement of boundaries around the needle, which a display of the tissue needs beyond the
+//! axis.
 
 use super::field::{Field, FollowError};
 use super::responses::Responses;
 use super::spec::TissueSpec;
 use crate::planner::{self, PlanRequest, cut_patch};
 
-/// Axial displacement of every boundary at some distances from the needle under 1 N of each load of [`TissueSpec::loads`], for
-/// a picture: as of a perpendicular needle.
+/// Axial displacement of every boundary at some distances from the needle under 1 N of each load of
+/// [`TissueSpec::loads`], for display: those of a perpendicular needle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profiles {
-    /// Distances from the needle's axis, rising from 0, in m.
+    /// Distances from the needle's axis, ascending from 0, in m.
     pub radii_m: Vec<f64>,
     /// Number of loads.
     pub loads: usize,
-    /// Displacement into the body, in m/N: boundary by boundary, in it load by load, in it radius by radius.
+    /// Displacement into the body, in m/N, ordered by boundary, then load, then radius.
     pub axial_m_per_n: Vec<f64>,
 }
 
 impl Field {
-    /// The profiles of its tissue, on the patch and within the tolerance that the field itself has.
+    /// The profiles of the tissue, on the patch and within the tolerance of the field itself.
     ///
     /// # Errors
-    /// As [`Field::new`].
+    /// Those of [`Field::new`].
     pub fn profiles(&self, tissue: &TissueSpec) -> Result<Profiles, FollowError> {
         let radius_m = self.reach_m()?;
         let radii_m = radii_m(tissue.load_radius_m, radius_m);
@@ -37,10 +38,12 @@ impl Field {
     }
 }
 
-/// Steps from the needle outwards: finest where the tissue bends most, at the needle's edge.
+/// Number of steps from the needle outwards: finest at the needle's edge, where the tissue bends
+/// most.
 const STEPS: u32 = 24;
 
-/// Distances from the axis to the patch's edge: the axis, half a needle's radius, and from there each a constant factor on.
+/// Distances from the axis to the patch's edge: the axis, half a needle's radius, and from there a
+/// geometric sequence.
 fn radii_m(needle_radius_m: f64, patch_radius_m: f64) -> Vec<f64> {
     let first_m = 0.5 * needle_radius_m;
     let factor = libm::pow(patch_radius_m / first_m, 1.0 / f64::from(STEPS - 1));

@@ -1,27 +1,28 @@
-//! Unit responses: what 1 N at each place does at each point, computed once.
+//! Unit responses: the displacement at each point under 1 N at each place, computed once.
 
 use super::field::FollowError;
 use super::spec::TissueSpec;
 use crate::volumetric::{Footprint, Problem3};
 use crate::{FieldModel, Judging, Load, Problem};
 
-/// Makes a model of one load: the choice of model and mesh is the caller's.
+/// Makes a model of one load; the caller chooses model and mesh.
 pub type Fit<'f> = &'f mut dyn FnMut(&Problem3) -> Result<Box<dyn FieldModel>, FollowError>;
 
 /// Displacement along the needle at each point under 1 N of each load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Responses {
     loads: usize,
-    /// Point by point, each with one entry per load, in m/N, positive into the body.
+    /// Ordered by point, with one entry per load, in m/N, positive into the body.
     axial_m_per_n: Vec<f64>,
 }
 
 impl Responses {
-    /// Asks a model of each load of a tissue, in the order of [`law::axial::loads`], for the displacement at each point: a
-    /// distance from the needle, towards where it leans, and a depth, in m.
+    /// Solves a model of each load of a tissue, in the order of [`law::axial::write_loads`], for
+    /// the displacement at each point: a distance from the needle, in the direction of its
+    /// inclination, and a depth, in m.
     ///
     /// # Errors
-    /// When the tissue makes no sense or a model cannot be had.
+    /// If the tissue is invalid or a model cannot be made.
     pub fn new(tissue: &TissueSpec, points_m: &[[f64; 2]], fit: Fit<'_>) -> Result<Self, FollowError> {
         tissue.check()?;
         let loads = tissue.loads();
@@ -38,35 +39,37 @@ impl Responses {
         Ok(Self { loads: loads.len(), axial_m_per_n })
     }
 
-    /// Responses on the needle at every boundary of the force law: what the picture's tents are made of.
+    /// Responses on the needle at every boundary of the force law, from which the displayed tents
+    /// are made.
     ///
     /// # Errors
-    /// As [`Responses::new`].
+    /// Those of [`Responses::new`].
     pub fn at_boundaries(tissue: &TissueSpec, fit: Fit<'_>) -> Result<Self, FollowError> {
         Self::new(tissue, &tissue.points_m(), fit)
     }
 
-    /// Of answers that are had already: for each load, in m/N, the displacement along the needle at each point; zero of those that have none.
+    /// From known answers: for each load, in m/N, the displacement along the needle at each point;
+    /// zero for those without one.
     pub(super) fn of_answers(points: usize, loads: usize, answer_m: impl Fn(usize, usize) -> f64) -> Self {
         let of_point = |point: usize| (0..loads).map(move |load| (point, load));
         let axial_m_per_n = (0..points).flat_map(of_point).map(|(point, load)| answer_m(point, load)).collect();
         Self { loads, axial_m_per_n }
     }
 
-    /// Makes all of them zero.
+    /// Sets all responses to zero.
     pub(super) fn clear(&mut self) {
         self.axial_m_per_n.fill(0.0);
     }
 
-    /// Adds a share of others of the same tissue.
+    /// Adds a multiple of other responses of the same tissue.
     pub(super) fn add(&mut self, share: f64, others: &Self) {
         for (own, other) in self.axial_m_per_n.iter_mut().zip(&others.axial_m_per_n) {
             *own += share * other;
         }
     }
 
-    /// Displacement along the needle at a point under loads of these sizes, in m, positive into the body; 0 where there is no such point.
-    /// Never allocates.
+    /// Displacement along the needle at a point under loads of these magnitudes, in m, positive
+    /// into the body; 0 if there is no such point. Never allocates.
     #[must_use]
     pub fn axial_m(&self, point: usize, loads_n: &[f64]) -> f64 {
         let row = self.axial_m_per_n.chunks_exact(self.loads).nth(point).unwrap_or_default();
@@ -78,21 +81,21 @@ impl Responses {
         self.axial_m_per_n.chunks_exact(self.loads).map(|row| row.get(load).copied().unwrap_or(0.0)).collect()
     }
 
-    /// What a point gives way on 1 N of a load, in m/N; 0 where there is no such point or load. Never allocates.
+    /// Response of a point to a load, in m/N; 0 if there is no such point or load. Never allocates.
     #[must_use]
     pub fn of_m_per_n(&self, point: usize, load: usize) -> f64 {
         if load < self.loads { self.axial_m_per_n.get(point * self.loads + load).copied().unwrap_or(0.0) } else { 0.0 }
     }
 
-    /// Stiffness of each boundary as the field has it, in N/m: F/|u| on the needle under a contactor at that boundary, for the
-    /// responses [`Responses::at_boundaries`]. Infinite at the clamped base.
+    /// Stiffness of each boundary in the field, in N/m: F/|u| on the needle under a contactor at
+    /// that boundary, for the responses [`Responses::at_boundaries`]. Infinite at the clamped base.
     #[must_use]
     pub fn stiffnesses_n_per_m(&self) -> Vec<f64> {
         let rows = self.axial_m_per_n.chunks_exact(self.loads).enumerate();
         rows.map(|(at, row)| row.get(at).map_or(f64::INFINITY, |own| 1.0 / own.abs())).collect()
     }
 
-    /// Bytes that it holds.
+    /// Memory, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of::<Self>() + size_of_val(self.axial_m_per_n.as_slice())
@@ -100,13 +103,13 @@ impl Responses {
 }
 
 impl TissueSpec {
-    /// Every boundary on the needle: no distance from it and a depth, in m.
+    /// Every boundary on the needle: zero distance from it and a depth, in m.
     pub(super) fn points_m(&self) -> Vec<[f64; 2]> {
         self.boundaries_m.iter().take(self.layers()).map(|&depth_m| [0.0, depth_m]).collect()
     }
 }
 
-/// What is asked of a load: its answer at every distance and every depth that a point has.
+/// The question for a load: sampled at every distance and every depth of the points.
 pub(super) fn pose_question(tissue: &TissueSpec, load: Load, points_m: &[[f64; 2]]) -> Problem3 {
     let sorted = |part: usize| {
         let mut values: Vec<f64> = points_m.iter().map(|point| point[part]).collect();

@@ -5,14 +5,14 @@ use serde::{Deserialize, Serialize};
 
 use super::spec::TissueSpec;
 
-/// What a follower needs to know, constant for an attempt.
+/// Parameters of the follower, constant for an attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FollowParams {
     /// Recoil time of each boundary's layer, in s.
     recoil_time_s: Vec<f64>,
 }
 
-/// The loads that the field carries: all that must be saved to continue.
+/// The loads that the field bears: the complete state, sufficient to continue.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FollowState {
     /// Contactors at each boundary, then drag along each layer, in N, positive into the body.
@@ -20,10 +20,10 @@ pub struct FollowState {
 }
 
 impl FollowParams {
-    /// The follower of a tissue.
+    /// The parameters for a tissue.
     ///
     /// # Errors
-    /// When the tissue makes no sense.
+    /// If the tissue is invalid.
     pub fn new(tissue: &TissueSpec) -> Result<Self, ParamError> {
         tissue.check()?;
         Ok(Self { recoil_time_s: tissue.recoil_time_s.clone() })
@@ -31,23 +31,24 @@ impl FollowParams {
 }
 
 impl FollowState {
-    /// Tissue that nothing touches.
+    /// The state of untouched tissue.
     #[must_use]
     pub fn new(params: &FollowParams) -> Self {
         Self { loads_n: vec![0.0; 2 * params.recoil_time_s.len()] }
     }
 
-    /// Force that the field carries, in N.
+    /// Total force that the field bears, in N.
     #[must_use]
     pub fn total_n(&self) -> f64 {
         self.loads_n.iter().sum()
     }
 }
 
-/// Advances by `dt_s` to the latest loads of the force law, in N. Never allocates and never fails: no time passes in a step that
-/// is backwards or no number, and a load that is no number is held.
+/// Advances by `dt_s` to the latest loads of the force law, in N. Never allocates and never fails:
+/// a negative or NaN time step counts as zero, and a load that is not finite keeps its last value.
 ///
-/// A contactor's load is max(latest, load·exp(−dt/τ)), so that steps of any size agree: two of dt/2 make one of dt.
+/// A contactor's load is max(latest, load·exp(−dt/τ)), so that steps of any size agree: two of dt/2
+/// make one of dt.
 pub fn step(params: &FollowParams, state: &mut FollowState, dt_s: f64, latest_n: &[f64]) {
     let passed_s = if dt_s > 0.0 { dt_s } else { 0.0 };
     let layers = params.recoil_time_s.len();

@@ -1,8 +1,10 @@
-//! What a skin that bends and what lies in the layers change.
+//! The change of the responses by a curved skin and by inclusions in the layers.
 //!
-//! Flat layers are solved in (r, z) as finely as anybody likes. Beside that the change is small and smooth: what is found with the skin bent and
-//! the inclusions in place, less what is found without, both on one coarse mesh in three dimensions, whose own error cancels for the most part.
-//! A drag's change at a boundary is what a push at that boundary changes along the drag (Betti).
+//! Flat layers are solved in (r, z) to any precision. Compared with that the change is small and
+//! smooth: the solution with the curved skin and the inclusions, minus that without, both on the
+//! same coarse mesh in three dimensions, whose own error mostly cancels. The change that a drag
+//! causes at a boundary equals the change that a push at that boundary causes along the drag
+//! (Betti).
 
 use phrase::{Phrase, phrase};
 
@@ -14,26 +16,26 @@ use crate::quadrature::gauss_rule;
 use crate::volumetric::{Footprint, Grading, MeshSpec3, Problem3, Skin, VolumetricError, push_along_needle};
 use crate::{Load, LoadKind, Problem, relative_distance};
 
-/// What is known of a change.
+/// A change and its assessment.
 #[derive(Clone, Debug)]
 pub(super) struct WeighedChange {
-    /// What is added to the responses of flat layers; none where it is too little.
+    /// Added to the responses of flat layers; `None` if it is too small.
     pub added: Option<Responses>,
-    /// The largest change under a load of an attempt, relative to what the load does.
+    /// The largest change under a load of an attempt, relative to the load's displacement.
     largest: f64,
-    /// What adding it, or leaving it, costs, relative to what the load does.
+    /// Error of adding the change, or of omitting it, relative to the load's displacement.
     pub error: f64,
-    /// Where the load for which that is most is in [`TissueSpec::loads`].
+    /// Index in [`TissueSpec::loads`] of the load with the largest error.
     pub worst: Option<usize>,
     mesh: Phrase,
     /// Unknowns of the largest mesh.
     pub unknowns: usize,
-    /// Most bytes held at a time.
+    /// Maximum memory held at a time, in bytes.
     pub bytes: usize,
 }
 
 impl WeighedChange {
-    /// Why the planner takes which model.
+    /// The planner's reason for the choice of models.
     pub fn in_words(&self, why: &Phrase, level: &Phrase) -> Phrase {
         let (why, level, mesh) = (why.clone(), level.clone(), self.mesh.clone());
         let percent = Phrase::number(100.0 * self.largest, 1);
@@ -56,10 +58,11 @@ impl WeighedChange {
     }
 }
 
-/// Finds the change and whether it is to be added to flat layers, whose responses are known, for an error that may be so large.
+/// Finds the change and decides whether to add it to the known responses of flat layers, for a
+/// given tolerance.
 ///
 /// # Errors
-/// The first number that no mesh can be made of.
+/// The first number for which no mesh can be made.
 pub(super) fn weigh_change(
     asked: &AskedLoads,
     tissue: &TissueSpec,
@@ -75,7 +78,7 @@ pub(super) fn weigh_change(
     };
     let within = |errors: &[f64]| errors.iter().all(|error| *error <= tolerance);
     let mut found = find(0)?;
-    // As long as nothing else is known, the coarsest mesh may be off by all that it finds.
+    // As long as nothing else is known, the coarsest mesh may be wrong by all that it finds.
     let mut doubts = apart(level, &found.changed);
     let mut rungs = 1;
     let most = affordable(&asked.question)?;
@@ -95,7 +98,7 @@ pub(super) fn weigh_change(
     }
 }
 
-/// How many rungs can be afforded: two at the least, lest nothing be known of an error.
+/// The number of affordable rungs: at least two, to have an error estimate.
 fn affordable(question: &Problem3) -> Result<usize, PlanError> {
     let problem = around_pushes(question);
     let mut rungs = 2;
@@ -108,7 +111,7 @@ fn affordable(question: &Problem3) -> Result<usize, PlanError> {
     Ok(rungs)
 }
 
-/// Whether the needle goes through an inclusion on its way to the deepest push.
+/// Whether the needle passes through an inclusion on its way to the deepest push.
 fn is_pierced(question: &Problem3) -> bool {
     const STEPS: u32 = 256;
     let deepest_m = question.flat.sample_depth_m.iter().copied().fold(0.0, f64::max);
@@ -116,7 +119,7 @@ fn is_pierced(question: &Problem3) -> bool {
     places.any(|place| question.inclusions.iter().any(|inclusion| inclusion.shape.contains(&place)))
 }
 
-/// A change, and what becomes of flat layers by it.
+/// A change, and the responses of flat layers with it.
 struct FoundChange {
     change: Change,
     responses: Responses,
@@ -145,7 +148,7 @@ impl FoundChange {
     }
 }
 
-/// What is changed under each load of an attempt, on one mesh.
+/// The change under each load of an attempt, on one mesh.
 struct Change {
     /// Displacement along the needle at each sample under each load, in m/N.
     answers_m: Vec<Vec<f64>>,
@@ -154,7 +157,8 @@ struct Change {
     bytes: usize,
 }
 
-/// A mesh to find changes on: the order of its elements, their size at the needle in m, and how much it grows with the distance, in m/m.
+/// A mesh for the change: order of its elements, their size at the needle in m, and its growth with
+/// the distance, in m/m.
 #[derive(Clone, Copy, Debug)]
 struct Rung {
     order: usize,
@@ -162,7 +166,8 @@ struct Rung {
     growth: f64,
 }
 
-/// From coarse to fine. They grow slowly: what counts is how they see the inclusions, and not the needle.
+/// From coarse to fine. They grow slowly: the resolution of the inclusions counts, not that of the
+/// needle.
 const RUNGS: [Rung; 5] = [
     Rung { order: 2, near_m: 6e-3, growth: 0.5 },
     Rung { order: 2, near_m: 4e-3, growth: 0.4 },
@@ -171,27 +176,30 @@ const RUNGS: [Rung; 5] = [
     Rung { order: 3, near_m: 3e-3, growth: 0.35 },
 ];
 
-/// The finer of two meshes may be off by so many times what they differ by: where an inclusion's face lies within elements the error falls with
-/// little more than the first power of their size, and that by a third from rung to rung.
+/// Error of the finer of two meshes, in multiples of their difference: where an inclusion's face
+/// lies within elements, the error falls little faster than with the first power of their size,
+/// which decreases by a third from rung to rung.
 const OFF: f64 = 2.0;
-/// And by so many where the needle goes through an inclusion: what it pushes there is neither small nor smooth.
+/// The same if the needle passes through an inclusion: the change there is neither small nor
+/// smooth.
 const OFF_PIERCED: f64 = 4.0;
 
-/// A mesh of more unknowns takes seconds to factorise, and more than 64 MB.
+/// A mesh with more unknowns takes seconds to factorise, and more than 64 MB.
 const MOST_UNKNOWNS: usize = 10_500;
 
-/// A patch reaches so far, in m, and so many times as far as a needle that leans; or so many radii of the skin where that is less.
+/// Radius of a patch, in m, and in multiples of the reach of an inclined needle; limited to a
+/// multiple of the skin's radius.
 const REACH_M: f64 = 0.08;
 const BESIDE: f64 = 1.6;
 const REACH: f64 = 1.2;
-/// And goes no deeper than so many radii.
+/// Maximum depth of a patch, in radii of the skin.
 const DEEPEST: f64 = 0.9;
 
-/// Points along a layer at which a drag's change is asked.
+/// Points along a layer at which a drag's change is evaluated.
 const POINTS: usize = 16;
 
-/// What is changed under each load at each of the question's sample depths, on a mesh of the ladder. The question's own load only tells the radius; every
-/// push is at a sample depth.
+/// The change under each load at each of the question's sample depths, on a mesh of the ladder. Of
+/// the question's own load only the radius is used; every push is at a sample depth.
 fn find_change(question: &Problem3, loads: &[Load], rung: &Rung) -> Result<Change, PlanError> {
     let samples_m = &question.flat.sample_depth_m;
     // The mesh is far coarser than the footprint, so that what it sees of a dent goes with the size of its elements. Elements and footprint
@@ -234,7 +242,7 @@ fn level(uneven: &Problem3, scale: f64) -> Problem3 {
     level
 }
 
-/// Points of a needle that a load is spread over, and how much of it is at each.
+/// Points of a needle over which a load is distributed, and its share at each.
 struct Stretch {
     points_m: Vec<f64>,
     shares: Vec<f64>,
@@ -256,7 +264,7 @@ impl Stretch {
     }
 }
 
-/// The question about the tissue around the pushes.
+/// The question for the tissue around the pushes.
 fn around_pushes(question: &Problem3) -> Problem3 {
     let deepest_push_m = question.flat.sample_depth_m.iter().copied().fold(0.0, f64::max);
     let bend_m = question.skin.radius_m().unwrap_or(f64::INFINITY);

@@ -1,10 +1,12 @@
 //! Explicit integration: symplectic Euler, v ← v + h M⁻¹(f − αMv), u ← u + h v.
 //!
-//! Displacements and velocities are added up in double precision. The pulls of the springs, nearly all of the work, are
-//! in single: a displacement u is then off by 6e-8 u, which is less than a millionth of any step between nodes that
-//! matters, and four springs are computed at once.
+//! Displacements and velocities are accumulated in double precision. The pulls of the springs,
+//! nearly all of the work, are computed in single precision: the error of a displacement u is then
+//! 6e-8 u, less than a millionth of any relevant difference between nodes, and four springs are
+//! computed at once.
 //!
-//! Its energy error stays bounded for any number of steps below the stable one (Hairer, Lubich and Wanner 2006, IX).
+//! The energy error stays bounded for any number of steps below the stable one (Hairer, Lubich and
+//! Wanner 2006, IX).
 
 use wide::f32x4;
 
@@ -14,10 +16,10 @@ use super::lattice::Lattice;
 use super::laws::{Damped, Elastic};
 use super::motion::LatticeMotion;
 
-/// Most sub-steps of one [`advance`]: some seconds of computing, not an endless loop.
+/// Maximum number of sub-steps of one [`advance`]: some seconds of computing, not an endless loop.
 pub const MAX_SUBSTEPS: u32 = 100_000;
 
-/// Memory of the explicit steps.
+/// Scratch of the explicit steps.
 #[derive(Clone, Debug)]
 pub struct ExplicitScratch {
     /// Displacement rounded for the springs, in m.
@@ -29,14 +31,14 @@ pub struct ExplicitScratch {
 }
 
 impl ExplicitScratch {
-    /// Memory for this lattice.
+    /// Scratch for this lattice.
     #[must_use]
     pub fn new(lattice: &Lattice) -> Self {
         let zeros = || NodalField::zeros(lattice.grid.places());
         Self { displacement_m: zeros(), velocity_m_per_s: zeros(), forces_n: zeros() }
     }
 
-    /// Rounds a plane of a motion.
+    /// Rounds a plane of a motion to single precision.
     fn round(&mut self, lattice: &Lattice, motion: &LatticeMotion, k: usize) {
         let plane = lattice.grid.place([0, 0, k])..lattice.grid.place([0, 0, k + 1]);
         let round = |rounded: &mut NodalField<f32>, exact: &NodalField| {
@@ -52,10 +54,10 @@ impl ExplicitScratch {
     }
 }
 
-/// One step. A step of 0 changes nothing.
+/// Makes one step. A step of 0 changes nothing.
 ///
 /// # Errors
-/// A step that is not a number, negative, or longer than the stable one; nothing has moved then.
+/// If the step is negative, NaN, or longer than the stable one; nothing has moved then.
 pub fn step(
     lattice: &Lattice,
     motion: &mut LatticeMotion,
@@ -70,10 +72,12 @@ pub fn step(
     Ok(())
 }
 
-/// Any time, in equal sub-steps as long as the stable one allows. Returns how many; 0 for no time.
+/// Advances by any time, in equal sub-steps as long as stability allows. Returns their number; 0
+/// for no time.
 ///
 /// # Errors
-/// A time that is not a number, negative, or longer than [`MAX_SUBSTEPS`] stable steps; nothing has moved then.
+/// If the time is negative, NaN, or longer than [`MAX_SUBSTEPS`] stable steps; nothing has moved
+/// then.
 pub fn advance(
     lattice: &Lattice,
     motion: &mut LatticeMotion,
@@ -96,8 +100,8 @@ fn sub_step(lattice: &Lattice, motion: &mut LatticeMotion, scratch: &mut Explici
     motion.load.add_single(motion.force_n, &mut scratch.forces_n);
     let stiffness_damping_s = lattice.damping.stiffness_s;
     scratch.round(lattice, motion, 0);
-    // A plane's forces are complete once the springs kept in it have pulled, and no later plane asks where it was: all
-    // that a plane needs is done while it is near.
+    // A plane's forces are complete once the springs stored in it have pulled, and no later plane
+    // reads its old positions: all work on a plane is done while it is in the cache.
     for k in 0..lattice.links.len() {
         scratch.round(lattice, motion, k + 1);
         let ExplicitScratch { displacement_m, velocity_m_per_s, forces_n } = &mut *scratch;

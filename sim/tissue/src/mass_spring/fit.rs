@@ -1,11 +1,11 @@
-//! The coarsest lattice that meets a tolerance, with an error that is measured and not hoped for.
+//! The coarsest lattice that meets a tolerance, with a measured error.
 //!
-//! Two things are wrong with a lattice. Its springs have a Poisson ratio of 1/4 whatever a layer's own is: that is its
-//! **floor**, which no lattice gets below. And its cells have a size, and its rim and base are nearer than the
-//! tissue's. On the problem's own samples both are measured against finite elements in (r, z): the floor as the
-//! distance between their answers with 1/4 and with the true ratios, the rest as the distance of the lattice from
-//! the first of these. The error is at most the sum. It may be less, where one hides the other; on another sample it
-//! would not.
+//! A lattice has two errors. Its springs have a Poisson ratio of 1/4 in every layer:
+//! that is its **floor**, which no lattice can reduce. And its cells have a finite size, and its
+//! rim and base are nearer than the tissue's. Both are measured on the problem's own samples
+//! against finite elements in (r, z): the floor as the distance between their solutions with 1/4
+//! and with the true ratios, the rest as the distance of the lattice from the first of these. The
+//! error is at most the sum. It may be smaller if the two cancel, but would not on another sample.
 
 use std::iter;
 
@@ -16,25 +16,25 @@ use super::grid::{nearest_spacing_m, thinnest_m};
 use super::{LatticeError, LatticePatch, LatticeSymmetry, MassSpring};
 use crate::{Judging, LoadKind, Problem, Sampled, axisymmetric};
 
-/// A model with what is known of its error.
+/// A model with its estimated error.
 #[derive(Clone, Debug)]
 pub struct FittedLattice {
     /// The model, solved for 1 N.
     pub model: MassSpring,
-    /// What of the tissue it covers, and how finely.
+    /// Extent and spacing of the lattice.
     pub patch: LatticePatch,
-    /// The part of the error that comes of the Poisson ratio of 1/4: no lattice has less.
+    /// The part of the error caused by the Poisson ratio of 1/4: no lattice has less.
     pub floor: f64,
-    /// Bound of the relative L2 error over the problem's sample points, the larger of that of the axial and of the radial
-    /// displacement.
+    /// Bound of the relative L2 error over the problem's sample points, the larger of those of the
+    /// axial and the radial displacement.
     pub estimated_relative_error: f64,
     /// Whether the estimate meets the tolerance.
     pub met: bool,
 }
 
 impl FittedLattice {
-    /// The lattice, for people: "a lattice of 0.56 mm cells within 16 mm; central forces have ν = 1/4 built in, 11.3 %
-    /// on this problem".
+    /// A description of the lattice for the user: "a lattice of 0.56 mm cells within 16 mm; central
+    /// forces have ν = 1/4 built in, 11.3 % on this problem".
     #[must_use]
     pub fn mesh_in_words(&self) -> Phrase {
         phrase!(
@@ -47,24 +47,27 @@ impl FittedLattice {
     }
 }
 
-/// Lattices from coarse to fine: the spacing over the least of the load's radius and the layers' thicknesses, and what
-/// the rim and the base, held nearer than the tissue's, may do to the answer. The cells of a layer must be near cubes,
-/// so that the thinnest sets the spacing of all.
+/// Lattices from coarse to fine: the spacing relative to the smallest of the load's radius and the
+/// layers' thicknesses, and the allowed effect of the rim and the base, which are nearer than the
+/// tissue's. The cells of a layer must be near cubes, so that the thinnest layer determines the
+/// spacing of all.
 const RUNGS: [[f64; 2]; 6] = [[1.4, 0.2], [1.4, 0.06], [0.7, 0.06], [0.7, 0.03], [0.5, 0.03], [0.35, 0.02]];
 
-/// Distances from the load to what is held that are tried, in load radii.
+/// Distances from the load to the held boundary that are tried, in load radii.
 const REACHES: [f64; 7] = [8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0];
 
-/// Lattices of more unknowns take tens of seconds to come to rest.
+/// Lattices with more unknowns take tens of seconds to relax.
 const MOST_UNKNOWNS: f64 = 3e5;
 
-/// Tolerance of the finite elements that judge, far below the error of any lattice.
+/// Tolerance of the reference finite elements, far below the error of any lattice.
 const JUDGED_TO: f64 = 1e-3;
 
-/// Where the floor is above the tolerance, the rest of the error need not be below this share of the floor.
+/// If the floor exceeds the tolerance, the rest of the error need not be below this fraction of the
+/// floor.
 const SHARE_OF_FLOOR: f64 = 0.6;
 
-/// The model on one lattice of the ladder, from coarse to fine, for a speed–error sweep. Nothing past the last.
+/// The model on one lattice of the ladder, from coarse to fine, for a speed–error sweep; `None`
+/// past the last.
 #[must_use]
 pub fn fit_rung(problem: &Problem, at: usize) -> Option<Result<MassSpring, LatticeError>> {
     match LatticeJudge::new(problem, Judging::Second).and_then(|judge| judge.ladder()) {
@@ -75,20 +78,21 @@ pub fn fit_rung(problem: &Problem, at: usize) -> Option<Result<MassSpring, Latti
     }
 }
 
-/// Finds the coarsest lattice of the ladder whose relative error over the problem's sample points meets a tolerance.
-/// Where the floor alone is above it, none does: then one whose own error is small beside the floor.
+/// Finds the coarsest lattice of the ladder whose relative error over the problem's sample points
+/// meets a tolerance. If the floor alone exceeds it, no lattice does: then returns one whose own
+/// error is small compared with the floor.
 ///
 /// # Errors
-/// The first number of the problem that is out of range, a tolerance that is not a positive number, or a layer so thin
-/// that even the coarsest lattice cannot be computed.
+/// The first number of the problem that is out of range, a tolerance that is not a positive number,
+/// or a layer so thin that even the coarsest lattice cannot be computed.
 pub fn fit(problem: &Problem, tolerance: f64) -> Result<FittedLattice, LatticeError> {
     fit_by(Judging::Second, problem, tolerance)
 }
 
-/// The same by a way of judging.
+/// Does the same with a given way of judging.
 ///
 /// # Errors
-/// As for [`fit`].
+/// Those of [`fit`].
 pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<FittedLattice, LatticeError> {
     Domain::Positive.check("tolerance", tolerance, "")?;
     let judge = LatticeJudge::new(problem, judging)?;
@@ -104,15 +108,15 @@ pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<Fit
     Ok(fitted)
 }
 
-/// What lattices are judged by.
+/// The reference solutions for judging lattices.
 struct LatticeJudge<'a> {
     problem: &'a Problem,
     judging: Judging,
     /// The problem with Poisson ratios of 1/4.
     quarter: Problem,
-    /// Its answer at the samples: what a lattice tends to.
+    /// Its solution at the samples: the limit of a lattice.
     limit: Sampled,
-    /// The true answer.
+    /// The true solution.
     truth: Sampled,
     floor: f64,
 }
@@ -129,7 +133,8 @@ impl<'a> LatticeJudge<'a> {
         Ok(Self { floor: judge.distance(&judge.truth), ..judge })
     }
 
-    /// Distance to what lattices tend to, relative to the truth: of the part of the displacement in which it is larger.
+    /// Distance to the limit of lattices, relative to the true solution, of the displacement
+    /// component with the larger distance.
     fn distance(&self, answer: &Sampled) -> f64 {
         let axial = distance(&answer.axial_m, &self.limit.axial_m, &self.truth.axial_m);
         match self.judging {
@@ -140,7 +145,7 @@ impl<'a> LatticeJudge<'a> {
         }
     }
 
-    /// The coarsest patch, and finer ones that come to rest within seconds.
+    /// The coarsest patch, and finer ones that relax within seconds.
     fn ladder(&self) -> Result<(LatticePatch, Vec<LatticePatch>), LatticeError> {
         let mut reaches = REACHES.iter().map(|reach| self.patch(reach * self.problem.load.radius_m));
         let mut patch = self.patch(REACHES[0] * self.problem.load.radius_m);
@@ -158,14 +163,15 @@ impl<'a> LatticeJudge<'a> {
         Ok((coarsest, rungs))
     }
 
-    /// The patch with cells of about this size, over the least of the load's radius and the layers' thicknesses.
+    /// The patch with cells of approximately this size, relative to the smallest of the load's
+    /// radius and the layers' thicknesses.
     fn spaced(&self, patch: LatticePatch, cells: f64) -> LatticePatch {
         let (slab, load) = (&self.problem.slab, &self.problem.load);
         let spacing_m = cells * thinnest_m(slab, patch.depth_m).min(load.radius_m);
         LatticePatch { spacing_m: nearest_spacing_m(slab, &LatticePatch { spacing_m, ..patch }), ..patch }
     }
 
-    /// The patch that ends so far from the load, in m, with no spacing yet.
+    /// The patch that ends at this distance from the load, in m, without a spacing yet.
     fn patch(&self, reach_m: f64) -> LatticePatch {
         let (slab, load) = (&self.problem.slab, &self.problem.load);
         let (LoadKind::Contactor { depth_m } | LoadKind::Drag { to_m: depth_m, .. }) = load.kind;
@@ -174,7 +180,7 @@ impl<'a> LatticeJudge<'a> {
         LatticePatch { spacing_m: 0.0, radius_m, depth_m, symmetry: LatticeSymmetry::Quarter }
     }
 
-    /// What it does to the answer that the rim and the base of a patch are held.
+    /// Effect of holding the rim and the base of a patch on the solution.
     fn truncation(&self, patch: &LatticePatch) -> Result<f64, LatticeError> {
         let mut cut = self.quarter.clone();
         cut.slab.radius_m = patch.radius_m;
@@ -197,7 +203,7 @@ impl<'a> LatticeJudge<'a> {
     }
 }
 
-/// ‖a − b‖/‖c‖. Where nothing moves there is nothing to be wrong about.
+/// ‖a − b‖/‖c‖; 0 if a and b are equal, even if all are zero.
 fn distance(a: &[f64], b: &[f64], c: &[f64]) -> f64 {
     let wrong = norm(a.iter().zip(b).map(|(a, b)| a - b));
     if wrong == 0.0 { 0.0 } else { wrong / norm(c.iter().copied()) }

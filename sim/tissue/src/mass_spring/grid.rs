@@ -1,4 +1,4 @@
-//! Where the nodes are: planes through the interfaces of the layers, square meshes in each.
+//! The node positions: planes through the interfaces of the layers, with a square mesh in each.
 
 use law::axial::{Domain, ParamError};
 
@@ -7,41 +7,42 @@ use super::calibration::HEIGHT_PER_WIDTH;
 use super::lanes::LANES;
 use crate::{ElasticLayer, Slab};
 
-/// Degrees of freedom at most: 6 million take 2 GB and a minute to relax, and nothing shipped needs more.
+/// Maximum number of degrees of freedom: 6 million take 2 GB and a minute to relax, and nothing
+/// shipped needs more.
 pub const MAX_UNKNOWNS: usize = 6_000_000;
 
-/// Which part of the tissue is computed.
+/// The computed part of the tissue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LatticeSymmetry {
     /// A quarter, between the planes x = 0 and y = 0: for loads that are symmetric about both.
     Quarter,
-    /// All of it.
+    /// The whole tissue.
     Full,
 }
 
-/// The part of the tissue that a lattice covers: a disc around the axis, held at its rim and at its base.
+/// The part of the tissue that a lattice covers: a disc around the axis, held at its rim and base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatticePatch {
-    /// Distance of neighbouring nodes in the horizontal, in m.
+    /// Horizontal distance of neighbouring nodes, in m.
     pub spacing_m: f64,
-    /// Radius of the held rim, in m. It is rounded to a multiple of the spacing.
+    /// Radius of the held rim, in m. Rounded to a multiple of the spacing.
     pub radius_m: f64,
-    /// Depth of the held base, in m. It is rounded up to a plane of nodes and ends with the tissue.
+    /// Depth of the held base, in m. Rounded up to a plane of nodes and limited to the tissue.
     pub depth_m: f64,
-    /// Which part is computed.
+    /// The computed part.
     pub symmetry: LatticeSymmetry,
 }
 
 /// A slice of cells between two planes of nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Storey {
-    /// Layer of the slab it is in.
+    /// Index of its layer in the slab.
     pub(super) layer: usize,
     /// Height, in m.
     pub(super) height_m: f64,
 }
 
-/// The nodes of a lattice, in rows along x that follow each other along y and then down.
+/// The nodes of a lattice, in rows along x, ordered along y and then downwards.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Grid {
     pub(super) spacing_m: f64,
@@ -72,7 +73,8 @@ impl Grid {
         let side = if patch.symmetry == LatticeSymmetry::Full { 2 * reach + 1 } else { reach + 1 };
         let storeys = storeys(slab, patch)?;
         let mut depths_m = vec![0.0];
-        // A layer's planes are counted from its top, so that sums of heights do not drift off its interfaces.
+        // A layer's planes are counted from its top, so that sums of heights do not drift from its
+        // interfaces.
         let tops_m = slab.boundaries_m();
         for (at, storey) in storeys.iter().enumerate() {
             let above = storeys[..at].iter().rev().take_while(|s| s.layer == storey.layer).count();
@@ -92,12 +94,13 @@ impl Grid {
         if self.symmetry == LatticeSymmetry::Full { self.reach } else { 0 }
     }
 
-    /// Places of a plane: whole lanes.
+    /// Number of places in a plane, a multiple of the lanes.
     pub(super) fn plane(&self) -> usize {
         (self.side * self.side).next_multiple_of(LANES)
     }
 
-    /// Places of all nodes, and of one more plane and row: the kernel reads beyond the last, with a spring constant of 0.
+    /// Number of places of all nodes, plus one more plane and row: the kernel reads beyond the
+    /// last, with a spring constant of 0.
     pub(super) fn places(&self) -> usize {
         self.plane() * (self.depths_m.len() + 1) + self.side + LANES
     }
@@ -112,30 +115,32 @@ impl Grid {
         (0..planes).flat_map(move |k| (0..side).flat_map(move |j| (0..side).map(move |i| [i, j, k])))
     }
 
-    /// Where a node is in the patient's frame, in m: z is up and 0 on the skin.
+    /// Position of a node in the patient's frame, in m: z is up and 0 on the skin.
     pub(super) fn position_m(&self, [i, j, k]: [usize; 3]) -> [f64; 3] {
         let across_m = |at: usize| (at as f64 - self.centre() as f64) * self.spacing_m;
         [across_m(i), across_m(j), -self.depths_m[k]]
     }
 
-    /// Whether a node moves at all: not on the rim or beyond, not on the base.
+    /// Whether a node moves: it is neither on the rim or beyond, nor on the base.
     pub(super) fn moves(&self, [i, j, k]: [usize; 3]) -> bool {
         let (x, y) = (i.abs_diff(self.centre()), j.abs_diff(self.centre()));
         x * x + y * y < self.reach * self.reach && k + 1 < self.depths_m.len()
     }
 
-    /// Whether a node can move along an axis: on a plane of symmetry it stays in it.
+    /// Whether a node can move along an axis: on a plane of symmetry it stays in the plane.
     pub(super) fn is_free(&self, node: [usize; 3], axis: usize) -> bool {
         let on_plane = self.symmetry == LatticeSymmetry::Quarter && axis < 2 && node[axis] == 0;
         self.moves(node) && !on_plane
     }
 
-    /// Whether a cell, named by its first node, is part of the lattice: one of its nodes moves.
+    /// Whether a cell, identified by its first node, is part of the lattice: one of its nodes
+    /// moves.
     pub(super) fn has_cell(&self, [i, j, k]: [usize; 3]) -> bool {
         [[0, 0], [1, 0], [0, 1], [1, 1]].iter().any(|[p, q]| self.moves([i + p, j + q, k]))
     }
 
-    /// The plane of nodes at or next above a depth in m, and how far below it the depth is, from 0 to 1 storey.
+    /// The plane of nodes at or next above a depth, in m, and the distance of the depth below it,
+    /// from 0 to 1 storey.
     pub(super) fn storey_at(&self, depth_m: f64) -> (usize, f64) {
         let below = self.depths_m.partition_point(|&plane| plane <= depth_m);
         let upper = below.saturating_sub(1).min(self.storeys.len() - 1);
@@ -144,7 +149,8 @@ impl Grid {
 }
 
 impl LatticePatch {
-    /// Degrees of freedom of a lattice on this patch of a slab, to a few percent.
+    /// Approximate number of degrees of freedom of a lattice on this patch of a slab, to a few
+    /// percent.
     pub(super) fn unknowns(&self, slab: &Slab) -> f64 {
         let part = if self.symmetry == LatticeSymmetry::Full { 4.0 } else { 1.0 };
         let reach = self.radius_m.min(slab.radius_m) / self.spacing_m;
@@ -153,7 +159,7 @@ impl LatticePatch {
     }
 }
 
-/// Refuses a lattice that is too large, naming what makes it so and the nearest that can be done.
+/// Rejects a lattice that is too large, with the cause and the nearest feasible spacing.
 fn affordable(slab: &Slab, patch: &LatticePatch) -> Result<(), LatticeError> {
     let (unknowns, limit) = (patch.unknowns(slab), MAX_UNKNOWNS as f64);
     if unknowns <= limit {
@@ -163,8 +169,8 @@ fn affordable(slab: &Slab, patch: &LatticePatch) -> Result<(), LatticeError> {
     Err(LatticeError::TooLarge { spacing_m: patch.spacing_m, unknowns, nearest_m })
 }
 
-/// The layers that begin above a depth in m and have a thickness, each with its number and the depth of its top in m.
-/// A layer without a thickness carries nothing.
+/// The layers with a thickness that begin above a depth, in m, each with its index and the depth of
+/// its top, in m. A layer without a thickness bears no load.
 fn reached(slab: &Slab, depth_m: f64) -> impl Iterator<Item = (usize, f64, &ElasticLayer)> {
     let layers = slab.boundaries_m().into_iter().zip(&slab.layers).enumerate();
     let layers = layers.map(|(at, (top_m, layer))| (at, top_m, layer));
@@ -188,10 +194,11 @@ fn storeys(slab: &Slab, patch: &LatticePatch) -> Result<Vec<Storey>, LatticeErro
     Ok(storeys)
 }
 
-/// How many storeys, near to cubes, a layer takes; none when no whole number gives springs that all pull together.
+/// Number of storeys, near to cubes, of a layer; `None` if no whole number gives only attractive
+/// springs.
 fn storey_count(thickness_m: f64, spacing_m: f64) -> Option<f64> {
     let [low, tall] = HEIGHT_PER_WIDTH.map(|height| thickness_m / (height * spacing_m));
-    // The nearest to a cube that is within the limits, which themselves count as within.
+    // The nearest to a cube within the limits, inclusive.
     let count = (thickness_m / spacing_m).round().max((tall * (1.0 - 1e-9)).ceil()).max(1.0);
     let count = if count <= low * (1.0 + 1e-9) { count } else { (low * (1.0 + 1e-9)).floor() };
     (count >= 1.0 && count >= tall * (1.0 - 1e-9)).then_some(count)
@@ -202,10 +209,11 @@ pub(super) fn thinnest_m(slab: &Slab, depth_m: f64) -> f64 {
     reached(slab, depth_m).fold(f64::INFINITY, |least, (.., layer)| least.min(layer.thickness_m))
 }
 
-/// The widest spacing up to the patch's at which every layer that the patch reaches can be split, in m.
+/// The widest spacing up to the patch's at which every layer within the patch can be split, in m.
 pub(super) fn nearest_spacing_m(slab: &Slab, patch: &LatticePatch) -> f64 {
     let thinnest_m = thinnest_m(slab, patch.depth_m);
-    // From two storeys on there is a count for every spacing, so the last of these always fits.
+    // From two storeys on there is a number of storeys for every spacing, so the last candidate
+    // always fits.
     let always_m = thinnest_m * std::f64::consts::FRAC_1_SQRT_2;
     let widest_m = patch.spacing_m.min(thinnest_m * std::f64::consts::SQRT_2);
     let mut steps = (0..=100).map(|step| widest_m + (always_m.min(widest_m) - widest_m) * f64::from(step) / 100.0);

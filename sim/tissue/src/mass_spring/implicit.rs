@@ -1,15 +1,16 @@
-//! Implicit integration: backward Euler, as the least of what a step would cost.
+//! Implicit integration: backward Euler, as a minimisation.
 //!
-//! With x the displacement at the start, v the velocity and s the step of displacement to be found, backward Euler
-//! M(s/h − v)/h = f(x + s) − αMs/h − βK s/h is where
+//! With x the displacement at the start, v the velocity and s the displacement step to be found,
+//! backward Euler M(s/h − v)/h = f(x + s) − αMs/h − βK s/h holds where
 //!
 //! ```text
 //! E(s) = |s − hv|²/(2h²) + α|s|²/(2h) + (β/2h) sᵀK(x)s + U(x + s) − F w(x + s),   |s|² = sᵀMs
 //! ```
 //!
-//! is least (Martin et al. 2011). A few Newton steps go down E: the stiffness they use is never negative, so that each
-//! points downhill, and halving its length ends below where it began. From E(s) ≤ E(0) follows U − Fw ≤ U₀ − Fw₀ + ½|v|²,
-//! so the velocity can always be scaled to the energy that is left: **energy never grows**, however few steps were made.
+//! is minimal (Martin et al. 2011). A few Newton steps decrease E: the stiffness they use is
+//! positive semidefinite, so that each is a descent direction, and halving its length eventually
+//! decreases E. From E(s) ≤ E(0) follows U − Fw ≤ U₀ − Fw₀ + ½|v|², so the velocity can always be
+//! scaled to the remaining energy: **energy never grows**, however few Newton steps were made.
 
 use super::LatticeError;
 use super::kernel::{NodalField, pull_all};
@@ -18,36 +19,36 @@ use super::laws::{Elastic, Stiffness};
 use super::motion::LatticeMotion;
 use super::relax::{Relaxation, RelaxationLimit, norm_squared};
 
-/// Newton steps of one step in time, at most.
+/// Maximum number of Newton steps per time step.
 pub const NEWTON_STEPS: usize = 6;
-/// Conjugate gradients of one Newton step, at most.
+/// Maximum number of conjugate gradient iterations per Newton step.
 pub const ITERATIONS: usize = 400;
-/// Halvings of a Newton step that went too far, at most.
+/// Maximum number of halvings of a Newton step that went too far.
 pub const HALVINGS: usize = 20;
 
-/// Residual, over the first, at which a Newton step ends: the next one starts from there.
+/// Residual relative to the first at which a Newton step ends: the next one continues from there.
 const ROUGH: f64 = 1e-6;
-/// Residual, over what the tissue holds, at which a step in time ends.
+/// Residual relative to the forces in the tissue at which a time step ends.
 const TIGHT: f64 = 1e-9;
 
-/// Memory of the implicit steps.
+/// Scratch of the implicit steps.
 #[derive(Clone, Debug)]
 pub struct ImplicitScratch {
     relaxation: Relaxation,
     /// Displacement at the start, in m.
     start_m: NodalField,
-    /// Step of displacement being found, in m.
+    /// Displacement step being found, in m.
     step_m: NodalField,
-    /// A step that is tried, in m.
+    /// Trial step, in m.
     tried_m: NodalField,
     correction_m: NodalField,
     inverse_diagonal: NodalField,
-    /// Whatever springs pull, in N.
+    /// Pulls of the springs, in N.
     work: NodalField,
 }
 
 impl ImplicitScratch {
-    /// Memory for this lattice.
+    /// Scratch for this lattice.
     #[must_use]
     pub fn new(lattice: &Lattice) -> Self {
         let zeros = || NodalField::zeros(lattice.grid.places());
@@ -63,10 +64,10 @@ impl ImplicitScratch {
     }
 }
 
-/// One step of any length; an infinite one goes to rest. A step of 0 changes nothing.
+/// Makes one step of any length; an infinite one goes to rest. A step of 0 changes nothing.
 ///
 /// # Errors
-/// A step that is not a number, or negative; nothing has moved then.
+/// If the step is negative or NaN; nothing has moved then.
 pub fn step(
     lattice: &Lattice,
     motion: &mut LatticeMotion,
@@ -82,7 +83,7 @@ pub fn step(
     Ok(())
 }
 
-/// A step being made. In terms of 1/h an infinite step is nothing special.
+/// A step in progress. In terms of 1/h an infinite step needs no special case.
 struct Step<'a> {
     lattice: &'a Lattice,
     motion: &'a mut LatticeMotion,
@@ -115,7 +116,8 @@ impl Step<'_> {
         self.finish(first_j);
     }
 
-    /// Starts from where the velocity leads, if that is cheaper than staying. Returns the cost.
+    /// Starts from the extrapolated position if that is cheaper than the present one. Returns the
+    /// cost.
     fn coast(&mut self, staying_j: f64) -> f64 {
         if self.per_s > 0.0 {
             self.scratch.tried_m.copy_from(&self.motion.velocity_m_per_s);
@@ -128,7 +130,8 @@ impl Step<'_> {
         staying_j
     }
 
-    /// Takes as much of the correction as makes E smaller. Returns the new E, or none when nothing did.
+    /// Applies the part of the correction that decreases E. Returns the new E, or `None` if no part
+    /// did.
     fn descend(&mut self, cost_j: f64) -> Option<f64> {
         let mut part = 1.0;
         for _ in 0..HALVINGS {
@@ -142,7 +145,7 @@ impl Step<'_> {
         None
     }
 
-    /// Takes the tried step if E is below a bound. Returns the new E.
+    /// Accepts the trial step if E is below a bound. Returns the new E.
     fn try_step(&mut self, below_j: f64) -> Option<f64> {
         self.motion.displacement_m.copy_from(&self.scratch.start_m);
         self.motion.displacement_m.add_scaled(1.0, &self.scratch.tried_m);
@@ -154,7 +157,7 @@ impl Step<'_> {
         None
     }
 
-    /// Energy of the springs less the work of the load, in J.
+    /// Energy of the springs minus the work of the load, in J.
     fn potential_j(&self) -> f64 {
         let u = &self.motion.displacement_m;
         self.lattice.spring_energy_j(u) - self.motion.force_n * self.motion.load.work_m(u)
@@ -164,7 +167,7 @@ impl Step<'_> {
         self.lattice.motion_energy_j(&self.motion.velocity_m_per_s)
     }
 
-    /// What E counts for inertia and for drag of the tried step, in J.
+    /// Terms of E for inertia and drag of the trial step, in J.
     fn delay_j(&self) -> f64 {
         let (per_s, drag) = (self.per_s, self.lattice.damping.mass_per_s * self.per_s);
         let axis_j = |axis: usize| -> f64 {
@@ -175,7 +178,7 @@ impl Step<'_> {
         (0..3).map(axis_j).sum()
     }
 
-    /// What E counts for the dashpots of the tried step, in J.
+    /// Term of E for the dashpots of the trial step, in J.
     fn dashpots_j(&mut self) -> f64 {
         let law = self.dashpots();
         if law.along <= 0.0 {
@@ -197,7 +200,7 @@ impl Step<'_> {
         self.per_s * (self.per_s + self.lattice.damping.mass_per_s)
     }
 
-    /// The inverse of the diagonal at rest: good enough for a preconditioner in any shape.
+    /// The inverse of the diagonal at rest: sufficient as a preconditioner in any deformed state.
     fn precondition(&mut self) {
         let (inertia, along) = (self.inertia_per_s2(), 1.0 + self.dashpots().along);
         for axis in 0..3 {
@@ -230,7 +233,7 @@ impl Step<'_> {
         }
     }
 
-    /// A Newton step from the residual. Whether one was found.
+    /// Computes a Newton step from the residual. Returns whether one was found.
     fn find_correction(&mut self, scale: f64) -> bool {
         let law = Stiffness { along: 1.0 + self.dashpots().along, across: 1.0 };
         let inertia = self.inertia_per_s2();
@@ -248,7 +251,8 @@ impl Step<'_> {
         scratch.relaxation.solve(apply, &scratch.inverse_diagonal, &mut scratch.correction_m, limit) > 0
     }
 
-    /// Displacement and velocity from the step, the velocity scaled to the energy that is left.
+    /// Sets displacement and velocity from the step, with the velocity scaled to the remaining
+    /// energy.
     fn finish(self, first_j: f64) {
         let Self { lattice, motion, scratch, per_s } = self;
         motion.displacement_m.copy_from(&scratch.start_m);

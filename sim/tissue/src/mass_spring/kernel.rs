@@ -1,8 +1,9 @@
-//! One pass over all springs: what each pulls, added to its ends.
+//! One pass over all springs: the pull of each is added to its ends.
 //!
-//! The springs kept at [`LANES`] neighbouring places are computed at once: their seven corners are read once, and what
-//! the nine directions pull is added up before it is written. A pull is added to one end and subtracted from the other,
-//! so that the sum of all forces stays 0 to rounding.
+//! The springs stored at [`LANES`] neighbouring places are computed at once: their seven corners
+//! are read once, and the pulls of the nine directions are summed before they are written. A pull
+//! is added to one end and subtracted from the other, so that the sum of all forces stays 0 to
+//! rounding.
 
 use wide::f64x4;
 
@@ -37,7 +38,7 @@ impl NodalField {
         }
     }
 
-    /// Σ over nodes and axes of the product.
+    /// Sum of the products over nodes and axes.
     pub(super) fn dot(&self, other: &Self) -> f64 {
         self.axes.iter().zip(&other.axes).map(|(a, b)| dot(a, b)).sum()
     }
@@ -58,7 +59,7 @@ impl NodalField {
     }
 }
 
-/// A sum in a fixed order, several terms side by side.
+/// A sum in a fixed order, with several partial sums.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut sums = [0.0; 8];
@@ -71,13 +72,14 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// What a spring pulls, given N fields.
+/// The pull of a spring, given N fields.
 pub(super) trait Law<T, const N: usize> {
-    /// The pull on end A, in N; that on end B is opposite. `differences` are those of the fields, B less A.
+    /// The pull on end A, in N; the pull on end B is opposite. `differences` are those of the
+    /// fields, B minus A.
     fn pull(&self, link: &Link<T>, constant: T, differences: [[T; 3]; N]) -> [T; 3];
 }
 
-/// Stretches of a plane in which there are springs, of whole [`LANES`], short gaps included.
+/// Stretches of a plane that contain springs, in whole [`LANES`], short gaps included.
 pub(super) fn runs(has_springs: &[bool]) -> Vec<[usize; 2]> {
     let mut runs: Vec<[usize; 2]> = Vec::new();
     for (at, _) in has_springs.chunks(LANES).enumerate().filter(|(_, lanes)| lanes.contains(&true)) {
@@ -90,16 +92,16 @@ pub(super) fn runs(has_springs: &[bool]) -> Vec<[usize; 2]> {
     runs
 }
 
-/// The springs kept at neighbouring places, while they are computed.
+/// The springs stored at neighbouring places, while they are computed.
 struct Corners<T, const N: usize> {
     /// The fields at each corner.
     fields: [[[T; 3]; CORNERS.len()]; N],
-    /// What the springs pull at each corner, in N.
+    /// Pull of the springs at each corner, in N.
     pulls: [[T; 3]; CORNERS.len()],
 }
 
 impl<T: Lanes, const N: usize> Corners<T, N> {
-    /// Adds the pulls of one direction. That it is known to the compiler keeps all corners in registers.
+    /// Adds the pulls of one direction. A compile-time direction keeps all corners in registers.
     #[inline(always)]
     fn pull<const CLASS: usize>(&mut self, law: &impl Law<T, N>, springs: &Springs<'_, T>, at: usize) {
         let [a, b] = const { CLASSES[CLASS].ends };
@@ -114,13 +116,13 @@ impl<T: Lanes, const N: usize> Corners<T, N> {
     }
 }
 
-/// The springs kept in a plane.
+/// The springs stored in a plane.
 struct Springs<'a, T> {
     links: [Link<T>; CLASSES.len()],
     constants: &'a [Vec<f32>; CLASSES.len()],
 }
 
-/// Adds the pulls of the springs kept in plane `k` to `forces`.
+/// Adds the pulls of the springs stored in plane `k` to `forces`.
 pub(super) fn pull_plane<T: Lanes, const N: usize>(
     lattice: &Lattice,
     law: &impl Law<T, N>,

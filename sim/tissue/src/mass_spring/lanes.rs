@@ -1,31 +1,31 @@
-//! Numbers side by side: single ones for explicit steps, double ones for everything that is solved for.
+//! SIMD vectors: single precision for explicit steps, double precision for everything else.
 
 use std::ops::{Add, Div, Mul, Sub};
 
 use wide::{f32x4, f64x4};
 
-/// Springs that are computed at once: as many single numbers as fit a vector register of every machine.
+/// Springs that are computed at once: as many `f32` as fit a vector register of every machine.
 pub(super) const LANES: usize = 4;
 
-/// Numbers of neighbouring places along x.
+/// A vector of numbers at neighbouring places along x.
 pub(super) trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// One of them.
+    /// Type of an element.
     type Number: Copy + Default;
-    /// The same number in all.
+    /// The same number in all lanes.
     fn splat(value: f64) -> Self;
-    /// Those that begin at a place; 0 where there are none.
+    /// Loads the numbers from a place on; 0 where they are out of range.
     fn load(values: &[Self::Number], place: usize) -> Self;
-    /// The same of single numbers.
+    /// Loads from single-precision numbers.
     fn load_single(values: &[f32], place: usize) -> Self;
-    /// Puts them where they begin; nowhere when they do not fit.
+    /// Stores the numbers from a place on; does nothing if they do not fit.
     fn store(self, values: &mut [Self::Number], place: usize);
     fn sqrt(self) -> Self;
     fn at_least(self, least: Self) -> Self;
 }
 
-/// The numbers that begin at a place; 0 where there are none.
+/// The numbers from a place on; 0 if they are out of range.
 #[inline(always)]
 fn chunk<T: Copy + Default>(values: &[T], place: usize) -> [T; LANES] {
     values.get(place..).and_then(|values| values.first_chunk()).copied().unwrap_or_default()

@@ -10,7 +10,7 @@ use super::motion::LatticeMotion;
 use super::{LatticeError, laws};
 use crate::Slab;
 
-/// How motion dies away: a force −α m v on every node and a dashpot β k along every spring.
+/// Damping of the motion: a force −α m v on every node and a dashpot β k along every spring.
 ///
 /// A mode of angular frequency ω then has the damping ratio ζ = α/(2ω) + βω/2 (Rayleigh).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,35 +21,37 @@ pub struct Damping {
     pub stiffness_s: f64,
 }
 
-/// A lattice of springs, checked and ready. Only [`Lattice::open`] changes it.
+/// A lattice of springs, checked and ready to use. Only [`Lattice::open`] changes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice {
     pub(super) grid: Grid,
     pub(super) damping: Damping,
     /// Springs at rest, for each plane and direction.
     pub(super) links: Vec<[Link<f64>; CLASSES.len()]>,
-    /// Stretches of every plane of nodes in which there are springs.
+    /// Stretches of every plane of nodes that contain springs.
     pub(super) runs: Vec<[usize; 2]>,
-    /// Spring constants, in N/m, for each direction and place; rounding one changes an answer by less.
+    /// Spring constants, in N/m, for each direction and place. Single precision: rounding one
+    /// changes a solution by a smaller relative amount.
     pub(super) constants: [Vec<f32>; CLASSES.len()],
     /// Masses, in kg; 0 along an axis on which the node is held.
     pub(super) masses: NodalField,
     /// 1/mass, in 1/kg; 0 along an axis on which the node is held.
     pub(super) inverse_masses: NodalField,
-    /// Stiffness of each node on its own at rest, in N/m; 0 where it is held.
+    /// Stiffness of each node alone at rest, in N/m; 0 where it is held.
     pub(super) diagonal: NodalField,
     /// Bound of the highest angular frequency, in rad/s.
     highest_rad_per_s: f64,
 }
 
-/// Part of the bound of a stable step that is taken: enough for rounding.
+/// Safety factor of the stable step, sufficient for rounding.
 const SAFETY: f64 = 0.999;
 
 impl Lattice {
     /// Calibrates a lattice on a patch of a slab. Poisson ratios are ignored: springs have 1/4.
     ///
     /// # Errors
-    /// A number out of range, a spacing at which a layer cannot be split, or more nodes than can be held.
+    /// If a number is out of range, a layer cannot be split at the spacing, or there are more nodes
+    /// than the limit.
     pub fn new(slab: &Slab, patch: &LatticePatch, damping: Damping) -> Result<Self, LatticeError> {
         let grid = Grid::new(slab, patch)?;
         Domain::NotNegative.check("damping.mass_per_s", damping.mass_per_s, "1/s")?;
@@ -83,7 +85,7 @@ impl Lattice {
         self.masses.axes.iter().flatten().filter(|&&mass| mass > 0.0).count()
     }
 
-    /// Bytes that it holds.
+    /// Memory, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let constants: usize = self.constants.iter().map(|constants| size_of_val(&constants[..])).sum();
@@ -91,18 +93,20 @@ impl Lattice {
         constants + fields + size_of_val(&self.links[..]) + size_of_val(&self.runs[..])
     }
 
-    /// Volume of all cells, in m³; of the computed part only.
+    /// Volume of all cells in the computed part, in m³.
     #[must_use]
     pub fn volume_m3(&self) -> f64 {
         self.cells().map(|[.., k]| sides_m(&self.grid, k).iter().product::<f64>()).sum()
     }
 
-    /// The longest step of the explicit integration that is stable in whatever shape the lattice is, in s.
+    /// The longest step of the explicit integration that is stable in any deformed state of the
+    /// lattice, in s.
     ///
-    /// Along itself a spring is as stiff as k, across itself as k (1 − l₀/l) < k, so its stiffness is at most k in every
-    /// direction. With Gershgorin's circles of M⁻¹K then ω² ≤ max 2 Σk/m over the nodes. Symplectic Euler is stable for
-    /// h² ω² + 2 h (α + β ω²) ≤ 4, with damping taken at the old velocity (Jury's conditions of its two-step recursion).
-    /// A linearised lattice would bear √3 times the step, but not once its springs are stretched.
+    /// Along itself a spring has stiffness k, across itself k (1 − l₀/l) < k, so its stiffness is
+    /// at most k in every direction. With Gershgorin's circles of M⁻¹K then ω² ≤ max 2 Σk/m over
+    /// the nodes. Symplectic Euler is stable for h² ω² + 2 h (α + β ω²) ≤ 4, with damping evaluated
+    /// at the old velocity (Jury's conditions of its two-step recursion). A linearised lattice
+    /// would be stable for √3 times the step, but not once its springs are stretched.
     #[must_use]
     pub fn stable_step_s(&self) -> f64 {
         let square = self.highest_rad_per_s * self.highest_rad_per_s;
@@ -116,19 +120,19 @@ impl Lattice {
         self.symmetric_parts() * self.spring_energy_j(&motion.displacement_m)
     }
 
-    /// Energy of the motion of the whole tissue, in J.
+    /// Kinetic energy of the whole tissue, in J.
     #[must_use]
     pub fn kinetic_energy_j(&self, motion: &LatticeMotion) -> f64 {
         self.symmetric_parts() * self.motion_energy_j(&motion.velocity_m_per_s)
     }
 
-    /// Work that the held force has done on the way to here, in J.
+    /// Work that the applied force has done up to now, in J.
     #[must_use]
     pub fn load_work_j(&self, motion: &LatticeMotion) -> f64 {
         self.symmetric_parts() * motion.force_n * motion.load.work_m(&motion.displacement_m)
     }
 
-    /// How many times the whole tissue is what is computed.
+    /// Ratio of the whole tissue to the computed part.
     pub(super) fn symmetric_parts(&self) -> f64 {
         if self.grid.symmetry == LatticeSymmetry::Quarter { 4.0 } else { 1.0 }
     }
@@ -152,7 +156,7 @@ impl Lattice {
         self.grid.nodes().filter(move |node| (0..3).all(|axis| node[axis] < last[axis]) && self.grid.has_cell(*node))
     }
 
-    /// Adds up what the cells give their springs and nodes.
+    /// Sums the contributions of the cells to their springs and nodes.
     fn fill_cells(&mut self, slab: &Slab) {
         let cells: Vec<_> = self.cells().collect();
         for [i, j, k] in cells {
@@ -188,7 +192,7 @@ impl Lattice {
         self.refresh();
     }
 
-    /// Computes what follows from the masses and the spring constants.
+    /// Computes the values derived from the masses and the spring constants.
     pub(super) fn refresh(&mut self) {
         let mut diagonal = NodalField::zeros(self.grid.places());
         self.for_each_spring(|link, constant, ends| {
@@ -216,7 +220,7 @@ impl Lattice {
         self.inverse_masses.axes.iter().map(squares).fold(0.0_f64, f64::max).sqrt()
     }
 
-    /// Calls with every spring that pulls, and the places of its ends.
+    /// Calls `call` with every spring that pulls, and the places of its ends.
     fn for_each_spring(&self, mut call: impl FnMut(&Link<f64>, f64, [usize; 2])) {
         for [i, j, k] in self.grid.nodes() {
             for (at, class) in CLASSES.iter().enumerate() {
@@ -235,7 +239,7 @@ fn corners() -> impl Iterator<Item = [usize; 3]> {
     (0..8).map(|bits| [bits & 1, bits >> 1 & 1, bits >> 2])
 }
 
-/// Sides of the cells below a plane, in m; the base has none below and takes those above.
+/// Sides of the cells below a plane, in m; for the base, those of the cells above.
 fn sides_m(grid: &Grid, k: usize) -> [f64; 3] {
     [grid.spacing_m, grid.spacing_m, grid.storeys[k.min(grid.storeys.len() - 1)].height_m]
 }

@@ -1,34 +1,37 @@
-//! What a spring pulls.
+//! The pull of a spring.
 //!
-//! A spring of constant k, rest vector e and rest length l₀ between ends that moved apart by Δ is the vector D = e + Δ
-//! and stretches by
+//! A spring of constant k, rest vector e and rest length l₀ whose ends moved apart by Δ has the
+//! vector D = e + Δ and stretches by
 //!
 //! ```text
 //! l − l₀ = q / (l + l₀),   q = l² − l₀² = Δ·(e + D),   l² = l₀² + q
 //! ```
 //!
-//! so that a stretch of 1e-9 of the length is as exact as a large one: the difference of two lengths would lose it.
-//! The pull k (l − l₀) D/l is along the spring wherever it has turned to: a rigid motion costs nothing.
+//! so that a stretch of 1e-9 of the length is as accurate as a large one: the difference of two
+//! lengths would cancel. The pull k (l − l₀) D/l is along the current direction of the spring: a
+//! rigid motion costs no energy.
 
 use super::kernel::Law;
 use super::lanes::Lanes;
 use super::links::Link;
 
-/// Length over rest length below which a spring no longer stiffens its resistance to being turned: it pulls k (1 − l₀/l) D
-/// with the l of this length, so that its stiffness is within ±k in every direction. The law of longer springs would
-/// reach −∞ at l = 0, where a spring turns inside out, and no step would be short enough there.
+/// Length relative to the rest length below which the pull is k (1 − l₀/l) D with the l of this
+/// length, so that the stiffness stays within ±k in every direction. The law of longer springs
+/// would reach −∞ at l = 0, where a spring turns inside out, and no step would be short enough
+/// there.
 const SHORTEST: f64 = 0.5;
 
-/// The least change of the square of a spring's length that counts, over its square at rest.
+/// The smallest change of the squared length of a spring that counts, relative to its square at
+/// rest.
 const MOST_SHORTENED: f64 = SHORTEST * SHORTEST - 1.0;
 
-/// A spring as it is now.
+/// The current state of a spring.
 struct Stretched<T> {
     /// From A to B, in m.
     along_m: [T; 3],
-    /// Length, in m, at least [`SHORTEST`] of that at rest.
+    /// Length, in m, at least [`SHORTEST`] times that at rest.
     length_m: T,
-    /// (l − l₀)/l: what of k is pull per vector.
+    /// (l − l₀)/l: the pull per vector, divided by k.
     strain: T,
 }
 
@@ -79,10 +82,11 @@ impl<T: Lanes> Law<T, 2> for Damped {
     }
 }
 
-/// Resistance to a change of displacement, without the part of a compressed spring that pushes it further aside: what
-/// remains is never negative, so that a step found with it goes downhill. Fields: displacement, its change.
+/// Resistance to a change of displacement, without the part of a compressed spring that pushes it
+/// further aside: the remainder is positive semidefinite, so that a step computed with it decreases
+/// the energy. Fields: displacement, its change.
 pub(super) struct Stiffness {
-    /// Factor on the part along the spring: 1, and more where a dashpot adds to it.
+    /// Factor on the part along the spring: 1, or more if a dashpot adds to it.
     pub(super) along: f64,
     /// Factor on the part across it.
     pub(super) across: f64,

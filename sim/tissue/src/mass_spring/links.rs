@@ -2,11 +2,11 @@
 
 use super::lanes::Lanes;
 
-/// The nodes that the springs kept at a place join, as steps along x, y and down from it.
+/// The nodes joined by the springs stored at a place, as steps along x, y and down from it.
 pub(super) const CORNERS: [[usize; 3]; 7] =
     [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1]];
 
-/// A direction of springs: the corners that its ends A and B are.
+/// A direction of springs: the corners at its ends A and B.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Class {
     pub(super) ends: [usize; 2],
@@ -26,7 +26,7 @@ pub(super) const CLASSES: [Class; 9] = [
 ];
 
 impl Class {
-    /// The axes along which the spring reaches, and the others.
+    /// The axes in which the ends differ, and the others.
     pub(super) fn axes(self) -> (&'static [usize], &'static [usize]) {
         let [a, b] = self.ends.map(|end| CORNERS[end]);
         match [0, 1, 2].map(|axis| a[axis] != b[axis]) {

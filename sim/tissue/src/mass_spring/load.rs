@@ -1,4 +1,5 @@
-//! A load on the nodes: what a traction does on the trilinear shape functions, so that its sum and its moment are exact.
+//! A load on the nodes: the traction integrated with the trilinear shape functions, so that its sum
+//! and its moment are exact.
 
 use law::axial::{Domain, ParamError};
 use libm::{erf, exp};
@@ -8,7 +9,7 @@ use super::kernel::NodalField;
 use super::lattice::Lattice;
 use crate::{Load, LoadKind};
 
-/// The share of an axial force that each node takes.
+/// The share of an axial force on each node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodalLoad {
     /// Place and share. The shares of the whole tissue add up to 1.
@@ -16,10 +17,10 @@ pub struct NodalLoad {
 }
 
 impl NodalLoad {
-    /// Spreads a load over the nodes of a lattice.
+    /// Distributes a load over the nodes of a lattice.
     ///
     /// # Errors
-    /// A radius or a depth out of range.
+    /// If a radius or a depth is out of range.
     pub fn new(lattice: &Lattice, load: &Load) -> Result<Self, ParamError> {
         let grid = &lattice.grid;
         Domain::Positive.check("load_radius_m", load.radius_m, "m")?;
@@ -38,41 +39,42 @@ impl NodalLoad {
         Ok(Self { shares })
     }
 
-    /// Adds a force of this size, into the body, to nodal forces.
+    /// Adds a force of this magnitude, into the body, to nodal forces.
     pub(super) fn add(&self, force_n: f64, forces: &mut NodalField) {
         for (place, share) in &self.shares {
             forces.axes[2][*place] -= force_n * share;
         }
     }
 
-    /// The same in single precision.
+    /// Does the same in single precision.
     pub(super) fn add_single(&self, force_n: f64, forces: &mut NodalField<f32>) {
         for (place, share) in &self.shares {
             forces.axes[2][*place] -= (force_n * share) as f32;
         }
     }
 
-    /// How far the load has moved into the body, in m: its work per force, in the computed part.
+    /// Displacement of the load into the body, in m: its work per force, in the computed part.
     pub(super) fn work_m(&self, displacement_m: &NodalField) -> f64 {
         -self.shares.iter().map(|(place, share)| share * displacement_m.axes[2][*place]).sum::<f64>()
     }
 }
 
-/// ∫ hat(x) exp(−(x/a)²)/(a√π) dx for the hat of every column.
+/// ∫ hat(x) exp(−(x/a)²)/(a√π) dx for the hat function of every column.
 fn across(grid: &Grid, radius_m: f64) -> Vec<f64> {
-    // With t = x/a and s = h/a, ∫ of the hat is [G(t+s) − 2G(t) + G(t−s)] / s, where G'' is the Gaussian.
+    // With t = x/a and s = h/a, ∫ of the hat is [G(t+s) − 2G(t) + G(t−s)] / s, where G'' is the
+    // Gaussian.
     let s = grid.spacing_m / radius_m;
     let twice = |t: f64| 0.5 * (t * erf(t) + exp(-t * t) * std::f64::consts::FRAC_2_SQRT_PI / 2.0);
     let column = |i: usize| {
         let t = (i as f64 - grid.centre() as f64) * s;
         let whole = (twice(t + s) - 2.0 * twice(t) + twice(t - s)) / s;
-        // Of the hat on a plane of symmetry only one half is computed.
+        // Only one half of the hat function on a plane of symmetry is computed.
         if i == 0 && grid.centre() == 0 { 0.5 * whole } else { whole }
     };
     (0..grid.side).map(column).collect()
 }
 
-/// Share of every plane of nodes.
+/// The share of every plane of nodes.
 fn down(grid: &Grid, kind: LoadKind) -> Result<Vec<f64>, ParamError> {
     let mut shares = vec![0.0; grid.depths_m.len()];
     let (from_m, to_m) = match kind {

@@ -1,4 +1,4 @@
-//! The lattice as a model of the tissue: the answer of small strains to one load.
+//! The lattice as a model of the tissue: the solution for small strains under one load.
 
 use super::LatticeError;
 use super::grid::LatticePatch;
@@ -9,10 +9,11 @@ use super::load::NodalLoad;
 use super::relax::{Relaxation, RelaxationLimit, norm_squared};
 use crate::{FieldModel, Model, Problem};
 
-/// When an answer is at rest: two digits below what any lattice is worth.
+/// Convergence limit of a solution: two digits below the accuracy of any lattice.
 const AT_REST: RelaxationLimit = RelaxationLimit { iterations: 5000, relative: 1e-7, scale: 1.0 };
 
-/// A lattice at rest under one load, solved for 1 N to begin with. A solve lets it come to rest again, from where nothing has moved.
+/// A lattice at rest under one load, initially solved for 1 N. Each solve starts from zero
+/// displacement.
 #[derive(Clone, Debug)]
 pub struct MassSpring {
     lattice: Lattice,
@@ -23,10 +24,10 @@ pub struct MassSpring {
 }
 
 impl MassSpring {
-    /// Calibrates a lattice for a problem and lets it come to rest under 1 N.
+    /// Calibrates a lattice for a problem and solves it for 1 N.
     ///
     /// # Errors
-    /// As [`Lattice::new`] and [`NodalLoad::new`].
+    /// Those of [`Lattice::new`] and [`NodalLoad::new`].
     pub fn new(problem: &Problem, patch: &LatticePatch) -> Result<Self, LatticeError> {
         problem.check()?;
         let lattice = Lattice::new(&problem.slab, patch, Damping::default())?;
@@ -55,7 +56,8 @@ impl FieldModel for MassSpring {
         self.lattice.bytes() + self.relaxation.bytes() + self.inverse_diagonal.bytes() + self.displacement_m.bytes()
     }
 
-    /// Displacement of the linearised lattice at rest. What is not a number, or infinite, leaves the last answer.
+    /// Solves for the displacement of the linearised lattice at rest. A force that is not finite
+    /// keeps the last solution.
     fn solve(&mut self, force_n: f64) {
         if !force_n.is_finite() {
             return;

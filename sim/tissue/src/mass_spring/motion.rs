@@ -1,10 +1,10 @@
-//! What a lattice does in time: displacements, velocities and the force that is held.
+//! The state of a lattice in time: displacements, velocities and the applied force.
 
 use super::kernel::NodalField;
 use super::lattice::Lattice;
 use super::load::NodalLoad;
 
-/// Largest force that is taken, in N: far above any hand, low enough that nothing overflows.
+/// Maximum applied force, in N: far above any hand, low enough to avoid overflow.
 pub const MAX_FORCE_N: f64 = 1e4;
 
 /// The state of a lattice.
@@ -24,15 +24,16 @@ impl LatticeMotion {
         Self { displacement_m: zeros.clone(), velocity_m_per_s: zeros, load, force_n: 0.0 }
     }
 
-    /// Pushes into the body with this force from now on, in N. One that is not a number, or infinite, is held off: the
-    /// last one stays. Beyond [`MAX_FORCE_N`] either way it is that.
+    /// Applies this force into the body from now on, in N. A force that is not finite is ignored:
+    /// the last one stays. Clamped to ±[`MAX_FORCE_N`].
     pub fn push(&mut self, force_n: f64) {
         if force_n.is_finite() {
             self.force_n = force_n.clamp(-MAX_FORCE_N, MAX_FORCE_N);
         }
     }
 
-    /// Gives every node that moves a displacement in m, from its position in the patient's frame in m, and stops it.
+    /// Sets the displacement of every movable node, in m, as a function of its position in the
+    /// patient's frame, in m, with zero velocity.
     pub fn displace(&mut self, lattice: &Lattice, displacement_m: impl Fn([f64; 3]) -> [f64; 3]) {
         for node in lattice.grid.nodes() {
             let wanted = displacement_m(lattice.grid.position_m(node));
@@ -43,7 +44,8 @@ impl LatticeMotion {
         self.velocity_m_per_s.clear();
     }
 
-    /// Displacement at a place in the patient's frame, in m: trilinear between the nodes, zero outside the lattice.
+    /// Displacement at a position in the patient's frame, in m: trilinear between the nodes, zero
+    /// outside the lattice.
     #[must_use]
     pub fn displacement_m(&self, lattice: &Lattice, position_m: [f64; 3]) -> [f64; 3] {
         lattice.grid.interpolate(&self.displacement_m, position_m)

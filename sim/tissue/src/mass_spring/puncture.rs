@@ -1,33 +1,33 @@
-//! Where a needle went, springs are open.
+//! Removes springs along the needle's track.
 
 use super::lattice::Lattice;
 use super::laws;
 use super::links::{CLASSES, CORNERS};
 use super::motion::LatticeMotion;
 
-/// A cylinder through which a needle went.
+/// A cylinder cut by a needle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatticePuncture {
-    /// Where it went, in the patient's x and y, in m.
+    /// Its axis, as x and y in the patient's frame, in m.
     pub at_m: [f64; 2],
-    /// Depth of the boundary it went through, in m.
+    /// Depth of the boundary that was cut, in m.
     pub depth_m: f64,
-    /// Its radius, in m.
+    /// Radius, in m.
     pub radius_m: f64,
 }
 
-/// What a puncture did.
+/// Result of a puncture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OpenedSprings {
-    /// Springs that no longer pull.
+    /// Number of springs that were removed.
     pub springs: usize,
-    /// Energy they had stored in the whole tissue, in J.
+    /// Energy that they had stored in the whole tissue, in J.
     pub energy_j: f64,
 }
 
 impl Lattice {
-    /// Takes away every spring that ends at a node of the boundary's plane within the needle: the node is cut out and
-    /// no longer moves. The rest of the tissue is free to recoil.
+    /// Removes every spring that ends at a node of the boundary's plane within the needle: the node
+    /// is cut out and no longer moves. The rest of the tissue is free to recoil.
     pub fn open(&mut self, motion: &LatticeMotion, puncture: &LatticePuncture) -> OpenedSprings {
         let (upper, part) = self.grid.storey_at(puncture.depth_m);
         let k = if part > 0.5 { upper + 1 } else { upper };
@@ -66,7 +66,7 @@ impl Lattice {
     }
 }
 
-/// The node, if there is one, from which `steps` lead to this.
+/// The node, if there is one, from which `steps` lead to this one.
 fn before(node: [usize; 3], steps: [usize; 3]) -> Option<[usize; 3]> {
     let back = [0, 1, 2].map(|axis| node[axis].checked_sub(steps[axis]));
     Some([back[0]?, back[1]?, back[2]?])

@@ -1,22 +1,22 @@
-//! Conjugate gradients without a matrix, preconditioned by the diagonal (Hestenes and Stiefel 1952).
+//! Matrix-free conjugate gradients with a diagonal preconditioner (Hestenes and Stiefel 1952).
 
 use super::kernel::{NodalField, dot};
 use super::lattice::Lattice;
 
-/// When to stop.
+/// Stopping criteria.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RelaxationLimit {
     pub(super) iterations: usize,
-    /// Residual over right-hand side, both in the norm of the preconditioner.
+    /// Residual divided by the right-hand side, both in the norm of the preconditioner.
     pub(super) relative: f64,
     /// That norm of the right-hand side.
     pub(super) scale: f64,
 }
 
-/// Memory of the iteration.
+/// Scratch of the iteration.
 #[derive(Clone, Debug)]
 pub(super) struct Relaxation {
-    /// Right-hand side less A x. Set before [`Relaxation::solve`].
+    /// Right-hand side minus A x. Set before [`Relaxation::solve`].
     pub(super) residual: NodalField,
     direction: NodalField,
     product: NodalField,
@@ -28,14 +28,14 @@ impl Relaxation {
         Self { residual: zeros(), direction: zeros(), product: zeros() }
     }
 
-    /// Bytes that it holds.
+    /// Memory, in bytes.
     pub(super) fn bytes(&self) -> usize {
         self.residual.bytes() + self.direction.bytes() + self.product.bytes()
     }
 
-    /// Improves `x` until the residual is below its limit. `apply` adds A p to
-    /// its second argument. Where `inverse_diagonal` is 0 nothing moves, whatever the residual. Returns how many
-    /// iterations it took.
+    /// Improves `x` until the residual is below its limit. `apply` adds A p to its second argument.
+    /// Entries whose `inverse_diagonal` is 0 stay fixed, whatever the residual. Returns the number
+    /// of iterations.
     pub(super) fn solve(
         &mut self,
         mut apply: impl FnMut(&NodalField, &mut NodalField),
@@ -81,7 +81,7 @@ pub(super) fn norm_squared(residual: &NodalField, inverse_diagonal: &NodalField)
     axes.map(|(residual, inverse)| dot_thrice(residual, inverse)).sum()
 }
 
-/// Σ r² d, several terms side by side.
+/// Σ r² d, with several partial sums.
 fn dot_thrice(residual: &[f64], inverse: &[f64]) -> f64 {
     const WIDTH: usize = 8;
     let mut weighted = [0.0; WIDTH];

@@ -1,36 +1,39 @@
-//! Reading a lattice: displacement between nodes, and what the springs do under a displacement that is given.
+//! Evaluation of a lattice: displacement between nodes, and the spring forces under a given
+//! displacement.
 
 use super::grid::Grid;
 use super::kernel::{NodalField, pull_all};
 use super::lattice::Lattice;
 use super::laws::{Elastic, Linear};
 
-/// What the springs do under a displacement given at every node, held ones too: for verification.
+/// Spring energies and forces under a displacement given at every node, including held ones: for
+/// verification.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Response {
-    /// Energy of the springs of the computed part, in J.
+    /// Energy of the springs in the computed part, in J.
     pub energy_j: f64,
-    /// The same of the linearised lattice, in J.
+    /// Energy of the linearised lattice, in J.
     pub linear_energy_j: f64,
-    /// Every node, from the skin down.
+    /// All nodes, from the skin down.
     pub nodes: Vec<NodeForce>,
 }
 
-/// What the springs pull at a node.
+/// Pull of the springs at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeForce {
-    /// Where the node is at rest in the patient's frame, in m.
+    /// Position of the node at rest in the patient's frame, in m.
     pub position_m: [f64; 3],
     /// Whether it moves: it is not on the rim, beyond it or on the base.
     pub moves: bool,
     /// Pull of its springs, in N.
     pub force_n: [f64; 3],
-    /// The same of the linearised lattice, in N.
+    /// Pull in the linearised lattice, in N.
     pub linear_force_n: [f64; 3],
 }
 
 impl Lattice {
-    /// What the springs do under a displacement in m, given at every position in the patient's frame in m.
+    /// Spring energies and forces under a displacement, in m, as a function of the position in the
+    /// patient's frame, in m.
     #[must_use]
     pub fn respond(&self, displacement_m: impl Fn([f64; 3]) -> [f64; 3]) -> Response {
         let zeros = || NodalField::zeros(self.grid.places());
@@ -57,14 +60,14 @@ impl Lattice {
 }
 
 impl Grid {
-    /// Trilinear between the nodes, zero outside the lattice. A quarter mirrors what it does not hold.
+    /// Trilinear between the nodes, zero outside the lattice. A quarter is mirrored.
     pub(super) fn interpolate(&self, field: &NodalField, [x_m, y_m, z_m]: [f64; 3]) -> [f64; 3] {
         let mirrored = self.centre() == 0;
         let across = |at_m: f64| if mirrored { at_m.abs() } else { at_m } / self.spacing_m + self.centre() as f64;
         let [x, y] = [across(x_m), across(y_m)];
         let last = (self.side - 1) as f64;
         let within = |at: f64| at >= 0.0 && at <= last;
-        // Rounding may put the skin or an interface a hair outside.
+        // Rounding may put the skin or an interface slightly outside.
         if !(within(x) && within(y) && -z_m > -1e-9 && -z_m < self.depth_m()) {
             return [0.0; 3];
         }

@@ -1,14 +1,16 @@
-//! Dense kernels of a front, four columns at a time so that a vector is read and written once for four.
+//! Dense kernels of a front, four columns at a time so that a vector is read and written once for
+//! four.
 
 /// Columns eliminated together.
 const BLOCK: usize = 4;
 
-/// Columns that a later column is brought up to date with while it is in the nearest cache.
+/// Columns with which a later column is updated while it is in the nearest cache.
 const PANEL: usize = 12 * BLOCK;
 
-/// Eliminates the first `own` columns of a symmetric matrix of `size` rows, column after column, lower triangle: its
-/// columns become those of the Cholesky factor, and the rest becomes the Schur complement. Returns the first column
-/// whose pivot is not above `lost` times its diagonal, with the pivot.
+/// Eliminates the first `own` columns of a symmetric matrix of `size` rows, column-major, lower
+/// triangle: its columns become those of the Cholesky factor, and the rest becomes the Schur
+/// complement. Returns the first column whose pivot is not above `lost` times its diagonal, with
+/// the pivot.
 pub(super) fn eliminate(matrix: &mut [f64], size: usize, own: usize, lost: f64) -> Option<(usize, f64)> {
     let least: Vec<f64> = (0..own).map(|column| lost * matrix[column * size + column]).collect();
     for first in (0..own).step_by(PANEL) {
@@ -27,7 +29,7 @@ pub(super) fn eliminate(matrix: &mut [f64], size: usize, own: usize, lost: f64) 
     None
 }
 
-/// Eliminates a block of columns, of which `first` is the first, within themselves.
+/// Eliminates a block of columns, starting with `first`, within themselves.
 fn eliminate_block(block: &mut [f64], size: usize, first: usize, least: &[f64]) -> Option<(usize, f64)> {
     for at in 0..block.len() / size {
         let column = first + at;
@@ -46,8 +48,8 @@ fn eliminate_block(block: &mut [f64], size: usize, first: usize, least: &[f64]) 
     None
 }
 
-/// Subtracts from columns, of which `first` is the first, what a finished panel takes from them. Two at a time, for
-/// which the panel is read once; what is above the second one's diagonal does not count.
+/// Updates columns, starting with `first`, with a finished panel. Two at a time, for which the
+/// panel is read once; entries above the second one's diagonal do not count.
 fn bring_up_to_date(columns: &mut [f64], size: usize, first: usize, panel: &[f64]) {
     for (at, pair) in columns.chunks_mut(2 * size).enumerate() {
         let row = first + 2 * at;
@@ -79,7 +81,7 @@ fn subtract_four(target: &mut [f64], [a, b, c, d]: [&[f64]; BLOCK], factors: [f6
     }
 }
 
-/// Four columns, given from a row down, times their values in that row and in the next.
+/// Subtracts four columns, given from a row down, times their values in that row and in the next.
 fn subtract_four_from_two([one, two]: [&mut [f64]; 2], [a, b, c, d]: [&[f64]; BLOCK]) {
     let n = one.len();
     let (two, a, b, c, d) = (&mut two[..n], &a[..n], &b[..n], &c[..n], &d[..n]);
@@ -90,7 +92,8 @@ fn subtract_four_from_two([one, two]: [&mut [f64]; 2], [a, b, c, d]: [&[f64]; BL
     }
 }
 
-/// Forward substitution on the columns of a front: the first `own` of `t` become the solution, the rest is reduced.
+/// Forward substitution on the columns of a front: the first `own` of `t` become the solution, the
+/// rest is reduced.
 pub(super) fn forward(mut columns: &[f64], own: usize, mut t: &mut [f64]) {
     let mut left = own;
     while left >= BLOCK {
@@ -116,7 +119,8 @@ pub(super) fn forward(mut columns: &[f64], own: usize, mut t: &mut [f64]) {
     }
 }
 
-/// The next four columns, of which the first has `size` numbers and each other one less, and what follows them.
+/// The next four columns, of which the first has `size` numbers and each other one less, and the
+/// rest.
 fn take_four(columns: &[f64], size: usize) -> ([&[f64]; BLOCK], &[f64]) {
     let mut rest = columns;
     let four = std::array::from_fn(|j| {
@@ -155,7 +159,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Four dot products with the same vector, each in two interleaved sums, which is what two lanes do at once.
+/// Four dot products with the same vector, each in two interleaved sums, for two lanes.
 fn dot_four(columns: [&[f64]; BLOCK], t: &[f64]) -> [f64; BLOCK] {
     let pairs = t.len() / 2 * 2;
     let [a, b, c, d] = columns.map(|column| &column[..t.len()]);

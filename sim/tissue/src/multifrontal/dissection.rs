@@ -1,50 +1,52 @@
-//! The order of elimination: elements halved by place, unknowns eliminated as soon as nothing else knows them.
+//! The order of elimination: elements are bisected geometrically, and unknowns are eliminated as
+//! soon as no other part contains them.
 
 use super::{Connectivity, FIXED};
 
-/// A part of the elements with no more degrees of freedom than this is one front: smaller ones cost more than they save.
+/// A part of the elements with at most this many degrees of freedom is one front: smaller ones cost
+/// more than they save.
 const LEAF: usize = 32;
 
 /// A dense part of the factor.
 #[derive(Clone, Debug)]
 pub(super) struct DenseFront {
-    /// Place of its first own unknown in the order of elimination.
+    /// Position of its first own unknown in the order of elimination.
     pub start: usize,
-    /// How many unknowns are eliminated here.
+    /// Number of unknowns eliminated here.
     pub own: usize,
-    /// Places of the unknowns that are eliminated later, ascending.
+    /// Positions of the unknowns that are eliminated later, ascending.
     pub rows: Vec<u32>,
 }
 
 impl DenseFront {
-    /// Rows of its dense matrix.
+    /// Number of rows of its dense matrix.
     pub fn size(&self) -> usize {
         self.own + self.rows.len()
     }
 
-    /// Numbers in its columns, from the diagonal down.
+    /// Number of entries in its columns, from the diagonal down.
     pub fn nonzeros(&self) -> usize {
         self.own * self.size() - self.own * self.own.saturating_sub(1) / 2
     }
 }
 
-/// Fronts in the order of elimination, and what goes into each.
+/// Fronts in the order of elimination, and their inputs.
 pub(super) struct Dissection {
     pub fronts: Vec<DenseFront>,
     /// Elements assembled in each front.
     pub leaves: Vec<Vec<usize>>,
-    /// Fronts whose rest is assembled in each front.
+    /// Fronts whose Schur complement is assembled in each front.
     pub children: Vec<Vec<usize>>,
-    /// Place in the order of elimination of each unknown.
+    /// Position of each unknown in the order of elimination.
     pub place: Vec<u32>,
 }
 
-/// An unknown, and how many elements of a part know it.
+/// An unknown, and the number of elements of a part that contain it.
 type Known = Vec<(u32, u32)>;
 
 struct Builder<'a> {
     connectivity: &'a Connectivity<'a>,
-    /// How many elements know each unknown.
+    /// Number of elements that contain each unknown.
     everywhere: Vec<u32>,
     done: Dissection,
     next: u32,
@@ -81,7 +83,8 @@ impl Dissection {
 }
 
 impl Builder<'_> {
-    /// Orders a part of the elements. Returns its front, and what is left to eliminate outside.
+    /// Orders a part of the elements. Returns its front, and the unknowns left to eliminate
+    /// outside.
     fn part(&mut self, elements: &mut [usize]) -> (usize, Known) {
         let degrees: usize = elements.iter().map(|&e| self.connectivity.elements[e].len()).sum();
         if elements.len() <= 1 || degrees <= LEAF {
@@ -115,7 +118,7 @@ impl Builder<'_> {
         elements.split_at_mut(elements.len() / 2)
     }
 
-    /// Adds a front that eliminates what only this part knows.
+    /// Adds a front that eliminates the unknowns contained in this part only.
     fn front(&mut self, leaf: Vec<usize>, children: Vec<usize>, known: &Known) -> (usize, Known) {
         let (own, outside): (Known, Known) =
             known.iter().partition(|&&(u, count)| self.everywhere[u as usize] == count);
@@ -132,7 +135,7 @@ impl Builder<'_> {
     }
 }
 
-/// Counts of the same unknown added up; the input is sorted.
+/// Sums the counts of equal unknowns; the input is sorted.
 fn merged(known: &Known) -> Known {
     let mut merged = Known::with_capacity(known.len());
     for &(unknown, count) in known {

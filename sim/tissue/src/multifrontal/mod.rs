@@ -1,8 +1,10 @@
-//! Cholesky factorisation of a stiffness matrix given by its elements: multifrontal, with nested dissection by place.
+//! Cholesky factorisation of a stiffness matrix given by its elements: multifrontal, with geometric
+//! nested dissection.
 //!
-//! The elements are halved again and again across their longest extent. What two halves share is eliminated after
-//! both, so each half is a small dense matrix of its own (Duff and Reid 1983; George 1973). Unknowns that only one
-//! element has, such as those inside a high-order element, go first by themselves: static condensation.
+//! The elements are bisected recursively across their longest extent. Unknowns shared by two halves
+//! are eliminated after both, so each half is a small dense matrix of its own (Duff and Reid 1983;
+//! George 1973). Unknowns of a single element, such as those inside a high-order element, are
+//! eliminated first, by themselves: static condensation.
 //!
 //! Sums run in one fixed order and nothing is fused, so a factor has the same bits everywhere.
 
@@ -11,21 +13,21 @@ mod dissection;
 
 use dissection::{DenseFront, Dissection};
 
-/// The elements of a matrix: which unknowns each has, and where it is.
+/// The elements of a matrix: the unknowns and the position of each.
 pub struct Connectivity<'a> {
-    /// How many unknowns there are.
+    /// Number of unknowns.
     pub unknowns: usize,
-    /// The unknowns of each element, in the order of its matrix, none twice. [`FIXED`] marks a degree of freedom that
-    /// is clamped.
+    /// The unknowns of each element, in the order of its matrix, without duplicates. [`FIXED`]
+    /// marks a clamped degree of freedom.
     pub elements: &'a [Vec<u32>],
     /// A point inside each element, in m.
     pub centroids_m: &'a [[f64; 3]],
 }
 
-/// A clamped degree of freedom: it is left out of the matrix.
+/// A clamped degree of freedom, which is omitted from the matrix.
 pub const FIXED: u32 = u32::MAX;
 
-/// A pivot this much smaller than its diagonal was is lost in rounding.
+/// A pivot below this fraction of its original diagonal is lost in rounding.
 const LOST_PIVOT: f64 = 1e-14;
 
 /// The matrix is not positive definite: something can move without resistance.
@@ -43,20 +45,21 @@ pub struct NotPositiveDefinite {
 pub struct Cholesky {
     /// Fronts in the order of elimination.
     fronts: Vec<DenseFront>,
-    /// Place in the order of elimination of each unknown.
+    /// Position of each unknown in the order of elimination.
     place: Vec<u32>,
-    /// Columns of all fronts: of each the reciprocal of its diagonal, then what is below.
+    /// Columns of all fronts: for each the reciprocal of its diagonal, then the entries below.
     values: Vec<f64>,
-    /// Largest front.
+    /// Size of the largest front.
     largest: usize,
 }
 
 impl Cholesky {
-    /// Factorises the sum of the elements' matrices. `stiffness(element, matrix)` fills a dense symmetric matrix, as
-    /// many rows as the element has degrees of freedom, clamped ones included, column after column. It is given zeros.
+    /// Factorises the sum of the elements' matrices. `stiffness(element, matrix)` fills a dense
+    /// symmetric matrix, initially zero, with as many rows as the element has degrees of freedom,
+    /// clamped ones included, in column-major order.
     ///
     /// # Errors
-    /// When the sum is not positive definite.
+    /// If the sum is not positive definite.
     pub fn factorise(
         connectivity: &Connectivity<'_>,
         mut stiffness: impl FnMut(usize, &mut [f64]),
@@ -90,7 +93,7 @@ impl Cholesky {
         Ok(factor)
     }
 
-    /// Solves in place: a right-hand side goes in, the solution comes out. `scratch` has at least
+    /// Solves in place: `b` is the right-hand side and becomes the solution. `scratch` has at least
     /// [`Self::scratch_len`] numbers.
     pub fn solve(&self, b: &mut [f64], scratch: &mut [f64]) {
         let (x, t) = scratch.split_at_mut(self.place.len());
@@ -127,19 +130,19 @@ impl Cholesky {
         }
     }
 
-    /// How many numbers a solve needs as scratch.
+    /// Number of scratch numbers that a solve needs.
     #[must_use]
     pub fn scratch_len(&self) -> usize {
         self.place.len() + self.largest
     }
 
-    /// How many numbers the factor holds.
+    /// Number of nonzeros of the factor.
     #[must_use]
     pub fn nonzeros(&self) -> usize {
         self.values.len()
     }
 
-    /// Bytes that the factor holds.
+    /// Memory of the factor, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let rows: usize = self.fronts.iter().map(|front| front.rows.len()).sum();
@@ -147,26 +150,27 @@ impl Cholesky {
     }
 }
 
-/// The dense matrix of the front being assembled, and what finished fronts have left to their parents.
+/// The dense matrix of the front being assembled, and the Schur complements of finished fronts.
 struct Assembly {
-    /// Place in the front of each place in the order of elimination.
+    /// Position in the front of each position in the order of elimination.
     local: Vec<u32>,
-    /// The front, column after column; only the lower triangle counts.
+    /// The front in column-major order; only the lower triangle counts.
     matrix: Vec<f64>,
-    /// Its rows and columns.
+    /// Number of its rows and columns.
     size: usize,
     /// An element's matrix.
     element: Vec<f64>,
-    /// The degrees of freedom of an element that are not clamped: in the element, in the front.
+    /// The degrees of freedom of an element that are not clamped: position in the element, position
+    /// in the front.
     free: Vec<(usize, usize)>,
     /// Rows of a finished front in the one being assembled.
     rows: Vec<usize>,
-    /// Schur complement of each front on its rows, column after column from the diagonal down, until its parent takes
-    /// it.
+    /// Schur complement of each front on its rows, column by column from the diagonal down, until
+    /// its parent takes it.
     left: Vec<Vec<f64>>,
 }
 
-/// The place of an unknown within its front. [`FIXED`] is no place.
+/// Converts a position within a front to `u32`. [`FIXED`] is not a position.
 #[expect(clippy::expect_used, reason = "the unknowns of a connectivity are `u32`")]
 fn number_place(place: usize) -> u32 {
     u32::try_from(place).expect("a front has fewer unknowns than the whole")
@@ -205,7 +209,7 @@ impl Assembly {
         self.free.extend(free.map(|(at, &u)| (at, self.local[place[u as usize] as usize] as usize)));
         for &(column, to_column) in &self.free {
             let (from, to) = (&self.element[column * n..][..n], &mut self.matrix[to_column * self.size..][..self.size]);
-            // What falls above the diagonal does not count; adding it is faster than asking.
+            // Entries above the diagonal do not count; adding them is faster than branching.
             for &(row, to_row) in &self.free {
                 to[to_row] += from[row];
             }
@@ -220,7 +224,7 @@ impl Assembly {
         for (column, &to_column) in self.rows.iter().enumerate() {
             let (values, rest) = left.split_at(self.rows.len() - column);
             let to = &mut self.matrix[to_column * self.size..][..self.size];
-            // Rows keep their order in every front, so what is below the diagonal stays below it.
+            // Rows keep their order in every front, so entries below the diagonal stay below it.
             for (value, &to_row) in values.iter().zip(&self.rows[column..]) {
                 to[to_row] += value;
             }
@@ -228,8 +232,8 @@ impl Assembly {
         }
     }
 
-    /// Eliminates the front's own unknowns, appends its columns to `values` and keeps the rest for the parent.
-    /// Returns the first column whose pivot was lost, with the pivot.
+    /// Eliminates the front's own unknowns, appends its columns to `values` and keeps the rest for
+    /// the parent. Returns the first column whose pivot was lost, with the pivot.
     fn finish(&mut self, at: usize, front: &DenseFront, values: &mut Vec<f64>) -> Option<(usize, f64)> {
         let size = self.size;
         let lost = dense::eliminate(&mut self.matrix, size, front.own, LOST_PIVOT);

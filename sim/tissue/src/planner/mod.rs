@@ -1,12 +1,14 @@
-//! From a question and a tolerance to the cheapest model that answers it, with the reason in words.
+//! Chooses the cheapest model that answers a question within a tolerance, with the reason as text.
 //!
-//! Flat layers under a perpendicular needle are a problem in (r, z), and under an oblique one two of them, a harmonic each.
-//! There the axisymmetric model is exact in its dimension and cheaper than any other at every error that the others reach
-//! (`stylet bench field` shows it), so it is taken. Layers that have no axis of symmetry go to the volumetric model, the only
-//! one that can answer for them. The lattice is taken where it is asked
-//! for by name: its central forces fix ν = 1/4, an error that no refinement removes.
+//! Flat layers under a perpendicular needle are a problem in (r, z), and under an oblique one two
+//! of them, a harmonic each. For these the axisymmetric model is exact in its dimension and cheaper
+//! than any other at every error that the others reach (`stylet bench field` shows it), so it is
+//! chosen. Layers without an axis of symmetry go to the volumetric model, the only one that can
+//! represent them. The lattice is used only on request by name: its central forces fix ν = 1/4, an
+//! error that no refinement removes.
 //!
-//! The error of a choice is not looked up but estimated on the very question, against a clearly better mesh.
+//! The error of a choice is not looked up but estimated on the actual question, by comparison with
+//! a clearly better mesh.
 
 mod patch;
 
@@ -18,10 +20,10 @@ use super::mass_spring::{self, LatticeError};
 use super::volumetric::{self, Problem3, Skin, VolumetricError};
 use super::{FieldModel, Judging, Model, Problem};
 
-/// What is asked of the planner.
+/// The request to the planner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanRequest {
-    /// The model that is asked for by name; the planner chooses without one.
+    /// The model requested by name; if absent, the planner chooses.
     pub model: Option<Model>,
     /// Tolerated relative L2 error over the samples, of the axial and of the radial displacement.
     pub tolerance: f64,
@@ -37,34 +39,34 @@ pub struct Planned {
     pub reason: Phrase,
     /// Estimated relative error.
     pub estimated_relative_error: f64,
-    /// The estimate meets the tolerance.
+    /// Whether the estimate meets the tolerance.
     pub met: bool,
 }
 
-/// Why there is no model.
+/// Why no model can be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanError {
-    /// The axisymmetric model refuses.
+    /// The axisymmetric model rejects the question.
     #[error(transparent)]
     Axisymmetric(#[from] AxisymmetricError),
-    /// The lattice refuses.
+    /// The lattice rejects the question.
     #[error(transparent)]
     MassSpring(#[from] LatticeError),
-    /// The volumetric model refuses.
+    /// The volumetric model rejects the question.
     #[error(transparent)]
     Volumetric(#[from] VolumetricError),
-    /// A model that was asked for cannot answer this question.
+    /// The requested model cannot answer this question.
     #[error("{}", self.in_words())]
     Unsuited {
         /// The model.
         model: Model,
-        /// What it cannot do.
+        /// The obstacle.
         why: Phrase,
     },
-    /// There is nothing to answer.
+    /// The question has no load.
     #[error("load_depths_m: none; at least one load is needed")]
     NoLoad,
-    /// A model is made and "none" was asked for.
+    /// "none" was requested, but a model is needed.
     #[error(
         "model = \"none\": there is no field to answer with; allowed: \"auto\", \"axisymmetric\", \"mass-spring\", \"volumetric\""
     )]
@@ -72,7 +74,8 @@ pub enum PlanError {
 }
 
 impl PlanError {
-    /// What is wrong, for people. Numbers that only a program could have set are told as they are.
+    /// A description for the user. Errors in numbers that only a program could have set are not
+    /// translated.
     #[must_use]
     pub fn in_words(&self) -> Phrase {
         match self {
@@ -88,10 +91,10 @@ impl PlanError {
     }
 }
 
-/// The model for a question, and why: the cheap half of a plan.
+/// Chooses the model for a question, with the reason: the cheap half of a plan.
 ///
 /// # Errors
-/// When the model that is asked for cannot answer the question.
+/// If the requested model cannot answer the question.
 pub fn choose(question: &Problem3, wished: Option<Model>) -> Result<(Model, Phrase), PlanError> {
     let bent = what_breaks_the_axis(question);
     let oblique = (question.tilt_rad != 0.0).then(|| phrase!("the needle is oblique"));
@@ -128,7 +131,8 @@ fn what_breaks_the_axis(question: &Problem3) -> Option<Phrase> {
 /// Chooses and makes the model.
 ///
 /// # Errors
-/// The first number of the question or the wish that is out of range, or a model that cannot answer the question.
+/// The first number of the question or the request that is out of range, or a model that cannot
+/// answer the question.
 pub fn plan(question: &Problem3, wish: &PlanRequest) -> Result<Planned, PlanError> {
     let (model, why) = choose(question, wish.model)?;
     let flat = &question.flat;
@@ -168,7 +172,8 @@ pub fn plan(question: &Problem3, wish: &PlanRequest) -> Result<Planned, PlanErro
     Ok(Planned { field, reason, estimated_relative_error, met })
 }
 
-/// A mesh of a model's ladder, from coarse to fine; none past the last, or where the model cannot be chosen.
+/// A mesh of a model's ladder, from coarse to fine; `None` past the last, or if the model cannot be
+/// used.
 #[must_use]
 pub fn plan_rung(problem: &Problem, model: Model, at: usize) -> Option<Result<Box<dyn FieldModel>, PlanError>> {
     match model {
@@ -185,7 +190,7 @@ fn boxed<M: FieldModel + 'static, E: Into<PlanError>>(
     rung.map(|made| made.map(|model| Box::new(model) as Box<dyn FieldModel>).map_err(Into::into))
 }
 
-/// What a model's own fit found.
+/// The result of a model's own fit.
 struct Made {
     field: Box<dyn FieldModel>,
     mesh: Phrase,

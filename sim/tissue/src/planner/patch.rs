@@ -4,36 +4,39 @@ use crate::axisymmetric::{AxisymmetricError, MeshSpec, each_along_needle_m};
 use crate::volumetric::Problem3;
 use crate::{ElasticLayer, Load, Slab, relative_distance};
 
-/// The first patch tried is this many footprints wide.
+/// Radius of the first patch tried, in footprints.
 const NARROWEST: f64 = 10.0;
 
-/// A patch is at most this many times doubled.
+/// Maximum number of times that a patch is doubled.
 const DOUBLINGS: usize = 6;
 
-/// Level of the graded meshes that compare patches: exact to a thousandth or so, below any tolerance of a patch.
+/// Level of the graded meshes that compare patches: accurate to about a thousandth, below any
+/// tolerance of a patch.
 const LEVEL: f64 = 6.0;
 
-/// Stations of a drag that leans in each strip of such a mesh.
+/// Stations of an inclined drag in each strip of such a mesh.
 const STATIONS: usize = 3;
 
-/// How far a needle's influence reaches, and what reaching farther would change.
+/// Reach of a needle's influence, and the change that a larger reach would make.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
-    /// Radius beyond which the tissue may be held, in m.
+    /// Radius beyond which the tissue may be clamped, in m.
     pub radius_m: f64,
-    /// Relative change of the axial displacement over the sample radii when it is held twice as far away.
+    /// Relative change of the axial displacement over the sample radii when the clamp is twice as
+    /// far away.
     pub relative_change: f64,
 }
 
-/// The nearest that tissue may be clamped, beside a load and below it, and change the displacement along the needle at the load's
-/// depth, at the question's radii, by no more than a tolerance; or the farthest tried. The layers are the question's, flat,
-/// and its slab's radius and sample depths do not count.
+/// The smallest radius at which the tissue may be clamped, around a load and below it, without
+/// changing the displacement along the needle at the load's depth, at the question's radii, by more
+/// than a tolerance; or the largest tried. The layers are those of the question, flat; its slab's
+/// radius and sample depths are ignored.
 ///
-/// A body has no side. Clamping one at R costs about as much as going from R to 2R brings, since the displacement beyond
-/// falls at least with 1/R.
+/// A body has no side. The error of a clamp at R is about the change from R to 2R, since the
+/// displacement beyond falls at least with 1/R.
 ///
 /// # Errors
-/// When the layers or the load are out of range.
+/// If the layers or the load are out of range.
 pub fn find_reach(question: &Problem3, tolerance: f64) -> Result<Reach, AxisymmetricError> {
     let answer = |radius_m: f64| answer_m(question, radius_m);
     let mut radius_m = NARROWEST * question.flat.load.radius_m;
@@ -49,12 +52,13 @@ pub fn find_reach(question: &Problem3, tolerance: f64) -> Result<Reach, Axisymme
     Ok(Reach { radius_m, relative_change })
 }
 
-/// The narrowest patch down to a depth, in m, that is good enough for several loads of one needle: under each of them the displacement
-/// along the needle at the question's radii and depths differs from what it is on the whole of the question's body, in m/N, by
-/// no more than a tolerance. At most as wide as the body. The question's own load is a drag over all of them. Returns its radius, in m.
+/// The narrowest patch down to a depth, in m, that is accurate enough for several loads of one
+/// needle: under each of them the displacement along the needle at the question's radii and depths
+/// differs from that on the whole body, in m/N, by no more than a tolerance. At most as wide as the
+/// body. The question's own load is a drag over all of them. Returns its radius, in m.
 ///
 /// # Errors
-/// When the layers or a load are out of range.
+/// If the layers or a load are out of range.
 pub fn reach_of_all(
     question: &Problem3,
     on_body_m: &[(Load, Vec<f64>)],
@@ -75,7 +79,8 @@ pub fn reach_of_all(
     Ok(radius_m.min(body_m))
 }
 
-/// Displacement along the needle at the load's depth, at the question's radii, in m, of tissue that is clamped at a radius in m.
+/// Displacement along the needle at the load's depth, at the question's radii, in m, in tissue
+/// clamped at a radius in m.
 fn answer_m(question: &Problem3, radius_m: f64) -> Result<Vec<f64>, AxisymmetricError> {
     let [from_m, to_m] = question.flat.load.ends_m();
     let slab = cut_patch(&question.flat.slab.layers, to_m, radius_m);
@@ -83,7 +88,8 @@ fn answer_m(question: &Problem3, radius_m: f64) -> Result<Vec<f64>, Axisymmetric
     Ok(answers_m.concat())
 }
 
-/// Displacement along the needle at some depths, at the question's radii, in m, of a patch of its tissue, under each load.
+/// Displacement along the needle at some depths, at the question's radii, in m, in a patch of its
+/// tissue, under each load.
 fn on_patch_m(
     question: &Problem3,
     loads: &[Load],
@@ -97,7 +103,8 @@ fn on_patch_m(
     each_along_needle_m(&near, loads, &mesh, STATIONS)
 }
 
-/// The tissue within a radius of loads that go down to a depth, both in m: no layer below that, the last one cut there.
+/// The tissue within a radius of loads down to a depth, both in m: layers below that are removed,
+/// the last one is cut there.
 #[must_use]
 pub fn cut_patch(layers: &[ElasticLayer], deepest_m: f64, radius_m: f64) -> Slab {
     let mut left_m = deepest_m + radius_m;

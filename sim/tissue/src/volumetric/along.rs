@@ -6,21 +6,23 @@ use super::load::unit_load;
 use super::{MeshSpec3, Problem3, VolumetricError, mesh_body};
 use crate::{Load, LoadKind};
 
-/// What 1 N at each of some depths of a needle does along it.
+/// Solutions for 1 N at each of several depths of a needle.
 #[derive(Clone, Debug)]
 pub(crate) struct NeedlePushes {
-    /// Displacement along the needle at each point under a push at each depth, in m/N: push after push.
+    /// Displacement along the needle at each point under a push at each depth, in m/N, ordered by
+    /// push.
     pub answers_m: Vec<Vec<f64>>,
-    /// Elements of the mesh.
+    /// Number of elements of the mesh.
     pub elements: usize,
-    /// Unknowns.
+    /// Number of unknowns.
     pub unknowns: usize,
-    /// Bytes held at a time.
+    /// Memory held at a time, in bytes.
     pub bytes: usize,
 }
 
-/// Pushes along the needle of a problem at each of some depths below the skin, in m, and asks at points of it, each so deep, in m. The problem's
-/// own load tells the radius, and the mesh is made for it.
+/// Solves pushes along the needle of a problem at several depths below the skin, in m, and samples
+/// them at points of it, also given by depth, in m. The mesh is made for the problem's own load, of
+/// which only the radius is used otherwise.
 ///
 /// # Errors
 /// The first number of the problem or the mesh that is out of range.

@@ -1,4 +1,4 @@
-//! One-dimensional polynomials: where a hexahedron has its nodes, and where it is integrated.
+//! One-dimensional polynomials: nodes and integration points of a hexahedron.
 
 pub(super) use crate::quadrature::{gauss_rule, lobatto_rule};
 
@@ -13,7 +13,8 @@ pub(super) fn lagrange(nodes: &[f64], at: usize, x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// Values and slopes of an element's one-dimensional polynomials at its quadrature points, `[point][node]`.
+/// Values and slopes of an element's one-dimensional polynomials at its quadrature points,
+/// `[point][node]`.
 #[derive(Clone, Debug)]
 pub(super) struct Table<const N: usize> {
     pub value: [[f64; N]; N],

@@ -1,4 +1,5 @@
-//! An elastic body: elements, their material at every quadrature point, what is held, and what each node weighs.
+//! An elastic body: elements, their material at every quadrature point, held directions, and nodal
+//! masses.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -36,20 +37,20 @@ pub struct Body {
     mesh: HexMesh,
     locator: Locator,
     tables: OrderTables,
-    /// Of every element, (order + 1)³ points, the first direction fastest.
+    /// For every element, (order + 1)³ points, the first direction fastest.
     points: Vec<MaterialPoint>,
-    /// Of every element, three unknowns of each node; [`FIXED`] is held.
+    /// For every element, three unknowns per node; [`FIXED`] is held.
     unknowns: Vec<u32>,
     /// Lumped mass of each unknown, in kg.
     mass_kg: Vec<f64>,
 }
 
 impl Body {
-    /// A body at rest. `material(element, point)` is asked at every quadrature point, `held(node)` at every node for each
-    /// direction.
+    /// A body at rest. `material(element, point)` is called at every quadrature point, `held(node)`
+    /// at every node for all directions.
     ///
     /// # Errors
-    /// When an element is inverted, or the order is none that there is.
+    /// If an element is inverted, or the order is not supported.
     pub fn new(
         mesh: HexMesh,
         material: impl Fn(usize, &Point3<f64>) -> Material,
@@ -109,19 +110,19 @@ impl Body {
         Ok(())
     }
 
-    /// How many elements there are.
+    /// Number of elements.
     #[must_use]
     pub fn elements(&self) -> usize {
         self.mesh.elements.len() / self.mesh.nodes_each()
     }
 
-    /// How many unknowns there are.
+    /// Number of unknowns.
     #[must_use]
     pub fn unknowns(&self) -> usize {
         self.mass_kg.len()
     }
 
-    /// Mesh at rest.
+    /// The mesh at rest.
     #[must_use]
     pub fn mesh(&self) -> &HexMesh {
         &self.mesh
@@ -131,7 +132,7 @@ impl Body {
         &self.locator
     }
 
-    /// Displacement, in m, of the point that is at `point` at rest. Zero outside the mesh. Never allocates.
+    /// Displacement, in m, of the point at `point` at rest; zero outside the mesh. Never allocates.
     #[must_use]
     pub fn displacement_m(&self, u_m: &[f64], point: &Point3<f64>) -> Vector3<f64> {
         let mut moved = Vector3::zeros();
@@ -146,7 +147,7 @@ impl Body {
         moved
     }
 
-    /// The same of a body of which only a part is meshed.
+    /// The displacement for a body of which only a part is meshed.
     pub(super) fn mirrored_m(&self, symmetry: Symmetry, u_m: &[f64], point: &Point3<f64>) -> Vector3<f64> {
         let flip_x = symmetry == Symmetry::Quarter && point.x < 0.0;
         let flip_y = symmetry != Symmetry::Full && point.y < 0.0;
@@ -168,7 +169,7 @@ impl Body {
         &self.unknowns[element * each..][..each]
     }
 
-    /// Bytes that the body holds.
+    /// Memory of the body, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.locator.bytes()
@@ -179,7 +180,7 @@ impl Body {
             + size_of_val(&self.mass_kg[..])
     }
 
-    /// The unknowns that take their values, in m, from a displacement.
+    /// The values of the unknowns, in m, for a displacement field.
     #[must_use]
     pub fn interpolate_m(&self, displacement_m: impl Fn(&Point3<f64>) -> Vector3<f64>) -> Vec<f64> {
         let mut u_m = vec![0.0; self.unknowns()];
@@ -192,17 +193,17 @@ impl Body {
         u_m
     }
 
-    /// Factorises the stiffness at rest plus so many times the mass, in 1/s².
+    /// Factorises the stiffness at rest plus `mass_per_s2`, in 1/s², times the mass.
     ///
     /// # Errors
-    /// When a part of the body is free to move.
+    /// If a part of the body is free to move.
     pub fn factorise(&self, mass_per_s2: f64) -> Result<Cholesky, VolumetricError> {
         let each = self.mesh.nodes_each();
         let elements: Vec<Vec<u32>> = self.unknowns.chunks_exact(3 * each).map(<[u32]>::to_vec).collect();
         let centroids_m: Vec<[f64; 3]> = self.mesh.iter().map(|nodes| self.centroid_m(nodes)).collect();
         let connectivity = Connectivity { unknowns: self.unknowns(), elements: &elements, centroids_m: &centroids_m };
         let shape = BasisShape::new(self.mesh.order);
-        // The lumped mass of a node is added once, with the first element that has it.
+        // The lumped mass of a node is added once, with its first element.
         let mut left: Vec<f64> = self.mass_kg.iter().map(|mass| mass * mass_per_s2).collect();
         let factor = Cholesky::factorise(&connectivity, |element, matrix| {
             stiffness(&shape, &self.points[element * each..][..each], matrix);
@@ -218,12 +219,14 @@ impl Body {
         (sum / nodes.len() as f64).into()
     }
 
-    /// Elastic energy, in J, of displacements in m. Adds its gradient, the force that holds the body there, in N.
+    /// Elastic energy, in J, of displacements in m. Adds its gradient, the force that holds the
+    /// body there, to `force_n`, in N.
     ///
-    /// Corotated elasticity: Ψ = μ ‖F − R‖² + λ/2 tr²(RᵀF − I) with R the rotation nearest to F, so that turning costs
-    /// nothing; dR does no work on the stress, hence P = 2μ (F − R) + λ tr(RᵀF − I) R (Sifakis and Barbič 2012, 3.4).
-    /// R is taken at every quadrature point: with one rotation for a whole element the force is no gradient of
-    /// anything, and a step could not be told from a step uphill.
+    /// Corotated elasticity: Ψ = μ ‖F − R‖² + λ/2 tr²(RᵀF − I) with R the rotation nearest to F, so
+    /// that rotation costs no energy; dR does no work on the stress, hence P = 2μ (F − R) + λ
+    /// tr(RᵀF − I) R (Sifakis and Barbič 2012, 3.4). R is evaluated at every quadrature point: with
+    /// one rotation per element the force would not be a gradient, and a descent step could not be
+    /// distinguished from an ascent.
     pub fn energy_j(&self, u_m: &[f64], force_n: &mut [f64]) -> f64 {
         match &self.tables {
             OrderTables::Two(table) => self.sum(table, u_m, force_n, corotated),
@@ -232,7 +235,7 @@ impl Body {
         }
     }
 
-    /// The same for small strains, ½ uᵀ K u: Ψ = μ ‖ε‖² + λ/2 tr² ε.
+    /// The energy for small strains, ½ uᵀ K u: Ψ = μ ‖ε‖² + λ/2 tr² ε.
     pub fn linear_energy_j(&self, u_m: &[f64], force_n: &mut [f64]) -> f64 {
         match &self.tables {
             OrderTables::Two(table) => self.sum(table, u_m, force_n, linear),
@@ -285,7 +288,7 @@ fn corotated(point: &MaterialPoint, gradient: &Matrix3<f64>) -> (f64, Matrix3<f6
     (energy, difference * (2.0 * point.mu_j) + r * (point.lambda_j * trace))
 }
 
-/// The same for small strains.
+/// Energy and stress of a displacement gradient, times the volume: small strains.
 fn linear(point: &MaterialPoint, gradient: &Matrix3<f64>) -> (f64, Matrix3<f64>) {
     let strain = (gradient + gradient.transpose()) * 0.5;
     let trace = strain.trace();
@@ -293,7 +296,8 @@ fn linear(point: &MaterialPoint, gradient: &Matrix3<f64>) -> (f64, Matrix3<f64>)
     (energy, strain * (2.0 * point.mu_j) + Matrix3::from_diagonal_element(point.lambda_j * trace))
 }
 
-/// Numbers the free directions of the nodes in use: three for each node of each element, and how many there are.
+/// Numbers the free directions of the nodes in use; returns three numbers for each node of each
+/// element, and their count.
 fn number(mesh: &HexMesh, held: impl Fn(usize) -> [bool; 3]) -> (Vec<u32>, usize) {
     let mut count = 0;
     let numbers: Vec<[u32; 3]> = mesh

@@ -4,16 +4,16 @@ use super::minimiser::{DifferentiableEnergy, Effort, Minimiser, Outcome};
 use super::{Body, Patch, VolumetricError, answerable, dot};
 use crate::{FieldModel, Model};
 
-/// A body that turns and moves under forces on its unknowns.
+/// A body that rotates and moves under forces on its unknowns.
 #[derive(Clone, Debug)]
 pub struct TissueMotion {
     minimiser: Minimiser,
-    /// Length of a step, in s. Nothing: every step is an equilibrium.
+    /// Length of a time step, in s; `None` makes every step an equilibrium.
     step_s: Option<f64>,
     effort: Effort,
     u_m: Vec<f64>,
     v_m_per_s: Vec<f64>,
-    /// Where the unknowns would be without forces.
+    /// Positions of the unknowns after a step without forces.
     coasting_m: Vec<f64>,
     start_m: Vec<f64>,
 }
@@ -21,13 +21,13 @@ pub struct TissueMotion {
 /// Energies of a body, in J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energies {
-    /// Of its deformation.
+    /// Energy of its deformation.
     pub elastic_j: f64,
-    /// Of its motion.
+    /// Energy of its motion.
     pub kinetic_j: f64,
 }
 
-/// Elastic energy, less the work of the load, plus the cost of not coasting (Martin and others 2011).
+/// Elastic energy, minus the work of the load, plus the inertial term (Martin and others 2011).
 struct Incremental<'a> {
     body: &'a Body,
     load_n: &'a [f64],
@@ -52,10 +52,10 @@ impl DifferentiableEnergy for Incremental<'_> {
 }
 
 impl TissueMotion {
-    /// A body at rest. A step is an equilibrium, or backward Euler's for a length in s.
+    /// A body at rest. A step is an equilibrium, or one of backward Euler with a length in s.
     ///
     /// # Errors
-    /// When a part of the body is free to move, or the length is no positive number.
+    /// If a part of the body is free to move, or the length is not a positive number.
     pub fn new(body: &Body, step_s: Option<f64>, effort: Effort) -> Result<Self, VolumetricError> {
         if let Some(step_s) = step_s {
             law::axial::Domain::Positive.check("step_s", step_s, "s")?;
@@ -67,7 +67,7 @@ impl TissueMotion {
         Ok(Self { minimiser, step_s, effort, u_m, v_m_per_s, coasting_m, start_m })
     }
 
-    /// Goes back to where the last step began, without speed.
+    /// Returns to the start of the last step, with zero velocity.
     fn retreat(&mut self) {
         self.u_m.copy_from_slice(&self.start_m);
         self.v_m_per_s.fill(0.0);
@@ -79,17 +79,19 @@ impl TissueMotion {
         &self.u_m
     }
 
-    /// Puts the unknowns somewhere, in m, without speed.
+    /// Sets the unknowns, in m, with zero velocity.
     pub fn displace(&mut self, u_m: &[f64]) {
         self.u_m.copy_from_slice(u_m);
         self.v_m_per_s.fill(0.0);
     }
 
-    /// One step under forces on the unknowns, in N. Where a force is not finite, nothing moves.
+    /// Makes one step under forces on the unknowns, in N. Forces that are not finite leave the body
+    /// unchanged.
     ///
-    /// Under a steady load the sum of elastic and kinetic energy less the load's work never grows, however early the
-    /// search ends: it starts where the body is, where the incremental energy is what the body has, and what the
-    /// speed would add to that is taken from the speed.
+    /// Under a steady load the sum of elastic and kinetic energy minus the load's work never
+    /// increases, however early the search ends: it starts at the body's present position, where
+    /// the incremental energy equals the body's energy, and any increase through the velocity is
+    /// removed from the velocity.
     pub fn step(&mut self, body: &Body, load_n: &[f64]) -> Outcome {
         if !load_n.iter().sum::<f64>().is_finite() {
             return Outcome { iterations: 0, remaining: f64::INFINITY, converged: false };
@@ -108,7 +110,7 @@ impl TissueMotion {
         outcome
     }
 
-    /// The speed after a step, less what would raise the total energy.
+    /// Reduces the velocity after a step so that the total energy does not increase.
     fn brake(&mut self, body: &Body, load_n: &[f64], step_s: f64) {
         let before = self.kinetic_j(body);
         let unused = &mut self.coasting_m;
@@ -130,7 +132,7 @@ impl TissueMotion {
         0.5 * self.v_m_per_s.iter().zip(body.mass_kg()).map(|(v, mass)| mass * v * v).sum::<f64>()
     }
 
-    /// Energies now.
+    /// The current energies.
     #[must_use]
     pub fn energies(&self, body: &Body) -> Energies {
         let elastic_j = body.energy_j(&self.u_m, &mut vec![0.0; self.u_m.len()]);
@@ -142,16 +144,16 @@ impl TissueMotion {
     }
 }
 
-/// Parts of a load that are tried before it is refused.
+/// Number of partial loads that are tried before a load is rejected.
 const ATTEMPTS: usize = 10;
 
-/// A load under which no equilibrium was found, and the one that is held instead.
+/// A load without an equilibrium, and the one that is held instead.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("force_n = {wanted_n} N: no equilibrium was found; the nearest load that was is {held_n} N")]
 pub struct RefusedLoad {
-    /// The load that was asked for, in N.
+    /// The requested load, in N.
     pub wanted_n: f64,
-    /// The load that the answer is for, in N.
+    /// The load of the solution, in N.
     pub held_n: f64,
 }
 
@@ -162,18 +164,18 @@ pub struct Corotational {
     motion: TissueMotion,
     load_n: Vec<f64>,
     last: Outcome,
-    /// The load that acts, in N.
+    /// The acting load, in N.
     held_n: f64,
-    /// The load nearest to it under which no equilibrium was found, in N.
+    /// The nearest load without an equilibrium, in N.
     lost_n: Option<f64>,
     refused: Option<RefusedLoad>,
 }
 
 impl Corotational {
-    /// A patch at rest. A step is an equilibrium, or backward Euler's for a length in s.
+    /// A patch at rest. A step is an equilibrium, or one of backward Euler with a length in s.
     ///
     /// # Errors
-    /// When the length is no positive number.
+    /// If the length is not a positive number.
     pub fn new(patch: Patch, step_s: Option<f64>, effort: Effort) -> Result<Self, VolumetricError> {
         let motion = TissueMotion::new(patch.body(), step_s, effort)?;
         let load_n = vec![0.0; patch.body().unknowns()];
@@ -186,39 +188,40 @@ impl Corotational {
         &self.patch
     }
 
-    /// Where it is and how it moves.
+    /// Its displacement and velocity.
     #[must_use]
     pub fn motion(&self) -> &TissueMotion {
         &self.motion
     }
 
-    /// The same, to be put somewhere.
+    /// The same, mutable.
     pub fn motion_mut(&mut self) -> &mut TissueMotion {
         &mut self.motion
     }
 
-    /// How the last step ended.
+    /// Result of the last step.
     #[must_use]
     pub fn last(&self) -> Outcome {
         self.last
     }
 
-    /// Whether the last load was more than could be brought to equilibrium. What is answered is then the load nearest
-    /// to it that could. A step in time is never refused: it goes as far as its effort takes it.
+    /// Checks whether an equilibrium was found under the last load. If not, the solution is that of
+    /// the nearest load with one. A time step is never rejected: it goes as far as its effort
+    /// allows.
     ///
     /// # Errors
-    /// The load that was refused, with the one that is held.
+    /// The rejected load, with the one that is held.
     pub fn check(&self) -> Result<(), RefusedLoad> {
         self.refused.map_or(Ok(()), Err)
     }
 
-    /// Energies now.
+    /// The current energies.
     #[must_use]
     pub fn energies(&self) -> Energies {
         self.motion.energies(self.patch.body())
     }
 
-    /// One step under a load, in N.
+    /// Makes one step under a load, in N.
     fn step(&mut self, force_n: f64) {
         for (force, unit) in self.load_n.iter_mut().zip(self.patch.load()) {
             *force = force_n * unit;
@@ -226,7 +229,8 @@ impl Corotational {
         self.last = self.motion.step(self.patch.body(), &self.load_n);
     }
 
-    /// Goes to the equilibrium under a load, in N: at once, else by parts that are halved until one is found.
+    /// Finds the equilibrium under a load, in N: directly, otherwise in parts that are halved until
+    /// one is found.
     fn approach(&mut self, wanted_n: f64) {
         let mut part = wanted_n - self.held_n;
         let beyond =
@@ -266,8 +270,8 @@ impl FieldModel for Corotational {
         self.patch.bytes() + self.motion.bytes() + 8 * self.load_n.len()
     }
 
-    /// One step. A force that cannot be answered, such as NaN, holds the last load; an equilibrium that cannot be
-    /// found is refused, see [`Self::check`].
+    /// Makes one step. A force that cannot be solved for, such as NaN, keeps the last load; a load
+    /// without an equilibrium is rejected, see [`Self::check`].
     fn solve(&mut self, force_n: f64) {
         let force_n = if answerable(force_n) { force_n } else { self.held_n };
         if self.motion.step_s.is_some() {

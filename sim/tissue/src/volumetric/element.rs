@@ -1,4 +1,4 @@
-//! One hexahedron: its polynomials where it is integrated, and its stiffness at rest.
+//! One hexahedron: its polynomials at the quadrature points, and its stiffness at rest.
 
 use nalgebra::Vector3;
 
@@ -7,11 +7,11 @@ use super::body::MaterialPoint;
 
 /// Values and slopes of an element's polynomials at its quadrature points.
 pub(super) struct BasisShape {
-    /// How many nodes, and points.
+    /// Number of nodes, and of points.
     pub nodes: usize,
     /// Weight of each point.
     pub weights: Vec<f64>,
-    /// Of each point, of each node: value, and slope by ξ, η, ζ.
+    /// For each point and node: value, and slope by ξ, η, ζ.
     table: Vec<(f64, Vector3<f64>)>,
 }
 
@@ -38,19 +38,20 @@ impl BasisShape {
         Self { nodes, weights, table }
     }
 
-    /// Of a point, value and slope of each node.
+    /// Value and slope of each node at a point.
     pub fn at(&self, point: usize) -> &[(f64, Vector3<f64>)] {
         &self.table[point * self.nodes..][..self.nodes]
     }
 }
 
-/// Points that are added up together, so that the matrices are read and written once for four.
+/// Points that are accumulated together, so that the matrices are read and written once for four.
 const TOGETHER: usize = 4;
 
-/// Fills an element's stiffness for small strains: Σ λ ∇a ∇bᵀ + μ ∇b ∇aᵀ + μ (∇a·∇b) I at the points, for nodes a and b.
+/// Fills an element's stiffness for small strains: Σ λ ∇a ∇bᵀ + μ ∇b ∇aᵀ + μ (∇a·∇b) I at the
+/// points, for nodes a and b.
 pub(super) fn stiffness(shape: &BasisShape, points: &[MaterialPoint], matrix: &mut [f64]) {
     let size = 3 * shape.nodes;
-    // Within one material the products weighted by λ are those weighted by μ times a number.
+    // Within one material the products weighted by λ are a multiple of those weighted by μ.
     let ratio = points[0].lambda_j / points[0].mu_j;
     let one_material = points.iter().all(|point| (point.lambda_j - ratio * point.mu_j).abs() <= 1e-14 * point.lambda_j);
     let mut mu = vec![0.0; size * size];
@@ -76,8 +77,8 @@ pub(super) fn stiffness(shape: &BasisShape, points: &[MaterialPoint], matrix: &m
     combine(shape.nodes, matrix, &mut mu);
 }
 
-/// Adds the weighted products of gradients at a few points, from each node's block on the diagonal down; the three
-/// columns of a node at once.
+/// Adds the weighted products of gradients at a few points, from each node's block on the diagonal
+/// down; the three columns of a node at once.
 fn add_products(gradients: [&[f64]; TOGETHER], weights: [f64; TOGETHER], matrix: &mut [f64]) {
     let size = gradients[0].len();
     for (node, columns) in matrix.chunks_exact_mut(3 * size).enumerate() {
@@ -103,7 +104,7 @@ fn add_node([x, y, z]: [&mut [f64]; 3], factors: &[[f64; TOGETHER]; 3], [a, b, c
     }
 }
 
-/// Makes the stiffness of the products weighted by λ, in `matrix`, and by μ.
+/// Computes the stiffness from the products weighted by λ, in `matrix`, and by μ.
 fn combine(nodes: usize, matrix: &mut [f64], mu: &mut [f64]) {
     let size = 3 * nodes;
     for (a, b) in (0..nodes).flat_map(|b| (b..nodes).map(move |a| (a, b))) {
@@ -114,7 +115,8 @@ fn combine(nodes: usize, matrix: &mut [f64], mu: &mut [f64]) {
             mu[(3 * a + c) * size + 3 * b + d] = value;
         }
     }
-    // What is above the diagonal blocks of `mu` is now the stiffness; its mirror image is the other half.
+    // The entries above the diagonal blocks of `mu` are now the stiffness; the other half is their
+    // transpose.
     for (row, column) in (0..size).flat_map(|column| (0..size).map(move |row| (row, column))) {
         let above = if row / 3 >= column / 3 { row * size + column } else { column * size + row };
         matrix[column * size + row] = mu[above];

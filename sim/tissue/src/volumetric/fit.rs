@@ -1,9 +1,10 @@
-//! The cheapest mesh that meets a tolerance, with an error that is measured and not hoped for.
+//! The cheapest mesh that meets a tolerance, with a measured error.
 //!
-//! A ladder of meshes is climbed, and each rung is judged on the problem itself, at the points where an answer is
-//! wanted, by the same mesh with elements of one order more. That has a fraction of the error, so the distance between
-//! the two answers is most of the error of the lower one. A finer rung of the same order is no judge: what a
-//! coarse mesh misses, the next one often misses too.
+//! A ladder of meshes is climbed, and each rung is judged on the problem itself, at its sample
+//! points, by the same mesh with elements of one order more. That has a fraction of the error, so
+//! the distance between the two solutions is most of the error of the lower one. A finer rung of
+//! the same order cannot serve as the judge: what a coarse mesh misses, the next one often misses
+//! too.
 
 use law::axial::Domain;
 use nalgebra::{Point3, Vector3};
@@ -12,22 +13,24 @@ use phrase::{Phrase, phrase};
 use super::{Grading, MeshSpec3, Problem3, Symmetry, Volumetric, VolumetricError};
 use crate::{FieldModel, Judging, Sampled};
 
-/// A model with what is known of its error.
+/// A model with its estimated error.
 #[derive(Clone, Debug)]
 pub struct FittedVolumetric {
     /// The model, solved for 1 N.
     pub model: Volumetric,
     /// Its mesh.
     pub mesh: MeshSpec3,
-    /// Relative L2 error over the problem's sample points around the needle, the larger of that of the displacement along it and
-    /// of that across it, in its plane and beside it.
+    /// Relative L2 error over the problem's sample points around the needle, the larger of those of
+    /// the displacement along it and across it, both in and perpendicular to its plane.
     pub estimated_relative_error: f64,
-    /// Whether the estimate meets the tolerance. Where not, this is the most accurate mesh that was tried.
+    /// Whether the estimate meets the tolerance. If not, this is the most accurate mesh that was
+    /// tried.
     pub met: bool,
 }
 
 impl FittedVolumetric {
-    /// The mesh, for people: "42 hexahedra of order 3 in a quarter of the tissue".
+    /// A description of the mesh for the user: "42 hexahedra of order 3 in a quarter of the
+    /// tissue".
     #[must_use]
     pub fn mesh_in_words(&self) -> Phrase {
         let part = match self.mesh.symmetry {
@@ -45,8 +48,8 @@ impl FittedVolumetric {
     }
 }
 
-/// Meshes from coarse to fine: the order; size at the load, in load radii, and growth, across and along the needle.
-/// They are among the best of some six hundred for their cost on a layered lower back.
+/// Meshes from coarse to fine: the order; size at the load, in load radii, and growth, across and
+/// along the needle. They are among the most efficient of some six hundred on a layered lower back.
 const RUNGS: [(usize, [f64; 2], [f64; 2]); 7] = [
     (2, [1.5, 1.5], [0.4, 2.0]),
     (2, [0.8, 1.0], [0.7, 1.2]),
@@ -57,31 +60,32 @@ const RUNGS: [(usize, [f64; 2], [f64; 2]); 7] = [
     (3, [0.6, 0.4], [0.4, 0.5]),
 ];
 
-/// Judges of more unknowns take many seconds to factorise.
+/// Judges with more unknowns take many seconds to factorise.
 const MOST_UNKNOWNS: usize = 25_000;
 
-/// The patch ends this many load radii away from the load. Of what reaches that far, the rigid rest takes less than
+/// Distance of the end of the patch from the load, in load radii. The clamp there changes less than
 /// a thousandth of the largest displacement.
 const REACH: f64 = 100.0;
 
-/// Share of the error that the judge sees: it has some itself.
+/// Fraction of the error that the judge detects: it has some error itself.
 const SEEN: f64 = 0.85;
 
-/// The same between materials of which one is more than [`CONTRAST`] times as stiff as another: what a mesh misses
-/// where the stiff one is clamped, the same mesh of one order more misses too.
+/// The same if one material is more than [`CONTRAST`] times as stiff as another: the error where
+/// the stiff one is clamped is partly shared by the same mesh of one order more.
 const SEEN_AT_CONTRAST: f64 = 0.5;
 
 /// Ratio of Young's moduli.
 const CONTRAST: f64 = 3e3;
 
-/// Share of the tolerance that is aimed at: an estimate may be a little too small.
+/// Fraction of the tolerance to aim at: an estimate may be slightly too small.
 const AIM: f64 = 0.95;
 
-/// Rungs climbed at once at most: far above the tolerance an estimate tells little of how far there is to go.
+/// Maximum number of rungs climbed at once: far above the tolerance an estimate is a poor predictor
+/// of the rungs needed.
 const STRIDE: f64 = 3.0;
 
 impl MeshSpec3 {
-    /// Meshes for a problem, from coarse to fine, of the least part of it that has to be meshed.
+    /// Meshes for a problem, from coarse to fine, of the smallest part that must be meshed.
     #[must_use]
     pub fn ladder(problem: &Problem3) -> [Self; RUNGS.len()] {
         let radius_m = problem.flat.load.radius_m;
@@ -98,7 +102,8 @@ impl MeshSpec3 {
     }
 }
 
-/// The model on one mesh of the ladder, from coarse to fine, for a speed–error sweep. Nothing past the last.
+/// The model on one mesh of the ladder, from coarse to fine, for a speed–error sweep; `None` past
+/// the last.
 ///
 /// # Errors
 /// The first number of the problem that is out of range.
@@ -106,30 +111,34 @@ pub fn fit_rung(problem: &Problem3, at: usize) -> Option<Result<Volumetric, Volu
     MeshSpec3::ladder(problem).get(at).map(|mesh| Volumetric::new(problem, mesh))
 }
 
-/// Finds the cheapest mesh of the ladder whose relative error over the problem's sample points meets a tolerance.
+/// Finds the cheapest mesh of the ladder whose relative error over the problem's sample points
+/// meets a tolerance.
 ///
 /// # Errors
-/// The first number of the problem that is out of range, or a tolerance that is not a positive number.
+/// The first number of the problem that is out of range, or a tolerance that is not a positive
+/// number.
 pub fn fit(problem: &Problem3, tolerance: f64) -> Result<FittedVolumetric, VolumetricError> {
     fit_by(Judging::Second, problem, tolerance)
 }
 
-/// The same by a way of judging.
+/// Does the same with a given way of judging.
 ///
 /// # Errors
-/// As for [`fit`].
+/// Those of [`fit`].
 pub fn fit_by(judging: Judging, problem: &Problem3, tolerance: f64) -> Result<FittedVolumetric, VolumetricError> {
     problem.check()?;
     Domain::Positive.check("tolerance", tolerance, "")?;
     if problem.symmetry() == Symmetry::Quarter {
         return Ok(climb(problem, judging, tolerance, 0)?.1);
     }
-    // A tilt or an inclusion hardly changes how fine a mesh must be, and a quarter of flat layers is tried in no time.
+    // A tilt or an inclusion hardly changes the required mesh, and a quarter of flat layers is
+    // solved quickly.
     let (start, _) = climb(&Problem3::flat(&problem.flat), judging, tolerance, 0)?;
     Ok(climb(problem, judging, tolerance, start)?.1)
 }
 
-/// Climbs the ladder from a rung to the first that is good enough, or to the last whose judge can be afforded.
+/// Climbs the ladder from a rung to the first that is accurate enough, or to the last with an
+/// affordable judge.
 fn climb(
     problem: &Problem3,
     judging: Judging,
@@ -148,13 +157,13 @@ fn climb(
         if excess <= 1.0 || at == last {
             return Ok((at, fitted));
         }
-        // A rung about halves the error.
+        // Each rung approximately halves the error.
         let rungs = libm::log2(excess).round().clamp(1.0, STRIDE) as usize;
         at = (at + rungs).min(last);
     }
 }
 
-/// The mesh that a mesh is judged by.
+/// The mesh of the judge of a mesh.
 fn judge(mesh: MeshSpec3) -> MeshSpec3 {
     MeshSpec3 { order: mesh.order + 1, ..mesh }
 }
@@ -176,7 +185,7 @@ fn judged(
     Ok(FittedVolumetric { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance })
 }
 
-/// Share of a mesh's error that its judge sees.
+/// Fraction of a mesh's error that its judge detects.
 fn seen(problem: &Problem3) -> f64 {
     let layers = problem.flat.slab.layers.iter().filter(|layer| layer.thickness_m > 0.0);
     let inclusions = problem.inclusions.iter().map(|inclusion| inclusion.material.youngs_modulus_pa);
@@ -187,7 +196,8 @@ fn seen(problem: &Problem3) -> f64 {
     if stiffest > CONTRAST * softest { SEEN_AT_CONTRAST } else { SEEN }
 }
 
-/// Displacement at the sample points: out of the body along the needle, and across it away from where they are, in m.
+/// Displacement at the sample points: out of the body along the needle, and across it in the
+/// direction away from it, in m.
 fn answer(problem: &Problem3, model: &Volumetric) -> Sampled {
     let (sine, cosine) = (libm::sin(problem.tilt_rad), libm::cos(problem.tilt_rad));
     let out = Vector3::new(-sine, 0.0, cosine);
@@ -201,8 +211,9 @@ fn answer(problem: &Problem3, model: &Volumetric) -> Sampled {
     answer
 }
 
-/// The points where an answer is wanted, in m, and which way along the skin is away from the needle there: at the problem's
-/// radii around where the needle meets its load, on both sides in its plane and beside it.
+/// The sample points, in m, and the direction along the skin away from the needle there: at the
+/// problem's radii around the point where the needle meets its load, on both sides in its plane and
+/// perpendicular to it.
 fn samples_m(problem: &Problem3) -> Vec<(Point3<f64>, Vector3<f64>)> {
     let [_, to_m] = problem.flat.load.ends_m();
     let centre_m = problem.on_flat_needle(to_m);

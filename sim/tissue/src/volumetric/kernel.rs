@@ -1,11 +1,12 @@
-//! Sums over an element, one direction at a time: N⁴ products where the plain sum has N⁶ (Orszag 1980).
+//! Sums over an element, one direction at a time: N⁴ products instead of the N⁶ of the direct sum
+//! (Orszag 1980).
 
 use super::basis::Table;
 
-/// Three numbers at each of N³ places, the first direction fastest.
+/// Three numbers at each of N³ positions, the first direction fastest.
 pub(super) type Cube<const N: usize> = [[[[f64; 3]; N]; N]; N];
 
-/// The same, for each derivative by ξ, η and ζ.
+/// The same for each derivative by ξ, η and ζ.
 pub(super) type Gradient<const N: usize> = [Cube<N>; 3];
 
 pub(super) const fn zeros<const N: usize>() -> Cube<N> {
@@ -46,7 +47,7 @@ fn along_third<const N: usize>(matrix: &[[f64; N]; N], from: &Cube<N>, to: &mut 
     }
 }
 
-/// Derivatives at the quadrature points of what has these values at the nodes.
+/// Derivatives at the quadrature points of a field given by its values at the nodes.
 pub(super) fn to_points<const N: usize>(table: &Table<N>, nodes: &Cube<N>) -> Gradient<N> {
     let (mut value, mut slope) = (zeros(), zeros());
     along_first(&table.value, nodes, &mut value);

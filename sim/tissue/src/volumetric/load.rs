@@ -6,14 +6,15 @@ use super::mesh::PatchMesh;
 use super::{Body, Footprint, Problem3, basis};
 use crate::multifrontal::FIXED;
 
-/// Points of the quadrature across an element: enough for a footprint much smaller than the element.
+/// Quadrature points across an element: enough for a footprint much smaller than the element.
 const ACROSS: usize = 16;
 
-/// Points of the quadrature along the depth.
+/// Quadrature points along the depth.
 const ALONG: usize = 4;
 
-/// Forces on the unknowns of a load of 1 N into the body along the needle, in N; of `share` of it, where only a part
-/// of the tissue is meshed. They add up to that whatever the quadrature and the curvature of the skin.
+/// Forces on the unknowns of a load of 1 N into the body along the needle, in N; multiplied by
+/// `share` if only a part of the tissue is meshed. Their sum is exact for any quadrature and
+/// curvature of the skin.
 pub(super) fn unit_load(problem: &Problem3, patch: &PatchMesh, body: &Body, share: f64) -> Vec<f64> {
     let [from, to] = problem.flat.load.ends_m();
     let direction = Vector3::new(libm::sin(problem.tilt_rad), 0.0, -libm::cos(problem.tilt_rad));
@@ -48,7 +49,7 @@ pub(super) fn unit_load(problem: &Problem3, patch: &PatchMesh, body: &Body, shar
     load
 }
 
-/// An element that is loaded.
+/// A loaded element.
 struct Element<'a> {
     problem: &'a Problem3,
     patch: &'a PatchMesh,
@@ -57,7 +58,8 @@ struct Element<'a> {
 }
 
 impl Element<'_> {
-    /// Adds the Gaussian traction at these heights ζ with these weights. Returns its sum over the element.
+    /// Adds the Gaussian traction at these heights ζ with these weights. Returns its sum over the
+    /// element.
     fn add(&self, height: &[(f64, f64)], direction: &Vector3<f64>, load: &mut [f64]) -> f64 {
         let across = basis::gauss_rule(ACROSS);
         let mut sum = 0.0;

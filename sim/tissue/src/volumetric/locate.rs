@@ -1,21 +1,22 @@
-//! Which element a point of the tissue at rest is in, and what its polynomials say there.
+//! Finds the element that contains a point of the tissue at rest, and evaluates its polynomials
+//! there.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::basis;
 use super::mesh::{HexMesh, ORDERS};
 
-/// Most nodes along an element.
+/// Maximum number of nodes along an element.
 const MOST: usize = *ORDERS.end() + 1;
 
-/// Steps of Newton's method for the place in an element.
+/// Newton iterations for the position in an element.
 const STEPS: usize = 10;
 
-/// A point is taken for an element's if it is no farther outside than this, of a half side: curved sides are
-/// polynomials, not circles.
+/// Tolerance by which a point may lie outside an element, as a fraction of a half side: curved
+/// sides are polynomials, not circles.
 const OUTSIDE: f64 = 0.03;
 
-/// Finds elements by the boxes around them.
+/// Finds elements by their bounding boxes.
 #[derive(Clone, Debug)]
 pub(super) struct Locator {
     /// Nodes along a line, −1 to 1.
@@ -23,7 +24,7 @@ pub(super) struct Locator {
     boxes_m: Vec<(Point3<f64>, Point3<f64>)>,
 }
 
-/// A place in an element.
+/// A position in an element.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub element: usize,
@@ -50,7 +51,7 @@ impl Locator {
         size_of_val(&self.boxes_m[..])
     }
 
-    /// The place of a point, nothing outside the mesh.
+    /// The position of a point; `None` outside the mesh.
     pub fn find(&self, mesh: &HexMesh, point: &Point3<f64>) -> Option<Place> {
         let mut best: Option<(f64, Place)> = None;
         for (element, _) in self.boxes_m.iter().enumerate().filter(|(_, (low, high))| point >= low && point <= high) {
@@ -77,7 +78,7 @@ impl Locator {
                 jacobian += rest * slope.transpose();
             });
             let change = jacobian.try_inverse()? * (point.coords - place);
-            // Far outside, polynomials fold back: no step is longer than the element.
+            // Far outside, the polynomials fold back, so no step may be longer than the element.
             at += change / change.amax().max(1.0);
             if change.amax() < 1e-12 {
                 break;
@@ -86,7 +87,7 @@ impl Locator {
         Some(at)
     }
 
-    /// Visits the nodes with their polynomials' values and slopes at a place.
+    /// Visits the nodes with the values and slopes of their polynomials at a position.
     pub fn each(&self, at: &Vector3<f64>, mut visit: impl FnMut(usize, f64, Vector3<f64>)) {
         let n = self.line.len();
         let mut along = [[(0.0, 0.0); MOST]; 3];

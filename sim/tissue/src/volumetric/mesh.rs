@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::plan::{DiscPlan, Outline};
 use super::{Problem3, Symmetry, basis, number_node};
 
-/// Orders that the elements may have. Linear ones lock in thin stiff layers, so there are none.
+/// Allowed orders of the elements. Linear elements lock in thin stiff layers and are not supported.
 pub const ORDERS: std::ops::RangeInclusive<usize> = 2..=4;
 
-/// How large elements are: `near_m` at the load, and `growth` more for each metre of distance.
+/// Size of the elements: `near_m` at the load, plus `growth` for each metre of distance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Grading {
     /// Size at the load, in m.
@@ -19,24 +19,24 @@ pub struct Grading {
     pub growth: f64,
 }
 
-/// What a mesh is made of.
+/// Parameters of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeshSpec3 {
-    /// Part that is meshed: at least what the problem's symmetry asks.
+    /// The meshed part: at least as much as the problem's symmetry requires.
     pub symmetry: Symmetry,
     /// Order of the elements, 2 to 4.
     pub order: usize,
-    /// Elements in 45° around the needle.
+    /// Number of elements in 45° around the needle.
     pub around: usize,
     /// Sizes across the needle.
     pub across: Grading,
     /// Sizes along the depth.
     pub along: Grading,
-    /// The patch ends this far from the load, in m, where the tissue does not end before.
+    /// The patch ends at this distance from the load, in m, unless the tissue ends before.
     pub reach_m: f64,
 }
 
-/// Isoparametric hexahedra with Gauss and Lobatto's nodes.
+/// Isoparametric hexahedra with Gauss–Lobatto nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HexMesh {
     /// Order of the elements.
@@ -47,7 +47,7 @@ pub struct HexMesh {
     pub elements: Vec<u32>,
 }
 
-/// A mesh of tissue that knows what the problem calls its places.
+/// A mesh of tissue with its relation to the problem's geometry.
 pub(super) struct PatchMesh {
     pub mesh: HexMesh,
     /// The same nodes before the skin was bent, in m.
@@ -59,10 +59,10 @@ pub(super) struct PatchMesh {
 }
 
 impl Grading {
-    /// Planes from one place to another, both included, for a load between two places.
+    /// Planes from one coordinate to another, both included, for a load between two coordinates.
     fn divide(&self, [from, to]: [f64; 2], load: [f64; 2]) -> Vec<f64> {
         let size = |at: f64| self.near_m + self.growth * (load[0] - at).max(at - load[1]).max(0.0);
-        // How many elements fit up to each of many places.
+        // Cumulative number of elements up to each of many positions.
         const STEPS: usize = 512;
         let step = (to - from) / STEPS as f64;
         let mut fit = vec![0.0];
@@ -115,7 +115,7 @@ impl MeshSpec3 {
         Domain::Positive.check("mesh.reach_m", self.reach_m, "m")
     }
 
-    /// Unknowns of the mesh of a problem, held ones counted too.
+    /// Number of unknowns of the mesh of a problem, including held ones.
     pub(crate) fn unknowns(&self, problem: &Problem3) -> Result<usize, ParamError> {
         Ok(3 * self.mesh(problem)?.mesh.nodes_m.len())
     }
@@ -124,13 +124,14 @@ impl MeshSpec3 {
     fn radii_m(&self, radius_m: f64) -> Vec<f64> {
         let radii = self.across.divide([0.0, radius_m], [0.0, 0.0]);
         match radii.len() {
-            // A block and a ring are the least.
+            // At least a block and a ring.
             2 => vec![0.5 * radius_m, radius_m],
             _ => radii[1..].to_vec(),
         }
     }
 
-    /// Planes between the elements, in m: every boundary, both ends of the load, and graded ones between.
+    /// Planes between the elements, in m: every boundary, both ends of the load, and graded ones
+    /// between.
     fn planes_m(&self, problem: &Problem3) -> Vec<f64> {
         let load = problem.flat.load.ends_m();
         let boundaries = problem.flat.slab.boundaries_m();
@@ -138,7 +139,7 @@ impl MeshSpec3 {
         let mut fixed: Vec<f64> = boundaries.into_iter().chain([load[0], load[1], base]).collect();
         fixed.retain(|&plane| plane <= base);
         fixed.sort_by(f64::total_cmp);
-        // Depths within 1 nm of each other are the same.
+        // Depths within 1 nm of each other are equal.
         fixed.dedup_by(|later, earlier| *later - *earlier < 1e-9);
         let mut planes = vec![0.0];
         for interval in fixed.windows(2) {
@@ -152,7 +153,8 @@ impl MeshSpec3 {
         self.check(problem)?;
         let radius_m = problem.flat.slab.radius_m.min(self.reach_m);
         let radii_m = self.radii_m(radius_m);
-        // What is nearer than this follows the needle as it leans: the first ring, where it is not the last, or the block.
+        // Nodes nearer than this follow the needle's inclination fully: the first ring, unless it
+        // is the last, or the block.
         let centred_m = if radii_m.len() > 2 { radii_m[1] } else { radii_m[0] };
         let load = problem.flat.load.ends_m();
         let most = 0.9 * (radius_m - centred_m);
@@ -165,8 +167,8 @@ impl MeshSpec3 {
         let parameters: Vec<f64> = basis::lobatto_rule(self.order).iter().map(|(x, _)| 0.5 * (1.0 + x)).collect();
         let plan = DiscPlan::new(&outline, &parameters);
         let planes_m = self.planes_m(problem);
-        // The rings follow the needle as it leans, each less than the one inside it, and the side stays where it is, though
-        // rounding puts some of its nodes beyond the radius.
+        // The rings follow the needle's inclination, each less than the one inside it, and the side
+        // stays fixed, although rounding puts some of its nodes beyond the radius.
         let place = |[x, y]: [f64; 2], depth_m: f64| {
             let share = ((radius_m - libm::hypot(x, y)) / (radius_m - centred_m)).clamp(0.0, 1.0);
             let needle = problem.on_flat_needle(depth_m.clamp(load[0], load[1]));
@@ -179,7 +181,8 @@ impl MeshSpec3 {
     }
 }
 
-/// Stacks a plan. Elements of the first interval of planes come first; their third direction points upwards.
+/// Extrudes a plan. Elements of the first interval of planes come first; their third direction
+/// points upwards.
 fn extrude(
     plan: &DiscPlan,
     planes_m: &[f64],
@@ -206,7 +209,7 @@ fn extrude(
 }
 
 impl HexMesh {
-    /// A box from the origin with so many elements along each side.
+    /// A box from the origin with `counts` elements along each side.
     #[must_use]
     pub fn cuboid(order: usize, size_m: [f64; 3], counts: [usize; 3]) -> Self {
         let parameters: Vec<f64> = basis::lobatto_rule(order).iter().map(|(x, _)| 0.5 * (1.0 + x)).collect();
@@ -229,13 +232,13 @@ impl HexMesh {
         Self { order, nodes_m, elements }
     }
 
-    /// Nodes of an element.
+    /// Number of nodes of an element.
     #[must_use]
     pub fn nodes_each(&self) -> usize {
         (self.order + 1).pow(3)
     }
 
-    /// Elements, each as its nodes.
+    /// The elements, each as its nodes.
     pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
         self.elements.chunks_exact(self.nodes_each())
     }

@@ -1,46 +1,48 @@
-//! The nearest minimum of an energy, by a quasi-Newton method whose first guess of the curvature is a factor.
+//! The nearest minimum of an energy, by a quasi-Newton method whose initial Hessian is a factor.
 //!
-//! L-BFGS with the stiffness at rest as its initial Hessian (Nocedal 1980; Liu, Bouaziz and Kavan 2017): where nothing
-//! turns it converges at once, and where much does it learns what changed. Every step goes downhill.
+//! L-BFGS with the stiffness at rest as its initial Hessian (Nocedal 1980; Liu, Bouaziz and Kavan
+//! 2017): without rotations it converges at once, and with large ones it updates the Hessian. Every
+//! step decreases the energy.
 
 use super::dot;
 use crate::multifrontal::Cholesky;
 
-/// Pairs of a step and the change of the gradient that are remembered.
+/// Number of stored pairs of a step and the change of the gradient.
 const MEMORY: usize = 8;
 
-/// Halvings of a step that would raise the energy.
+/// Maximum number of halvings of a step that would raise the energy.
 const HALVINGS: usize = 20;
 
-/// Share of what the slope promises that a step must gain (Armijo).
+/// Fraction of the decrease predicted by the slope that a step must achieve (Armijo).
 const SUFFICIENT: f64 = 1e-4;
 
-/// Energies closer than this share of their parts are the same.
+/// Energies closer than this fraction of their parts are equal.
 const ROUNDING: f64 = 1e-13;
 
-/// When to stop.
+/// Stopping criteria.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Most iterations.
+    /// Maximum number of iterations.
     pub iterations: usize,
-    /// Relative error in the norm of the energy that is small enough.
+    /// Relative error in the energy norm at which the search stops.
     pub tolerance: f64,
 }
 
-/// How a search ended.
+/// Result of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Iterations taken: each a back-substitution and one or a few sums over the elements.
+    /// Number of iterations: each is a back-substitution and one or a few sums over the elements.
     pub iterations: usize,
-    /// Estimate of the relative error that is left, in the norm of the energy.
+    /// Estimate of the remaining relative error, in the energy norm.
     pub remaining: f64,
-    /// Whether it is small enough.
+    /// Whether it is within the tolerance.
     pub converged: bool,
 }
 
-/// An energy, in J, at unknowns in m, with its gradient in N; and the size of its largest part, which it is rounded to.
+/// An energy, in J, at unknowns in m, with its gradient in N; and the magnitude of its largest
+/// part, which determines the rounding error.
 pub(super) trait DifferentiableEnergy {
-    /// Fills the gradient. Returns the energy and the size of its parts.
+    /// Fills the gradient. Returns the energy and the magnitude of its parts.
     fn at(&mut self, u_m: &[f64], gradient_n: &mut [f64]) -> (f64, f64);
 }
 
@@ -51,7 +53,7 @@ struct Pair {
     change: Vec<f64>,
     /// 1 / (step · change).
     reciprocal: f64,
-    /// Used while looking through the memory.
+    /// Scratch of the two-loop recursion.
     share: f64,
 }
 
@@ -59,7 +61,7 @@ struct Pair {
 #[derive(Clone, Debug)]
 pub(super) struct Minimiser {
     factor: Cholesky,
-    /// The first `known` are used, oldest first.
+    /// The first `known` entries are used, oldest first.
     memory: Vec<Pair>,
     known: usize,
     gradient: Vec<f64>,
@@ -90,7 +92,7 @@ impl Minimiser {
         self.factor.bytes() + 8 * ((2 * MEMORY + 4) * self.gradient.len() + self.scratch.len())
     }
 
-    /// Goes downhill from `u_m`. Never allocates.
+    /// Descends from `u_m`. Never allocates.
     pub fn minimise(&mut self, u_m: &mut [f64], energy: &mut impl DifferentiableEnergy, effort: &Effort) -> Outcome {
         let mut outcome = Outcome { iterations: 0, remaining: f64::INFINITY, converged: false };
         let (mut value, mut size) = energy.at(u_m, &mut self.gradient);
@@ -107,7 +109,7 @@ impl Minimiser {
             outcome.iterations += 1;
             match self.go(u_m, energy, value, slope) {
                 Some(found) => (value, size) = found,
-                // What was learnt elsewhere may mislead: forget it before giving up.
+                // Pairs learnt elsewhere may mislead: clear them before giving up.
                 None if self.known > 0 => self.known = 0,
                 None => break,
             }
@@ -115,7 +117,7 @@ impl Minimiser {
         outcome
     }
 
-    /// The direction of the next step: minus the gradient, times what is known of the inverse Hessian.
+    /// The direction of the next step: minus the gradient, times the approximate inverse Hessian.
     fn direct(&mut self) {
         let direction = &mut self.direction;
         direction.copy_from_slice(&self.gradient);
@@ -131,7 +133,7 @@ impl Minimiser {
         direction.iter_mut().for_each(|d| *d = -*d);
     }
 
-    /// One step along the direction, halved until the energy falls. Nothing when it does not.
+    /// One step along the direction, halved until the energy decreases; `None` if it does not.
     fn go(
         &mut self,
         u_m: &mut [f64],
@@ -156,7 +158,7 @@ impl Minimiser {
         None
     }
 
-    /// Remembers the step from `u_m` to the trial in place of the oldest one.
+    /// Stores the step from `u_m` to the trial in place of the oldest one.
     fn learn(&mut self, u_m: &[f64]) {
         if self.known == MEMORY {
             self.memory.rotate_left(1);

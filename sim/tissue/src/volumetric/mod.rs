@@ -1,13 +1,14 @@
-//! Corotational finite elements in 3-D, for what has no axis of symmetry: an oblique needle, a curved skin,
-//! inclusions.
+//! Corotational finite elements in 3-D, for problems without an axis of symmetry: an oblique
+//! needle, a curved skin, inclusions.
 //!
-//! Hexahedra of order 2 to 4 on a disc around the needle, graded towards the load, with a plane of nodes at every
-//! boundary; only the part that the symmetry of the problem leaves is meshed. Quadratic elements do not lock where
-//! linear ones do, and a graded mesh of them needs few unknowns.
+//! Hexahedra of order 2 to 4 on a disc around the needle, graded towards the load, with a plane of
+//! nodes at every boundary; only the part that the symmetry of the problem requires is meshed.
+//! Quadratic elements do not lock where linear ones do, and a graded mesh of them needs few
+//! unknowns.
 //!
-//! [`Volumetric`] answers for small strains: the stiffness at rest is factorised once, and an answer is one
-//! back-substitution. [`Corotational`] follows large rotations, in equilibrium or in time, with that factor as its
-//! preconditioner.
+//! [`Volumetric`] solves for small strains: the stiffness at rest is factorised once, and a solve
+//! is one back-substitution. [`Corotational`] follows large rotations, in equilibrium or in time,
+//! with that factor as its preconditioner.
 
 mod along;
 mod basis;
@@ -39,19 +40,19 @@ pub use problem::{Footprint, Inclusion, InclusionShape, Material, Problem3, Symm
 use super::multifrontal::{Cholesky, NotPositiveDefinite};
 use super::{FieldModel, Model};
 
-/// Why there is no model of a problem.
+/// Why a problem cannot be modelled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum VolumetricError {
     /// A number is out of range.
     #[error(transparent)]
     Param(#[from] ParamError),
-    /// Elements of an order that there is not.
+    /// The order of the elements is not supported.
     #[error("mesh.order = {0}: must be from {1} to {2}")]
     Order(usize, usize, usize),
     /// The mesh folds over itself.
     #[error("element {element} is inverted at rest: the determinant of its map is {determinant} m³")]
     Inverted {
-        /// The element.
+        /// Index of the element.
         element: usize,
         /// Determinant of its map, in m³.
         determinant: f64,
@@ -75,7 +76,7 @@ impl Patch {
     /// Meshes the tissue of a problem.
     ///
     /// # Errors
-    /// When a number of the problem or of the mesh is out of range.
+    /// If a number of the problem or of the mesh is out of range.
     pub fn new(problem: &Problem3, spec: &MeshSpec3) -> Result<Self, VolumetricError> {
         let (patch, body) = mesh_body(problem, spec)?;
         let load = load::unit_load(problem, &patch, &body, spec.symmetry.share());
@@ -94,20 +95,21 @@ impl Patch {
         &self.load
     }
 
-    /// Displacement, in m, of the point that is at `point` at rest. Zero outside the patch.
+    /// Displacement, in m, of the point at `point` at rest; zero outside the patch.
     #[must_use]
     pub fn displacement_m(&self, u_m: &[f64], point: &Point3<f64>) -> Vector3<f64> {
         self.body.mirrored_m(self.symmetry, u_m, point)
     }
 
-    /// Axial and radial displacement, in m, towards `+x`: at a distance along the skin and a depth below it, in m.
+    /// Axial and radial displacement, in m, in the direction of `+x`, at a distance along the skin
+    /// and a depth below it, in m.
     #[must_use]
     pub fn along_x_m(&self, u_m: &[f64], r_m: f64, depth_m: f64) -> [f64; 2] {
         let moved = self.displacement_m(u_m, &self.problem.skin.bend(&Point3::new(r_m, 0.0, -depth_m)));
         [moved.z, moved.x]
     }
 
-    /// Bytes that the patch holds.
+    /// Memory of the patch, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.body.bytes() + size_of_val(&self.load[..])
@@ -130,7 +132,7 @@ fn mesh_body(problem: &Problem3, spec: &MeshSpec3) -> Result<(PatchMesh, Body), 
         let flat = &patch.flat_m[node];
         let side = libm::hypot(flat.x, flat.y) > patch.radius_m * (1.0 - 1e-9);
         let clamped = side || flat.z < -base_m * (1.0 - 1e-9);
-        // Nothing crosses a plane of symmetry.
+        // The displacement normal to a plane of symmetry is zero.
         let x = symmetry == Symmetry::Quarter && flat.x.abs() < 1e-12;
         let y = symmetry != Symmetry::Full && flat.y.abs() < 1e-12;
         [clamped || x, clamped || y, clamped]
@@ -139,7 +141,7 @@ fn mesh_body(problem: &Problem3, spec: &MeshSpec3) -> Result<(PatchMesh, Body), 
     Ok((patch, body))
 }
 
-/// The answer for small strains: one back-substitution a load.
+/// The model for small strains: one back-substitution per load.
 #[derive(Clone, Debug)]
 pub struct Volumetric {
     patch: Patch,
@@ -149,10 +151,10 @@ pub struct Volumetric {
 }
 
 impl Volumetric {
-    /// Meshes and factorises.
+    /// Meshes and factorises a problem.
     ///
     /// # Errors
-    /// When a number of the problem or of the mesh is out of range.
+    /// If a number of the problem or of the mesh is out of range.
     pub fn new(problem: &Problem3, spec: &MeshSpec3) -> Result<Self, VolumetricError> {
         let patch = Patch::new(problem, spec)?;
         let factor = patch.body.factorise(0.0)?;
@@ -166,20 +168,20 @@ impl Volumetric {
         &self.patch
     }
 
-    /// Numbers in the factor.
+    /// Number of nonzeros of the factor.
     #[must_use]
     pub fn nonzeros(&self) -> usize {
         self.factor.nonzeros()
     }
 
-    /// The last answer, in m.
+    /// The last solution, in m.
     #[must_use]
     pub fn unknowns_m(&self) -> &[f64] {
         &self.u_m
     }
 
-    /// Displacement of the last answer, in m, of the point that is at `point` at rest, in the patient frame. Zero
-    /// outside the patch. Never allocates.
+    /// Displacement of the last solution, in m, of the point at `point` at rest, in the patient
+    /// frame; zero outside the patch. Never allocates.
     #[must_use]
     pub fn displacement_at(&self, point: &Point3<f64>) -> Vector3<f64> {
         self.patch.displacement_m(&self.u_m, point)
@@ -199,7 +201,7 @@ impl FieldModel for Volumetric {
         self.patch.bytes() + self.factor.bytes() + 8 * (self.u_m.len() + self.scratch.len())
     }
 
-    /// A force that cannot be answered leaves the last answer.
+    /// A force that cannot be solved for keeps the last solution.
     fn solve(&mut self, force_n: f64) {
         if !answerable(force_n) {
             return;
@@ -215,7 +217,7 @@ impl FieldModel for Volumetric {
     }
 }
 
-/// Whether a force, in N, is a number that products of it do not overflow.
+/// Whether a force, in N, is a number whose products do not overflow.
 fn answerable(force_n: f64) -> bool {
     force_n.abs() <= 1e9
 }
@@ -224,7 +226,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The number of a node as elements name it.
+/// The index of a node as stored in elements.
 #[expect(clippy::expect_used, reason = "as many nodes would need 100 GB, and the planner refuses far smaller meshes")]
 fn number_node(node: usize) -> u32 {
     u32::try_from(node).expect("a mesh has fewer than 2³² nodes")

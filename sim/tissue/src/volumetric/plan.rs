@@ -1,11 +1,11 @@
-//! The mesh in plan: a block around the needle, rings around the block, graded outwards.
+//! The mesh in plan view: a block around the needle, rings around the block, graded outwards.
 
 use std::f64::consts::FRAC_PI_4;
 
 use super::{Symmetry, number_node};
 
-/// Half the width of the block's corner over half its width: between 1/√2, where a corner of the block would be flat,
-/// and 1, where a corner of the ring would be sharp.
+/// Half-width at the corner of the block, as a fraction of its half-width: between 1/√2, where a
+/// corner of the block would be flat, and 1, where a corner of the ring would be sharp.
 const CORNER: f64 = 0.8;
 
 /// Quadrilaterals of some order in a disc around the origin.
@@ -18,24 +18,25 @@ pub(super) struct DiscPlan {
 
 /// One quadrilateral, by the intervals of its parameters.
 enum DiscCell {
-    /// Of the block −1 ≤ s, t ≤ 1.
+    /// In the block −1 ≤ s, t ≤ 1.
     Block { s: [f64; 2], t: [f64; 2] },
     /// Between one radius and the next, between two multiples of 45°.
     Ring { ring: usize, eighths: [f64; 2] },
 }
 
-/// What a plan is made of.
+/// Parameters of a plan.
 pub(super) struct Outline<'a> {
-    /// Half the width of the block, then the outer radius of each ring, in m, ascending: at least two.
+    /// Half the width of the block, then the outer radius of each ring, in m, ascending: at least
+    /// two.
     pub radii_m: &'a [f64],
-    /// Part that is meshed.
+    /// The part that is meshed.
     pub symmetry: Symmetry,
     /// Cells along half a side of the block, and in 45°.
     pub around: usize,
 }
 
 impl DiscPlan {
-    /// Lays cells with nodes at these parameters, 0 to 1, ends included.
+    /// Places cells with nodes at these parameters, from 0 to 1, ends included.
     pub fn new(outline: &Outline<'_>, parameters: &[f64]) -> Self {
         let mut plan = Self { nodes_m: Vec::new(), cells: Vec::new() };
         let same_m = 1e-6 * outline.radii_m[0] / outline.around as f64;
@@ -47,7 +48,7 @@ impl DiscPlan {
         plan
     }
 
-    /// The node at a place: cells that touch share their nodes.
+    /// The node at a position: adjacent cells share their nodes.
     fn node(&mut self, place: [f64; 2], same_m: f64) -> u32 {
         let near = |node: &[f64; 2]| (node[0] - place[0]).abs() + (node[1] - place[1]).abs() < same_m;
         let found = self.nodes_m.iter().position(near).unwrap_or_else(|| {
@@ -77,7 +78,7 @@ impl Outline<'_> {
         cells
     }
 
-    /// Where a point of a cell lies, in m; `xi` and `eta` are from 0 to 1.
+    /// Position of a point of a cell, in m; `xi` and `eta` are from 0 to 1.
     fn place(&self, cell: &DiscCell, xi: f64, eta: f64) -> [f64; 2] {
         let between = |[a, b]: [f64; 2], u: f64| a + (b - a) * u;
         match *cell {
@@ -92,13 +93,13 @@ impl Outline<'_> {
     }
 }
 
-/// A point of the block, whose sides bulge so that no corner is sharp.
+/// A point of the block, whose sides are curved so that no corner is sharp.
 fn block(half_m: f64, s: f64, t: f64) -> [f64; 2] {
     let narrowing = |u: f64| 1.0 - (1.0 - CORNER) * u * u;
     [half_m * s * narrowing(t), half_m * t * narrowing(s)]
 }
 
-/// The point of the block's rim at so many times 45°.
+/// The point of the block's rim at a multiple of 45°.
 fn rim(half_m: f64, eighth: f64) -> [f64; 2] {
     let quarter = ((eighth + 1.0) / 2.0).floor();
     let [x, y] = block(half_m, 1.0, eighth - 2.0 * quarter);

@@ -1,4 +1,4 @@
-//! What only three dimensions can ask: a tilted needle, a curved skin, inclusions.
+//! Problems that need three dimensions: a tilted needle, a curved skin, inclusions.
 
 use law::axial::{Domain, ParamError};
 use law::{Incidence, Skin};
@@ -8,17 +8,17 @@ use serde::{Deserialize, Serialize};
 use crate::problem::lame_pa;
 use crate::{ElasticLayer, FieldModel, Problem};
 
-/// A problem without an axis of symmetry. With everything at its default it is the flat problem.
+/// A problem without an axis of symmetry. With all fields at their defaults it is the flat problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Problem3 {
-    /// Layers, load and where the answer is wanted. Depths are along the normal of the skin.
+    /// Layers, load and sample points. Depths are along the normal of the skin.
     pub flat: Problem,
-    /// Angle of the needle to the normal of the skin, in rad: the force leans towards `+x`, and a boundary is met at
-    /// x = depth · tan(tilt).
+    /// Angle of the needle to the normal of the skin, in rad: the force is inclined towards `+x`,
+    /// and a boundary is met at x = depth · tan(tilt).
     pub tilt_rad: f64,
     /// Shape of the skin.
     pub skin: Skin,
-    /// What lies in the layers, the last one on top.
+    /// Inclusions in the layers; where they overlap, the last one counts.
     pub inclusions: Vec<Inclusion>,
     /// Where the footprint of the load is measured.
     #[serde(default)]
@@ -39,7 +39,7 @@ pub enum Footprint {
 /// A body of another material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inclusion {
-    /// Where it is.
+    /// Its shape and position.
     pub shape: InclusionShape,
     /// Its material.
     pub material: Material,
@@ -56,26 +56,26 @@ pub struct Material {
     pub density_kg_per_m3: f64,
 }
 
-/// Where an inclusion is, in the patient frame.
+/// Shape and position of an inclusion, in the patient frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum InclusionShape {
-    /// A ball.
+    /// A sphere.
     Sphere {
         /// Centre, in m.
         centre_m: Point3<f64>,
         /// Radius, in m.
         radius_m: f64,
     },
-    /// All points within a distance of a stretch of a line.
+    /// All points within a distance of a line segment.
     Capsule {
-        /// One end of the line, in m.
+        /// One end of the segment, in m.
         from_m: Point3<f64>,
         /// The other end, in m.
         to_m: Point3<f64>,
         /// Distance, in m.
         radius_m: f64,
     },
-    /// A box along the axes.
+    /// An axis-aligned box.
     Box {
         /// Centre, in m.
         centre_m: Point3<f64>,
@@ -87,16 +87,16 @@ pub enum InclusionShape {
 /// The part of the tissue that is meshed; the rest is its mirror image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Symmetry {
-    /// x ≥ 0 and y ≥ 0: a perpendicular needle, nothing but layers.
+    /// x ≥ 0 and y ≥ 0: a perpendicular needle, layers only.
     Quarter,
     /// y ≥ 0: an oblique needle.
     Half,
-    /// Everything.
+    /// The whole tissue.
     Full,
 }
 
 impl Symmetry {
-    /// Share of the tissue that is meshed.
+    /// Fraction of the tissue that is meshed.
     #[must_use]
     pub fn share(self) -> f64 {
         match self {
@@ -149,7 +149,7 @@ impl InclusionShape {
         }
     }
 
-    /// Whether the plane y = 0 halves it.
+    /// Whether it is symmetric about the plane y = 0.
     fn is_halved(&self) -> bool {
         let off = match self {
             Self::Sphere { centre_m, .. } | Self::Box { centre_m, .. } => centre_m.y.abs(),
@@ -172,12 +172,12 @@ impl Problem3 {
         }
     }
 
-    /// The least part that has to be meshed.
+    /// The smallest part that must be meshed.
     #[must_use]
     pub fn symmetry(&self) -> Symmetry {
         let skin_is_halved = match self.skin {
             Skin::Flat | Skin::Sphere { .. } => true,
-            // Its line lies in the plane of the needle, or across it.
+            // Its line lies in the plane of the needle, or perpendicular to it.
             Skin::Cylinder { along_rad, .. } => libm::sin(2.0 * along_rad).abs() < 1e-9,
         };
         let halved = skin_is_halved && self.inclusions.iter().all(|inclusion| inclusion.shape.is_halved());
@@ -188,20 +188,21 @@ impl Problem3 {
         }
     }
 
-    /// How the needle meets the layers.
+    /// The incidence of the needle on the layers.
     fn incidence(&self) -> Incidence {
         let axis = Vector3::new(libm::sin(self.tilt_rad), 0.0, -libm::cos(self.tilt_rad));
         self.skin.incidence(&Point3::origin(), &axis)
     }
 
-    /// Where the needle meets a depth, in m, patient frame: it is straight however the skin bends.
+    /// The point where the needle reaches a depth, in m, patient frame. The needle is straight for
+    /// any shape of the skin.
     #[must_use]
     pub fn on_needle(&self, depth_m: f64) -> Point3<f64> {
         let out = Vector3::new(-libm::sin(self.tilt_rad), 0.0, libm::cos(self.tilt_rad));
         Point3::from(out * -self.incidence().way_m(depth_m))
     }
 
-    /// The same before the skin was bent.
+    /// The same point in the flattened tissue.
     #[must_use]
     pub(super) fn on_flat_needle(&self, depth_m: f64) -> Point3<f64> {
         match self.skin {
@@ -229,7 +230,7 @@ impl Problem3 {
         libm::sin(self.tilt_rad) * across_m - libm::cos(self.tilt_rad) * axial_m
     }
 
-    /// The same at every sample depth and radius, depth after depth.
+    /// The same at every sample depth and radius, ordered by depth.
     #[must_use]
     pub fn all_along_needle_m(&self, field: &dyn FieldModel) -> Vec<f64> {
         let radii_m = &self.flat.sample_r_m;
@@ -238,7 +239,7 @@ impl Problem3 {
         places.map(|(r_m, depth_m)| self.along_needle_m(field, r_m, depth_m)).collect()
     }
 
-    /// Checks that the question makes sense.
+    /// Checks the problem.
     ///
     /// # Errors
     /// The first number that is not finite or out of range.
@@ -260,7 +261,7 @@ impl Problem3 {
         self.inclusions.iter().enumerate().try_for_each(|(at, inclusion)| inclusion.check(at))
     }
 
-    /// The material at a point of the flat tissue that lies at `bent` once the skin is bent.
+    /// The material at a point of the flat tissue that lies at `bent` in the curved tissue.
     pub(super) fn material(&self, depth_m: f64, bent: &Point3<f64>) -> Material {
         if let Some(inclusion) = self.inclusions.iter().rev().find(|inclusion| inclusion.shape.contains(bent)) {
             return inclusion.material;

@@ -1,25 +1,27 @@
-//! The rotation nearest to a deformation gradient, inverted ones included.
+//! The rotation nearest to a deformation gradient, including inverted ones.
 
 use nalgebra::{Matrix3, Matrix4, SymmetricEigen, Vector3};
 
-/// Steps of Newton's method for the largest root; it converges from above, quadratically but at double roots.
+/// Newton iterations for the largest root; they converge from above, quadratically except at double
+/// roots.
 const NEWTON_STEPS: usize = 24;
 
-/// Below this share of the quaternion its scalar part is a small difference: the rotation is near a half turn.
+/// Below this fraction of the quaternion its scalar part is a small difference: the rotation is
+/// near a half turn.
 const SCALAR_SHARE: f64 = 0.05;
 
-/// The proper rotation R that makes tr(RᵀF) largest, hence ‖F − R‖ smallest.
+/// The proper rotation R that maximises tr(RᵀF), hence minimises ‖F − R‖.
 ///
-/// Horn (1987): it is the unit quaternion of the largest eigenvalue of a symmetric 4×4 matrix of F. That holds for
-/// an inverted F too, where the plain polar decomposition would give a reflection.
+/// Horn (1987): it is the unit quaternion of the largest eigenvalue of a symmetric 4×4 matrix of F.
+/// That holds for an inverted F too, where the plain polar decomposition would give a reflection.
 pub(super) fn nearest_rotation(f: &Matrix3<f64>) -> Matrix3<f64> {
     let axis = Vector3::new(f.m32 - f.m23, f.m13 - f.m31, f.m21 - f.m12);
     let symmetric = f + f.transpose();
     quick(f, &symmetric, &axis).unwrap_or_else(|| by_eigenvectors(f, &symmetric, &axis))
 }
 
-/// The largest eigenvalue by Newton's method and its quaternion by Cramer's rule (Shuster and Oh 1981). Nothing near
-/// a half turn, nor where the largest eigenvalue is nearly double.
+/// The largest eigenvalue by Newton's method and its quaternion by Cramer's rule (Shuster and Oh
+/// 1981). `None` near a half turn, or if the largest eigenvalue is nearly double.
 fn quick(f: &Matrix3<f64>, symmetric: &Matrix3<f64>, axis: &Vector3<f64>) -> Option<Matrix3<f64>> {
     let trace = f.trace();
     let square = f.norm_squared();
@@ -36,7 +38,7 @@ fn quick(f: &Matrix3<f64>, symmetric: &Matrix3<f64>, axis: &Vector3<f64>) -> Opt
             return None;
         }
         root -= change;
-        // Newton's method squares what is left.
+        // Newton's method squares the remaining error.
         if change.abs() <= 1e-9 * root {
             break;
         }
@@ -51,7 +53,7 @@ fn quick(f: &Matrix3<f64>, symmetric: &Matrix3<f64>, axis: &Vector3<f64>) -> Opt
     clear.then(|| from_quaternion(scalar / norm, &(vector / norm)))
 }
 
-/// The same by the eigenvectors of the whole matrix: slower, but without exception.
+/// The same by the eigenvectors of the full matrix: slower, but without exceptions.
 fn by_eigenvectors(f: &Matrix3<f64>, symmetric: &Matrix3<f64>, axis: &Vector3<f64>) -> Matrix3<f64> {
     let largest = f.amax();
     if !(largest > 0.0 && largest.is_finite()) {

@@ -1,4 +1,4 @@
-//! The closed forms of elasticity that the model must reach.
+//! Comparison of the axisymmetric model with closed forms of elasticity.
 
 use std::f64::consts::PI;
 
@@ -9,18 +9,19 @@ use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
 use crate::slabs::{ask_contactor, make_elastic_layer, solve_beyond_need, solve_exactly};
 use crate::{Measured, largest};
 
-/// Points of the rule for integrals over a load: they leave 1e-9.
+/// Number of quadrature points for integrals over a load; the error is 1e-9.
 const POINTS: usize = 32;
 
-/// A block as deep as it is wide, pushed on its skin: what a half-space becomes as it grows.
+/// A block with equal depth and width, loaded on its skin; approaches a half-space with increasing
+/// size.
 fn block(radius_m: f64, modulus_pa: f64, poisson: f64, load_radius_m: f64) -> Problem {
     let slab = Slab { layers: vec![make_elastic_layer(radius_m, modulus_pa, poisson)], radius_m };
     let load = Load { kind: LoadKind::Contactor { depth_m: 0.0 }, radius_m: load_radius_m };
     Problem { slab, load, sample_r_m: vec![], sample_depth_m: vec![] }
 }
 
-/// How far the displacement under a Gaussian load falls short of the half-space's (1 − ν²) F/(E a √π), as a share of
-/// it, on a block of so many load radii.
+/// Returns the relative shortfall of the displacement under a Gaussian load from the half-space's
+/// (1 − ν²) F/(E a √π), on a block with a size of `radii` load radii.
 fn half_space_shortfall(radii: f64) -> Result<f64, AxisymmetricError> {
     let (e, nu, a) = (50e3, 0.3, 0.001);
     let model = solve_exactly(&block(radii * a, e, nu, a))?;
@@ -31,7 +32,7 @@ pub(super) fn half_space_error() -> Measured {
     Ok((half_space_shortfall(50.0)? - 0.017).abs())
 }
 
-/// The shortfall goes as 1/R.
+/// The shortfall is proportional to 1/R.
 pub(super) fn half_space_rate() -> Measured {
     let shortfalls: Result<Vec<f64>, _> = [50.0, 100.0, 200.0, 400.0].into_iter().map(half_space_shortfall).collect();
     Ok(largest(shortfalls?.windows(2).map(|pair| (pair[0] / pair[1] - 2.0).abs())))
@@ -45,9 +46,10 @@ pub(super) fn boussinesq_error() -> Measured {
 
 /// A rigid punch of 1.27 mm diameter on 50 kPa, ν 0.45: 2aE/(1 − ν²) = 79.62 N/m.
 ///
-/// The punch is not meshed. Its pressure p = F/(2πa √(a² − r²)) is known, and a narrow Gaussian load well inside it sees
-/// it as rigid, so by Betti's theorem the punch sinks by ∫ p u dA, u the answer to that load of 1 N. With r = a sin θ
-/// the integral is ∫ u(a sin θ) sin θ dθ from 0 to π/2, without a singularity.
+/// The punch is not meshed. Its pressure p = F/(2πa √(a² − r²)) is known, and it is rigid compared
+/// with a narrow Gaussian load well inside it, so by Betti's theorem the punch is displaced by ∫ p
+/// u dA, where u is the response to that load of 1 N. With r = a sin θ the integral is ∫ u(a sin θ)
+/// sin θ dθ from 0 to π/2, without a singularity.
 pub(super) fn punch_error() -> Measured {
     let a = 0.5 * 0.00127;
     let model = solve_exactly(&block(5.0, 50e3, 0.45, a / 6.0))?;
@@ -59,7 +61,8 @@ pub(super) fn punch_error() -> Measured {
     Ok((stiffness_n_per_m / 79.62 - 1.0).abs())
 }
 
-/// Three layers in a smooth tube, pressed evenly: Σ d/(M A), M = E(1 − ν)/((1 + ν)(1 − 2ν)), of what is below.
+/// Three layers in a frictionless tube under uniform pressure: Σ d/(M A), M = E(1 − ν)/((1 + ν)(1 −
+/// 2ν)), summed over the layers below.
 pub(super) fn column_error() -> Measured {
     confined_error(
         vec![
@@ -71,18 +74,19 @@ pub(super) fn column_error() -> Measured {
     )
 }
 
-/// A linear displacement, anywhere in a column whose elements differ in size and order.
+/// A linear displacement, at any point of a column whose elements differ in size and order.
 pub(super) fn patch_error() -> Measured {
     confined_error(vec![make_elastic_layer(0.03, 50e3, 0.3)], &[0.0, 0.0003, 0.004, 0.0111, 0.02, 0.0299])
 }
 
-/// Largest relative error at these depths of a column of layers in a smooth tube, pressed evenly.
+/// Returns the largest relative error at these depths of a column of layers in a frictionless tube
+/// under uniform pressure.
 pub(super) fn confined_error(layers: Vec<ElasticLayer>, depths_m: &[f64]) -> Measured {
     let mut problem = ask_contactor(layers, 0.0);
     problem.slab.radius_m = 0.01;
     problem.sample_r_m.clear();
     let mesh = MeshSpec::graded(&problem, 6.0);
-    // A Gaussian a million times wider than the column is even across it.
+    // A Gaussian a million times wider than the column is uniform across it.
     problem.load.radius_m = 1e6 * problem.slab.radius_m;
     let pressure_pa = 1.0 / (PI * problem.load.radius_m * problem.load.radius_m);
     let model = Axisymmetric::with_side(&problem, &mesh, Side::Sliding)?;
@@ -104,8 +108,9 @@ pub(super) fn confined_error(layers: Vec<ElasticLayer>, depths_m: &[f64]) -> Mea
     Ok(largest(places.map(error)))
 }
 
-/// What load one does where load two acts, against what load two does where load one acts, both averaged with the
-/// Gaussian of a contactor: the same, says Betti, though the two are solved on different meshes.
+/// Compares the displacement by load one at load two with that by load two at load one, both
+/// averaged with the Gaussian of a contactor: equal by Betti's theorem, although the two are solved
+/// on different meshes.
 pub(super) fn mutual_error() -> Measured {
     let layers = [
         make_elastic_layer(0.0008, 132e3, 0.45),
@@ -119,7 +124,7 @@ pub(super) fn mutual_error() -> Measured {
     let loads = [loaded(0.0)?, loaded(0.0008)?, loaded(0.0092)?];
     let felt = |by: usize, of: usize| -> f64 {
         let ((_, a, felt_m), (model, ..)) = (&loads[by], &loads[of]);
-        // Over six radii: beyond is 2e-16 of the load.
+        // Integrate over six radii; the rest of the load is 2e-16.
         let at = |(x, weight): (f64, f64)| {
             let radii = 3.0 * (1.0 + x);
             6.0 * weight * radii * libm::exp(-radii * radii) * model.displacement_m(a * radii, *felt_m)[0]

@@ -1,4 +1,5 @@
-//! Layers that make an element model give way: contrasts, near incompressibility, slivers and nothing at all.
+//! Layers that are difficult for finite elements: high contrast, near incompressibility, slivers
+//! and zero thickness.
 
 use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, FittedAxisymmetric, MeshSpec, fit};
 use tissue::{ElasticLayer, Problem};
@@ -11,7 +12,7 @@ const TOLERANCE: f64 = 1e-3;
 /// The stiffness ratios of the case.
 const RATIOS: [f64; 4] = [1e2, 1e3, 1e4, 1e5];
 
-/// A load on the upper boundary of a layer that is so many times as stiff as its neighbours.
+/// A load on the upper boundary of a layer that is `ratio` times as stiff as its neighbours.
 fn contrast(ratio: f64) -> Problem {
     let (outer, inner) = if ratio > 1.0 { (1e4, 1e4 * ratio) } else { (1e4 / ratio, 1e4) };
     ask_contactor(
@@ -24,13 +25,13 @@ fn contrast(ratio: f64) -> Problem {
     )
 }
 
-/// True error of a fit to the tolerance; infinite when the tolerance is not met.
+/// Returns the true error of a fit to the tolerance; infinite if the tolerance is not met.
 fn fitted_error(problem: &Problem) -> Result<f64, AxisymmetricError> {
     let FittedAxisymmetric { model, met, .. } = fit(problem, TOLERANCE)?;
     Ok(if met { relative_distance_of_models(problem, &model, &solve_beyond_need(problem)?) } else { f64::INFINITY })
 }
 
-/// The largest of them.
+/// Returns the largest error.
 fn worst(problems: impl IntoIterator<Item = Problem>) -> Measured {
     let errors: Result<Vec<f64>, _> = problems.into_iter().map(|problem| fitted_error(&problem)).collect();
     Ok(largest(errors?))
@@ -44,7 +45,7 @@ pub(super) fn stiff_within_error() -> Measured {
     worst(RATIOS.map(contrast))
 }
 
-/// In either direction, at the ends of the range.
+/// For both signs of the contrast, at the ends of the range.
 pub(super) fn contrast_estimate() -> Measured {
     let factor = |ratio: f64| -> Measured {
         let problem = contrast(ratio);
@@ -56,7 +57,7 @@ pub(super) fn contrast_estimate() -> Measured {
     Ok(largest(factors?))
 }
 
-/// The muscle's stiffness under a skin that is a fiftieth of its depth.
+/// A stiff skin on muscle; the skin's thickness is a fiftieth of the depth.
 pub(super) fn skin_error() -> Measured {
     worst([0.0, 0.0008].map(|depth_m| {
         ask_contactor(vec![make_elastic_layer(0.0008, 132e3, 0.45), make_elastic_layer(0.039, 198e3, 0.45)], depth_m)
@@ -74,7 +75,7 @@ pub(super) fn incompressible_error() -> Measured {
     worst([skin_on_fat(0.499)])
 }
 
-/// Linear elements would be wrong by tens of per cent.
+/// Linear elements would be wrong by tens of per cent (locking).
 pub(super) fn incompressible_locking() -> Measured {
     let error = |poisson_ratio: f64| -> Measured {
         let problem = skin_on_fat(poisson_ratio);
@@ -84,19 +85,21 @@ pub(super) fn incompressible_locking() -> Measured {
     Ok(error(0.499)? / error(0.45)?)
 }
 
-/// The layers asked about at the skin only, so that all versions of a problem are asked the same.
+/// Samples the layers only at the skin, so that all versions of a problem have the same sample
+/// points.
 fn at_skin(layers: Vec<ElasticLayer>) -> Problem {
     let mut problem = ask_contactor(layers, 0.0);
     problem.sample_depth_m.truncate(1);
     problem
 }
 
-/// How far the fits of two problems are apart.
+/// Returns the distance between the fits of two problems.
 fn change(one: &Problem, other: &Problem) -> Measured {
     Ok(relative_distance_of_models(one, &fit(one, TOLERANCE)?.model, &fit(other, TOLERANCE)?.model))
 }
 
-/// Both fits are to 0.1 %; the mesh around a sliver must be as good as one without.
+/// Both fits have a tolerance of 0.1 %; a mesh around a sliver must be as accurate as one without
+/// it.
 pub(super) fn film_error() -> Measured {
     let whole = at_skin(vec![make_elastic_layer(0.03, 2e4, 0.45)]);
     let film = at_skin(vec![
@@ -107,7 +110,8 @@ pub(super) fn film_error() -> Measured {
     change(&whole, &film)
 }
 
-/// A linear field in a column with a film in it, which its elements must carry exactly but for rounding.
+/// A linear field in a column with a film, which the elements must reproduce exactly except for
+/// rounding.
 pub(super) fn film_patch() -> Measured {
     let layers = vec![
         make_elastic_layer(0.002, 1e5, 0.3),
@@ -117,7 +121,7 @@ pub(super) fn film_patch() -> Measured {
     super::closed_forms::confined_error(layers, &[0.0, 0.001, 0.002, 0.002_001, 0.01])
 }
 
-/// An element's end before its beginning, at it, at the axis, and nowhere.
+/// An element that ends before its start, at its start, at the axis, at infinity or at NaN.
 pub(super) fn inverted_accepted() -> Measured {
     let problem = ask_contactor(vec![make_elastic_layer(0.03, 2e4, 0.45)], 0.0);
     let good = MeshSpec::graded(&problem, 4.0);
@@ -131,7 +135,7 @@ pub(super) fn inverted_accepted() -> Measured {
     Ok(ends_m.map(accepted).iter().sum::<usize>() as f64)
 }
 
-/// To the last bit.
+/// Bit-exact.
 pub(super) fn sheets_change() -> Measured {
     let solid = at_skin(vec![make_elastic_layer(0.001, 1e5, 0.45), make_elastic_layer(0.03, 2e4, 0.45)]);
     let mut sheeted = solid.clone();
@@ -148,7 +152,7 @@ pub(super) fn duplicate_change() -> Measured {
     )
 }
 
-/// A thin fascia, pressed from above and from below.
+/// A thin fascia, loaded from above and from below.
 pub(super) fn thin_error() -> Measured {
     let layers = [
         make_elastic_layer(0.002, 1e5, 0.45),

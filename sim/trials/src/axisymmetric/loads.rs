@@ -1,4 +1,5 @@
-//! Forces that jump, stay, or are none. The model has no memory, so no force may leave a trace.
+//! Forces that jump, are constant, or are invalid. The model is stateless, so no force may affect
+//! later results.
 
 use tissue::FieldModel;
 use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, fit};
@@ -15,7 +16,7 @@ fn lower_back() -> Result<Axisymmetric, AxisymmetricError> {
     Ok(fit(&ask_contactor(layers, 0.0), 1e-2)?.model)
 }
 
-/// Axial and radial displacement in m at places all over the tissue.
+/// Returns axial and radial displacement in m at points throughout the tissue.
 fn answer(model: &Axisymmetric) -> Vec<f64> {
     let places = (0..12).flat_map(|r| (0..8).map(move |z| [0.0021 * f64::from(r), 0.0031 * f64::from(z)]));
     places.flat_map(|[r_m, depth_m]| model.displacement_m(r_m, depth_m)).collect()
@@ -25,7 +26,7 @@ fn largest_change(one: &[f64], other: &[f64]) -> f64 {
     largest(one.iter().zip(other).map(|(a, b)| (a - b).abs()))
 }
 
-/// 50 mm deep at 1 m/s and out again, at 331 N/m; then 1 N as before.
+/// In to 50 mm at 1 m/s and out again, at 331 N/m; then 1 N as before.
 pub(super) fn stab_memory() -> Measured {
     let mut model = lower_back()?;
     let before = answer(&model);
@@ -44,7 +45,7 @@ pub(super) fn teleport_linearity() -> Measured {
     Ok(largest_change(&scaled, &answer(&model)) / largest(scaled.iter().map(|u| u.abs())))
 }
 
-/// The last good answer stands.
+/// The last valid result is kept.
 pub(super) fn bad_force_answers() -> Measured {
     let mut model = lower_back()?;
     model.solve(0.7);
@@ -56,7 +57,7 @@ pub(super) fn bad_force_answers() -> Measured {
     Ok(changed.iter().sum::<usize>() as f64)
 }
 
-/// 72 000 fields at 120 Hz, to the last bit.
+/// 72 000 fields at 120 Hz, bit-exact.
 pub(super) fn hold_changes() -> Measured {
     let mut model = lower_back()?;
     model.solve(0.7);
@@ -64,7 +65,8 @@ pub(super) fn hold_changes() -> Measured {
     let mut changes = 0;
     for field in 0..72_000 {
         model.solve(0.7);
-        // All of the solution is in every place: the whole field is looked at from time to time, one place always.
+        // Every point depends on the whole solution: check the full field occasionally and one
+        // point always.
         let same = model.displacement_m(0.0, 0.0)[0].to_bits() == before[0].to_bits();
         let all_same = field % 1000 != 0 || answer(&model) == before;
         changes += usize::from(!(same && all_same));

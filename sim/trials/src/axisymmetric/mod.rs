@@ -1,7 +1,7 @@
-//! The axisymmetric model in the hard cases that concern it, and against the closed forms.
+//! The axisymmetric model in the hard cases that concern it, and compared with closed forms.
 //!
-//! Trials would fail on a wrong term of the stiffness, on elements that lock, on an estimate that flatters where a
-//! corner is singular, on a film that spoils the conditioning, and on an answer that depends on the one before.
+//! The trials detect a wrong stiffness term, locking elements, an estimate that is too small at a
+//! singular corner, a film that degrades the conditioning, and results that depend on earlier ones.
 
 mod closed_forms;
 mod layers;

@@ -1,4 +1,4 @@
-//! Layers that few bodies have, paths that meet them anew, and paths that meet them askew.
+//! Unusual layers, repeated entries, and oblique paths.
 
 use law::axial::{AxialSpec, Contactor, ParamError, Rupture};
 use law::closed_form;
@@ -10,12 +10,12 @@ use crate::needle::{DrivenNeedle, NeedleTick};
 use crate::scenes::{AxialRun, Leg, in_hold_out_in, make_layer, paper_axial_spec, training_axial_spec, trocar_through};
 use crate::{Measured, largest};
 
-/// From the skin to a depth in m, by so much a tick.
+/// Returns a leg from the skin to a depth in m, advancing `tick_m` per tick.
 fn insertion(to_m: f64, tick_m: f64) -> Leg {
     Leg { start_s: 0.0, duration_s: to_m / tick_m * DT, dt_s: DT, from_m: 0.0, to_m }
 }
 
-/// Three times the same fascia at the skin, and fat at the same depth.
+/// Three identical fasciae at the skin, and fat at the same depth.
 fn coincident() -> AxialSpec {
     let fascia = make_layer("fascia", [0.0, 400.0, 0.0, 0.8, 1.0, 0.0, 0.2]);
     let fat = make_layer("fat", [9.0, 80.0, 0.0, 0.3, 0.4, 0.0, 0.0]);
@@ -32,13 +32,13 @@ pub(super) fn coincident_cutting() -> Measured {
     Ok(largest(cutting_n))
 }
 
-/// Three layers of 0.3 mm under a rim that follows by 2 mm.
+/// Three layers of 0.3 mm with a rim 2 mm behind the tip.
 pub(super) fn thin_lateness() -> Measured {
     let thin = |name| make_layer(name, [0.3, 1000.0, 0.0, 0.2, 0.3, 0.0, 0.0]);
     Ok(lateness_m(trocar_through(vec![thin("a"), thin("b"), thin("c")]), &insertion(0.005, 1e-6))? * 1e6)
 }
 
-/// A skin so strong that whatever lies below it has reached its own threshold when it gives way.
+/// A skin so strong that everything below it has reached its own threshold when the skin ruptures.
 pub(super) fn cascade_lateness() -> Measured {
     let spec = trocar_through(vec![
         make_layer("skin", [1.0, 400.0, 0.0, 2.0, 3.0, 0.0, 0.0]),
@@ -48,7 +48,7 @@ pub(super) fn cascade_lateness() -> Measured {
     Ok(lateness_m(spec, &insertion(0.06, 2e-6))? * 1e6)
 }
 
-/// Everything in one tick: every tip in boundary order, then every rim.
+/// All ruptures in one tick: every tip in boundary order, then every rim.
 pub(super) fn cascade_order() -> Measured {
     let mut run = AxialRun::new(paper_axial_spec())?;
     run.step(0.0, -0.001);
@@ -59,7 +59,8 @@ pub(super) fn cascade_order() -> Measured {
     Ok((found.len().max(6) - in_turn) as f64)
 }
 
-/// No device holds 12.1 N; the law reaches them as stated all the same. The scaling to a device is not its business.
+/// No device renders 12.1 N; the law reaches the threshold nevertheless. Scaling to the device is
+/// done elsewhere.
 pub(super) fn threshold_excess() -> Measured {
     let mut spec = paper_axial_spec();
     spec.layers.truncate(1);
@@ -74,7 +75,7 @@ pub(super) fn threshold_excess() -> Measured {
     Ok(if excess_n >= 0.0 { excess_n * 1e3 } else { f64::INFINITY })
 }
 
-/// In and out again of the training scene.
+/// Into the training scene and out again.
 pub(super) fn withdrawn_energy() -> Measured {
     let mut run = AxialRun::new(training_axial_spec())?;
     for leg in &in_hold_out_in()[..3] {
@@ -83,7 +84,8 @@ pub(super) fn withdrawn_energy() -> Measured {
     Ok(run.state.ledger.elastic_j() + run.state.ledger.presliding_j)
 }
 
-/// In to 30 mm and out; then in again so far beside the first entry, in m. The ticks of the second insertion.
+/// In to 30 mm and out, then in again at a distance in m from the first entry. Returns the ticks of
+/// the second insertion.
 fn enter_again(beside_m: f64) -> Result<Vec<NeedleTick>, ParamError> {
     let at = |x_m, z_m| Point3::new(x_m, 0.0, z_m);
     let down = -Vector3::z();
@@ -100,7 +102,7 @@ fn ruptures(ticks: &[NeedleTick]) -> Vec<Rupture> {
     ticks.iter().flat_map(|tick| &tick.events).filter_map(rupture).collect()
 }
 
-/// A track is the same within 2 mm.
+/// Just under 2 mm, the distance within which a re-entry uses the same track.
 const SAME_TRACK_M: f64 = 0.0019;
 
 pub(super) fn same_track_ruptures() -> Measured {
@@ -117,7 +119,7 @@ pub(super) fn beside_intact() -> Measured {
     Ok(wanted.abs_diff(ruptures(&enter_again(0.003)?).len()) as f64)
 }
 
-/// Every path length doubles.
+/// At 60° every path length doubles.
 pub(super) fn oblique_lateness() -> Measured {
     let angle = core::f64::consts::FRAC_PI_3;
     let axis = Vector3::new(libm::sin(angle), 0.0, -libm::cos(angle));

@@ -1,7 +1,7 @@
 //! The force law in the hard cases that concern it.
 //!
-//! Trials would fail on a law that triggers on velocity, counts ticks, drifts, allows an order that a coarse tick
-//! breaks, or believes a broken device.
+//! The trials detect a law that triggers on velocity, counts ticks, drifts, allows an order that a
+//! coarse tick violates, or trusts a faulty device.
 
 mod layers;
 mod motion;
@@ -82,16 +82,16 @@ super::trials! { "force law":
     optioned_rates_force, case::OPTION_RATES, "root mean square of the difference, of the force", <= 0.01 "";
 }
 
-/// Time of a tick, in s.
+/// Duration of a tick, in s.
 const DT: f64 = 1e-3;
-/// The closed form's running sums and the law's may differ by this, in m.
+/// Allowed difference between the closed form's running sums and the law's, in m.
 const ROUND_OFF_M: f64 = 1e-12;
 
-/// How late the latest rupture of a straight insertion is after its closed form, in m: infinite when one is early,
-/// missing or out of turn.
+/// Returns the largest delay of a rupture of a straight insertion relative to its closed form, in
+/// m; infinite if one is early, missing or out of order.
 ///
 /// # Errors
-/// When the scene makes no sense.
+/// If the law refuses the scene.
 pub fn lateness_m(spec: AxialSpec, leg: &Leg) -> Result<f64, ParamError> {
     let predicted = closed_form::predict_ruptures(&spec);
     let mut found = Vec::with_capacity(predicted.len());
@@ -110,7 +110,7 @@ fn latest_m(found: &[Rupture], predicted: &[PredictedRupture]) -> f64 {
     }))
 }
 
-/// A needle inserted at 10 mm/s and 1 kHz from the skin to a depth in m.
+/// Inserts a needle at 10 mm/s and 1 kHz from the skin to a depth in m.
 fn inserted(spec: AxialSpec, to_m: f64) -> Result<AxialRun, ParamError> {
     let mut run = AxialRun::new(spec)?;
     run.travel(&Leg { start_s: 0.0, duration_s: to_m / 0.01, dt_s: DT, from_m: 0.0, to_m }, |_, _, _| ());

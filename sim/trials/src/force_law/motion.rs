@@ -1,4 +1,4 @@
-//! Motions that no careful hand makes, and motions that last.
+//! Extreme motions and long-lasting motions.
 
 use law::axial::{AxialOutput, ParamError};
 
@@ -6,25 +6,26 @@ use super::{DT, inserted, lateness_m};
 use crate::scenes::{AxialRun, Leg, in_hold_out_in, training_axial_spec};
 use crate::{Measured, largest};
 
-/// 1 m/s from the air to beyond the last rupture.
+/// 1 m/s from above the skin to beyond the last rupture.
 const STAB: Leg = Leg { start_s: 0.0, duration_s: 0.045, dt_s: DT, from_m: -0.002, to_m: 0.043 };
 
 pub(super) fn stab_lateness() -> Measured {
     Ok(lateness_m(training_axial_spec(), &STAB)? * 1e3)
 }
 
-/// The bound, in N: the largest pair of thresholds, Σ b l · 1 m/s, Σ c l and the largest cutting force, for l down to
-/// 43 mm: 1.5 + 1.9, 0.24 + 0.84 + 10.14, 0.08 + 0.126 + 1.352 and 0.3.
+/// The bound, in N: the largest pair of thresholds, Σ b l · 1 m/s, Σ c l and the largest cutting
+/// force, for l down to 43 mm: 1.5 + 1.9, 0.24 + 0.84 + 10.14, 0.08 + 0.126 + 1.352 and 0.3.
 pub(super) fn stab_force() -> Measured {
     let mut forces_n = Vec::new();
     AxialRun::new(training_axial_spec())?.travel(&STAB, |_, _, output| forces_n.push(output.total_n()));
     Ok(largest(forces_n))
 }
 
-/// Where a needle is put in one tick, in m: below all layers, among them, and where the tip has just opened the skin.
+/// Positions to which a needle is moved in one tick, in m: below all layers, within them, and where
+/// the tip has just opened the skin.
 const TELEPORTS_M: [f64; 3] = [0.05, 0.0122, 0.0041];
 
-/// The largest of what `of` tells of a needle after its teleport, given where it went.
+/// Returns the largest value of `of` for a needle after its teleport to each target.
 fn teleport(of: impl Fn(AxialRun, f64) -> f64) -> Measured {
     let mut found = Vec::with_capacity(TELEPORTS_M.len());
     for target_m in TELEPORTS_M {
@@ -55,8 +56,8 @@ pub(super) fn teleport_force() -> Measured {
     teleport(|mut run, target_m| run.step(2.0 * DT, target_m).total_n().abs())
 }
 
-/// A handle of 45 g let go at rest at a displacement: where it is after two seconds, in m, and the most energy that it
-/// and the tissue ever had, in J.
+/// Releases a handle of 45 g at rest at a displacement. Returns its position after two seconds, in
+/// m, and the largest total energy of handle and tissue, in J.
 fn release(run: &mut AxialRun, x_m: f64) -> (f64, f64) {
     let start_s = x_m / 0.01;
     let (mut x_m, mut v, mut force_n) = (x_m, 0.0_f64, run.state.last_output().total_n());
@@ -89,8 +90,9 @@ pub(super) fn release_inserted() -> Measured {
     Ok((x_m - 0.03).abs() * 1e3)
 }
 
-/// Back by 0.2 mm and in again from 30 mm, handing each tick to `see` with its way back in m. The friction's cap there is
-/// 1.04 N or so, the presliding zone 1.04 mm wide from end to end.
+/// Moves back by 0.2 mm from 30 mm and in again, and passes each tick with its distance back in m
+/// to `see`. The friction's cap there is about 1.04 N, and the presliding zone is 1.04 mm wide from
+/// end to end.
 fn reverse(run: &mut AxialRun, mut see: impl FnMut(f64, &AxialOutput)) {
     for tick in 1..=400_u32 {
         let back_m = f64::from(tick.min(400 - tick)) * 1e-6;
@@ -114,7 +116,8 @@ pub(super) fn reversal_loss() -> Measured {
     Ok(friction_j(&run) - before_j)
 }
 
-/// Ten minutes at 20 mm after an insertion and half a second of rest; the largest change of what `of` tells.
+/// Holds for ten minutes at 20 mm after an insertion and half a second of rest; returns the largest
+/// change of `of`.
 fn hold(of: impl Fn(&AxialRun) -> f64) -> Measured {
     let mut run = inserted(training_axial_spec(), 0.02)?;
     run.step(2.5, 0.02);
@@ -135,8 +138,9 @@ pub(super) fn hold_energy() -> Measured {
     Ok(largest([stored_j, dissipated_j]))
 }
 
-/// Eight hours of strokes of 20 s at 100 Hz, in to 30 mm and out; the forces of the second and of the last, in N. The first
-/// opens and cuts; from the second on nothing new happens.
+/// Simulates eight hours of strokes of 20 s at 100 Hz, in to 30 mm and out; returns the forces of
+/// the second and of the last stroke, in N. The first opens and cuts; from the second on the state
+/// is periodic.
 fn hours() -> Result<(AxialRun, [Vec<f64>; 2]), ParamError> {
     let mut run = AxialRun::new(training_axial_spec())?;
     let mut stroke = |number: u32| -> Vec<f64> {
@@ -165,7 +169,8 @@ pub(super) fn hours_ledger() -> Measured {
     Ok(ledger.closure_error_j().abs() / ledger.input_j)
 }
 
-/// Every force of in–hold–out–in at a tick rate, at the instants of 1 kHz. The legs are whole milliseconds.
+/// Returns every force of in–hold–out–in at a tick rate, at the instants of 1 kHz. The legs are
+/// whole milliseconds.
 fn at_rate(ticks_per_ms: u32) -> Result<Vec<AxialOutput>, ParamError> {
     let mut run = AxialRun::new(training_axial_spec())?;
     let mut outputs = Vec::new();

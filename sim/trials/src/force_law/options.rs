@@ -1,4 +1,4 @@
-//! The options of version 3, alone and all at once, where the law without them has its hard cases.
+//! The options of version 3, each alone and all together, in the hard cases of the plain law.
 
 use law::axial::{AxialOutput, AxialSpec, Breakaway, ForceLaw, LayerOptions, MaxwellBranch, ParamError};
 use law::ledger::{LayerEnergy, Ledger};
@@ -7,14 +7,14 @@ use super::DT;
 use crate::scenes::{AxialRun, Leg, OPTION_SETS, make_layer, needle_through, training_axial_spec, with_options};
 use crate::{Measured, largest};
 
-/// The worst of what is measured in the training scene under every option alone and under all at once.
+/// Returns the largest measurement in the training scene over every option alone and all together.
 fn worst(measure: impl Fn(AxialSpec) -> Measured) -> Measured {
     OPTION_SETS.iter().try_fold(f64::NEG_INFINITY, |worst, options| {
         Ok(libm::fmaximum(worst, measure(with_options(training_axial_spec(), options))?))
     })
 }
 
-/// A wall that does not give way, with branches of a tenth, one and thirty seconds.
+/// A wall that does not rupture, with branches of 0.1 s, 1 s and 30 s.
 fn relaxing_wall() -> AxialSpec {
     let mut wall = make_layer("wall", [100.0, 300.0, 0.0, 50.0, 50.0, 0.0, 0.0]);
     let branch = |share, time_s| MaxwellBranch { share, time_s };
@@ -25,7 +25,8 @@ fn relaxing_wall() -> AxialSpec {
     AxialSpec { law: ForceLaw::Version3, ..needle_through(vec![wall]) }
 }
 
-/// Force of the wall after ramps of constant speed, each of a length in s and a speed in m/s, in closed form, in N.
+/// Returns the force of the wall after ramps of constant speed, each with a duration in s and a
+/// speed in m/s, in closed form, in N.
 fn wall_force_n(spec: &AxialSpec, ramps: &[[f64; 2]]) -> f64 {
     let layer = &spec.layers[0];
     let k = layer.stiffness_n_per_m;
@@ -39,7 +40,8 @@ fn wall_force_n(spec: &AxialSpec, ramps: &[[f64; 2]]) -> f64 {
     k * dent_m + layer.options.branches.iter().map(branch_n).sum::<f64>()
 }
 
-/// In by 3 mm in a second, then held for ten minutes: largest distance of the force from its closed form, in N.
+/// In by 3 mm in a second, then held for ten minutes: largest deviation of the force from its
+/// closed form, in N.
 pub(super) fn relaxed_hold_force() -> Measured {
     let spec = relaxing_wall();
     let mut run = AxialRun::new(spec.clone())?;
@@ -51,7 +53,7 @@ pub(super) fn relaxed_hold_force() -> Measured {
     })))
 }
 
-/// The same hold under options after 11 mm: the largest rise of the force in a tick, in N.
+/// The same hold with options after 11 mm: the largest rise of the force in a tick, in N.
 pub(super) fn optioned_hold_rise() -> Measured {
     worst(hold_rise)
 }
@@ -66,7 +68,8 @@ fn hold_rise(spec: AxialSpec) -> Measured {
     })))
 }
 
-/// In for 50 ms and back for 30 ms, within the second branch's time and beyond the first one's half: distance from the closed form, in N.
+/// In for 50 ms and back for 30 ms, within the second branch's time and beyond half of the first
+/// one's: deviation from the closed form, in N.
 pub(super) fn relaxed_reversal_force() -> Measured {
     let spec = relaxing_wall();
     let mut run = AxialRun::new(spec.clone())?;
@@ -78,7 +81,8 @@ pub(super) fn relaxed_reversal_force() -> Measured {
     })))
 }
 
-/// A dent of 4 mm held for a minute and left in 10 ms: the least force on the way out, in N, as a positive number where it pulls.
+/// An indentation of 4 mm held for a minute and withdrawn in 10 ms: the smallest force on the way
+/// out, in N, with a positive sign if it pulls.
 pub(super) fn relaxed_pull() -> Measured {
     let mut run = AxialRun::new(relaxing_wall())?;
     let mut pulls_n = Vec::new();
@@ -92,7 +96,8 @@ pub(super) fn relaxed_pull() -> Measured {
     Ok(largest(pulls_n) + run.state.ledger.elastic_j())
 }
 
-/// A stab of 1 m/s under options. The bound, in N, is that of the training scene with friction 1.6 times its own.
+/// A stab at 1 m/s with options. The bound, in N, is that of the training scene with 1.6 times its
+/// friction.
 pub(super) fn optioned_stab_force() -> Measured {
     worst(|spec| {
         let mut forces_n = Vec::new();
@@ -102,8 +107,9 @@ pub(super) fn optioned_stab_force() -> Measured {
     })
 }
 
-/// In by 12 mm at 20 mm/s and back by 0.2 mm in a tenth of a second, less than breaks the shaft away or brings it back: how far the ledger's
-/// input less what is returned is from the work of the force along the way, as a part of the input. A tick is 2 µm at most.
+/// In by 12 mm at 20 mm/s and back by 0.2 mm in a tenth of a second, too little to break the shaft
+/// away or restore it: difference between the ledger's input minus the returned energy and the work
+/// of the force along the path, relative to the input. A tick advances at most 2 µm.
 pub(super) fn optioned_reversal_work() -> Measured {
     worst(|spec| {
         let mut run = AxialRun::new(spec)?;
@@ -123,10 +129,11 @@ pub(super) fn optioned_reversal_work() -> Measured {
     })
 }
 
-/// Ticks of a stroke of 20 s.
+/// Number of ticks of a 20 s stroke.
 const STROKE: u32 = 500;
 
-/// Eight hours of strokes of 20 s at 25 Hz under options; the forces of the second and of the last, in N.
+/// Simulates eight hours of strokes of 20 s at 25 Hz with options; returns the forces of the second
+/// and of the last stroke, in N.
 fn hours(spec: AxialSpec) -> Result<(AxialRun, [Vec<f64>; 2]), ParamError> {
     let mut run = AxialRun::new(spec)?;
     let mut stroke = |number: u32| -> Vec<f64> {
@@ -159,7 +166,8 @@ pub(super) fn optioned_hours_ledger() -> Measured {
     })
 }
 
-/// In to 40 mm, held, out and in again under options at a rate in Hz: the run, and the force at every 4 ms.
+/// In to 40 mm, held, out and in again with options at a rate in Hz; returns the run, and the force
+/// every 4 ms.
 fn at_rate(spec: AxialSpec, tick_hz: u32) -> Result<(AxialRun, Vec<AxialOutput>), ParamError> {
     let mut run = AxialRun::new(spec)?;
     let mut outputs = Vec::new();
@@ -178,7 +186,7 @@ fn at_rate(spec: AxialSpec, tick_hz: u32) -> Result<(AxialRun, Vec<AxialOutput>)
     Ok((run, outputs))
 }
 
-/// What `of` makes of a ledger at 250 Hz against 4 kHz: the largest relative difference.
+/// Returns the largest relative difference of `of` of the ledger between 250 Hz and 4 kHz.
 fn apart<const N: usize>(of: fn(&Ledger) -> [f64; N]) -> Measured {
     worst(|spec| {
         let (slow, fast) = (of(&at_rate(spec.clone(), 250)?.0.state.ledger), of(&at_rate(spec, 4000)?.0.state.ledger));
@@ -198,12 +206,14 @@ pub(super) fn optioned_rates_energy() -> Measured {
     })
 }
 
-/// A boundary is found torn up to a tick late, 40 µm at 250 Hz and 10 mm/s, when its dent of a few mm holds so much more.
+/// A rupture is detected up to a tick late, 40 µm at 250 Hz and 10 mm/s, when the indentation of a
+/// few mm stores correspondingly more energy.
 pub(super) fn optioned_rates_rupture() -> Measured {
     apart(|ledger| [sum_j(ledger, |e| e.rupture_j)])
 }
 
-/// The force at 250 Hz against that at 4 kHz: root mean square of the difference over that of the force.
+/// The force at 250 Hz compared with that at 4 kHz: root mean square of the difference, relative to
+/// that of the force.
 pub(super) fn optioned_rates_force() -> Measured {
     worst(|spec| {
         let (slow, fast) = (at_rate(spec.clone(), 250)?.1, at_rate(spec, 4000)?.1);
@@ -214,7 +224,8 @@ pub(super) fn optioned_rates_force() -> Measured {
     })
 }
 
-/// Tremor of 0.1 mm about 20 mm of needle that holds by static friction: what it loses, in µJ. The spring turns about within its cap.
+/// Tremor of 0.1 mm around 20 mm with a needle held by static friction: the dissipated energy, in
+/// µJ. The spring stays below its cap.
 pub(super) fn static_tremor() -> Measured {
     let mut muscle = make_layer("muscle", [100.0, 300.0, 0.0, 0.0, 0.0, 50.0, 0.0]);
     muscle.options.static_friction_n_per_m = Some(80.0);

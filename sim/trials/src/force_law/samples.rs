@@ -1,4 +1,4 @@
-//! What a broken device sends: none of it may leave a trace.
+//! Input of a faulty device, none of which may affect the state.
 
 use law::Incidence;
 use law::axial::{AxialInput, AxialOutput, step};
@@ -7,11 +7,11 @@ use super::{DT, inserted};
 use crate::scenes::{AxialRun, training_axial_spec};
 use crate::{Measured, largest};
 
-/// Time at which the needle has come to rest, in s: its insertion to 20 mm at 10 mm/s ends there.
+/// Time at which the needle is at rest, in s: the end of its insertion to 20 mm at 10 mm/s.
 const ARRIVED_S: f64 = 2.0;
 
-/// How many of the samples changed anything: their own answer is the last good one and held, the state is untouched, and
-/// the next good sample is taken.
+/// Counts the samples that changed anything. Required: the output is the last good one, marked as
+/// held, the state is unchanged, and the next good sample is accepted.
 fn believed(samples: &[AxialInput]) -> Measured {
     let mut run = inserted(training_axial_spec(), 0.02)?;
     let (good, state) = (run.state.last_output(), run.state.clone());
@@ -25,7 +25,7 @@ fn believed(samples: &[AxialInput]) -> Measured {
     Ok(f64::from(traces))
 }
 
-/// Not numbers, infinite, repeated with another position, backwards in time; and path factors that no angle has.
+/// NaN, infinite, repeated with another position, backwards in time; and impossible path factors.
 pub(super) fn bad_samples() -> Measured {
     let next_s = ARRIVED_S + DT;
     let at = |t_s, x_m| AxialInput { t_s, x_m, incidence: Incidence::UPRIGHT };
@@ -46,20 +46,21 @@ pub(super) fn bad_samples() -> Measured {
     ])
 }
 
-/// The same instant again, where the needle was, deeper and higher; and an instant too close to tell apart.
+/// The same instant again, at the same position, deeper and higher; and an instant too close to
+/// distinguish.
 pub(super) fn no_time() -> Measured {
     let at = |t_s, x_m| AxialInput { t_s, x_m, incidence: Incidence::UPRIGHT };
     believed(&[at(ARRIVED_S, 0.02), at(ARRIVED_S, 0.021), at(ARRIVED_S, 0.019), at(ARRIVED_S + 1e-10, 0.021)])
 }
 
-/// The first good sample is the first, whatever came before it.
+/// The first good sample initialises the law, regardless of earlier ones.
 pub(super) fn bad_first_sample() -> Measured {
     let (mut bad, mut clean) = (AxialRun::new(training_axial_spec())?, AxialRun::new(training_axial_spec())?);
     bad.step(f64::NAN, 0.0);
     Ok((bad.step(0.0, 0.01).total_n() - clean.step(0.0, 0.01).total_n()).abs())
 }
 
-/// A gap is one long tick: what comes after it is as if it had not been.
+/// A gap is one long tick and does not affect later results.
 pub(super) fn missing_samples() -> Measured {
     let (mut whole, mut gapped) = (AxialRun::new(training_axial_spec())?, AxialRun::new(training_axial_spec())?);
     let mut change = |tick: u32| {

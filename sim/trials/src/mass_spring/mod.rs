@@ -1,7 +1,7 @@
-//! The lattice of springs in the hard cases that concern it.
+//! The mass-spring lattice in the hard cases that concern it.
 //!
-//! Trials would fail on a lattice that is stepped beyond what is stable, that gains energy when it turns inside out, that
-//! creeps under a held force, that believes a broken sample, or that hides its floor.
+//! The trials detect a lattice that is stepped beyond its stability limit, gains energy when
+//! inverted, creeps under a constant force, trusts an invalid sample, or hides its accuracy limit.
 
 mod motion;
 mod moved;
@@ -48,10 +48,10 @@ super::trials! { "mass-spring":
     rates_displacement, case::RATES, "largest difference of the displacement, relative; bound: a tick of the ramp", <= 0.02 "";
 }
 
-/// Half the width of the lattices that are moved, in m: 8 footprints.
+/// Half the width of the moving lattices, in m: 8 footprints.
 const RADIUS_M: f64 = 0.008;
 
-/// A problem of layers 16 footprints wide, asked for on the skin and within.
+/// A problem with layers 16 footprints wide, sampled on the skin and below it.
 fn problem(layers: Vec<ElasticLayer>) -> Problem {
     Problem {
         slab: Slab { layers, radius_m: RADIUS_M },

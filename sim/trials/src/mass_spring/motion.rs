@@ -1,4 +1,4 @@
-//! Lattices that are moved as no careful hand moves them.
+//! Moving lattices under extreme loads.
 
 use law::axial::ParamError;
 use tissue::mass_spring::{Damping, LatticeError, MAX_FORCE_N};
@@ -36,20 +36,21 @@ pub(super) fn long_step_refused() -> Measured {
     Ok(f64::from(u8::from(!named || moved.motion != before)))
 }
 
-/// What the tip pushes the tissue with, in N, when a needle of the training scene goes where it is put every millisecond.
+/// Returns the tip's force on the tissue, in N, for a needle of the training scene at the given
+/// depth in each millisecond.
 fn tip_forces_n(depths_m: impl Iterator<Item = f64>) -> Result<Vec<f64>, ParamError> {
     let mut needle = AxialRun::new(training_axial_spec())?;
     Ok(depths_m.zip(0_u32..).map(|(x_m, tick)| needle.step(f64::from(tick) * 1e-3, x_m).tip_n).collect())
 }
 
-/// From the air to 43 mm at 1 m/s, and held.
+/// From above the skin to 43 mm at 1 m/s, and held.
 pub(super) fn stab_energy() -> Measured {
     let mut moved = Moved::undamped()?;
     let depths_m = (-2..=100).map(|tick| f64::from(tick.min(43)) * 1e-3);
     energy_over_work(&mut moved, Moved::explicitly, 1e-3, tip_forces_n(depths_m)?)
 }
 
-/// From the skin into the skin's tent in one tick, then 50 mm away in another, and held.
+/// From the skin into the skin's tent in one tick, then by 50 mm in another, and held.
 fn teleport(advance: Advance) -> Measured {
     let mut moved = Moved::undamped()?;
     let depths_m = (0..40).map(|tick| if tick < 10 { 2.9e-3 } else { 0.0529 });
@@ -78,7 +79,7 @@ pub(super) fn bad_samples() -> Measured {
         let refused = [moved.explicitly(bad_s), moved.implicitly(bad_s)];
         changes += u32::from(refused.iter().any(Result::is_ok) || moved.motion != before);
     }
-    // Beyond what is taken, a force is the most that is.
+    // A force above the limit is clamped to it.
     moved.motion.push(f64::MAX);
     let mut most = before;
     most.push(MAX_FORCE_N);
@@ -98,7 +99,8 @@ pub(super) fn no_time() -> Measured {
     Ok(f64::from(changes))
 }
 
-/// Held by 0.05 N at rest and let go: energies in the 0.2 s after over that stored, and displacement left over that held.
+/// Held at rest by 0.05 N and released. Returns the energies in the following 0.2 s relative to the
+/// stored energy, and the remaining relative displacement.
 fn release(damping: Damping, advance: Advance) -> Result<(Vec<f64>, f64), LatticeError> {
     let mut moved = Moved::new(damping)?;
     moved.motion.push(0.05);
@@ -131,7 +133,7 @@ pub(super) fn release_rest() -> Measured {
     Ok(release(Damping { mass_per_s: 200.0, stiffness_s: 0.0 }, Moved::explicitly)?.1)
 }
 
-/// Ten minutes in steps of a second, after ten seconds to settle.
+/// Ten minutes in steps of a second, after ten seconds of settling.
 pub(super) fn hold_creep() -> Measured {
     let mut moved = Moved::new(Damping { mass_per_s: 200.0, stiffness_s: 0.0 })?;
     moved.motion.push(0.05);
@@ -147,7 +149,8 @@ pub(super) fn hold_creep() -> Measured {
     Ok(largest(changes))
 }
 
-/// A second of pushing ever harder, seen 15 times a second: the latest of a thousand samples.
+/// A second of linearly increasing force, sampled 15 times a second: the latest of a thousand
+/// samples.
 fn slow_forces_n() -> impl Iterator<Item = f64> {
     (1..=15_u32).map(|step| 1e-4 * f64::from(step * 1000 / 15))
 }
@@ -166,7 +169,8 @@ pub(super) fn slow_tissue_rest() -> Measured {
     Ok((reached_m / moved.skin_m() - 1.0).abs())
 }
 
-/// Where the skin is every millisecond, in m, while the force grows for 50 ms by so many samples a millisecond.
+/// Returns the position of the skin every millisecond, in m, while the force grows for 50 ms with
+/// `samples` samples per millisecond.
 fn ramp_m(samples: u32) -> Result<Vec<f64>, LatticeError> {
     let mut moved = Moved::new(Damping { mass_per_s: 200.0, stiffness_s: 0.0 })?;
     let mut depths_m = Vec::new();

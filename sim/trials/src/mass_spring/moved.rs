@@ -1,4 +1,4 @@
-//! A lattice that moves, and what integrates it.
+//! A moving lattice with its integrators.
 
 use tissue::mass_spring::explicit::{self, ExplicitScratch};
 use tissue::mass_spring::implicit::{self, ImplicitScratch};
@@ -7,7 +7,7 @@ use tissue::mass_spring::{Damping, Lattice, LatticeError, LatticeMotion, NodalLo
 use super::{RADIUS_M, lower_back, patch, problem};
 use crate::{Measured, largest};
 
-/// A lattice of 1 mm cells under a load of the skin, and what moves it.
+/// A lattice of 1 mm cells under a load on the skin, with its integrators.
 pub(super) struct Moved {
     pub(super) lattice: Lattice,
     pub(super) motion: LatticeMotion,
@@ -15,7 +15,7 @@ pub(super) struct Moved {
     implicit: ImplicitScratch,
 }
 
-/// A way to let a time in s pass.
+/// A function that integrates over a time in s.
 pub(super) type Advance = fn(&mut Moved, f64) -> Result<(), LatticeError>;
 
 impl Moved {
@@ -31,17 +31,17 @@ impl Moved {
         Self::new(Damping::default())
     }
 
-    /// In stable sub-steps.
+    /// Integrates in stable sub-steps.
     pub(super) fn explicitly(&mut self, time_s: f64) -> Result<(), LatticeError> {
         explicit::advance(&self.lattice, &mut self.motion, &mut self.explicit, time_s).map(|_| ())
     }
 
-    /// In one step.
+    /// Integrates in one implicit step.
     pub(super) fn implicitly(&mut self, time_s: f64) -> Result<(), LatticeError> {
         implicit::step(&self.lattice, &mut self.motion, &mut self.implicit, time_s)
     }
 
-    /// An explicit step, however long.
+    /// Makes one explicit step of any length.
     pub(super) fn step(&mut self, step_s: f64) -> Result<(), LatticeError> {
         explicit::step(&self.lattice, &mut self.motion, &mut self.explicit, step_s)
     }
@@ -50,12 +50,12 @@ impl Moved {
         self.lattice.elastic_energy_j(&self.motion) + self.lattice.kinetic_energy_j(&self.motion)
     }
 
-    /// Displacement of the skin at the needle, in m.
+    /// Returns the displacement of the skin at the needle, in m.
     pub(super) fn skin_m(&self) -> f64 {
         self.motion.displacement_m(&self.lattice, [0.0; 3])[2]
     }
 
-    /// Turns the cells around the needle inside out.
+    /// Inverts the cells around the needle.
     pub(super) fn invert(&mut self) {
         let near = |[x, y, z]: [f64; 3]| x * x + y * y < 4e-6 && z > -2e-3;
         self.motion.displace(&self.lattice, |at| if near(at) { [0.0, 0.0, -2.5e-3] } else { [0.0; 3] });
@@ -66,7 +66,8 @@ impl Moved {
     }
 }
 
-/// Most energy ever over the most work done until then, while the force of each tick is held for the tick.
+/// Returns the largest ratio of the energy to the most work done until then; the force is constant
+/// during a tick.
 pub(super) fn energy_over_work(
     moved: &mut Moved,
     advance: Advance,
@@ -80,7 +81,7 @@ pub(super) fn energy_over_work(
         advance(moved, tick_s)?;
         work_j += moved.lattice.load_work_j(&moved.motion) - before_j;
         most_j = most_j.max(work_j);
-        // Nothing has been done yet while no force has moved anything.
+        // There is no work yet before a force has moved anything.
         if most_j > 0.0 {
             ratios.push(moved.energy_j() / most_j);
         }

@@ -1,4 +1,4 @@
-//! Layers that lattices find hard, at rest.
+//! Layers that are difficult for lattices, at rest.
 
 use tissue::mass_spring::{Damping, FittedLattice, Lattice, LatticeError, MassSpring, fit};
 use tissue::{ElasticLayer, Problem, axisymmetric};
@@ -7,7 +7,8 @@ use super::{RADIUS_M, lower_back, patch, problem};
 use crate::slabs::{make_elastic_layer, relative_distance_of_models};
 use crate::{Measured, largest};
 
-/// Distance of a lattice that covers the whole of a problem to elements with Poisson ratios of 1/4.
+/// Returns the distance of a lattice that covers the whole problem from finite elements with a
+/// Poisson ratio of 1/4.
 fn own_error(problem: &Problem, spacing_m: f64) -> Measured {
     let mut quarter = problem.clone();
     quarter.slab.layers.iter_mut().for_each(|layer| layer.poisson_ratio = 0.25);
@@ -27,7 +28,7 @@ pub(super) fn contrast_error() -> Measured {
     Ok(largest(errors))
 }
 
-/// Cells of 2 mm are refused by a skin of 0.8 mm; those that the refusal names are not.
+/// A skin of 0.8 mm refuses cells of 2 mm, and accepts the size that the error suggests.
 pub(super) fn thin_skin_refused() -> Measured {
     let slab = problem(lower_back()).slab;
     let refusal = Lattice::new(&slab, &patch(2e-3, RADIUS_M), Damping::default());
@@ -42,7 +43,7 @@ pub(super) fn thin_skin_error() -> Measured {
     own_error(&problem(layers), 0.4e-3)
 }
 
-/// A soft and nearly incompressible body, its fit at a tolerance of 1 %, and the true answer.
+/// A soft and nearly incompressible body, and its fit at a tolerance of 1 %.
 fn incompressible() -> Result<(Problem, FittedLattice), LatticeError> {
     let problem = problem(vec![make_elastic_layer(8e-3, 5e4, 0.499)]);
     let fitted = fit(&problem, 0.01)?;
@@ -61,7 +62,7 @@ pub(super) fn incompressible_met() -> Measured {
     Ok(f64::from(u8::from(fitted.met || fitted.floor < 0.01)))
 }
 
-/// Cells of a tenth of their width would need springs that push.
+/// Cells with a height of a tenth of their width would need springs of negative stiffness.
 pub(super) fn sliver_refused() -> Measured {
     let slab = problem(vec![make_elastic_layer(1e-4, 1e5, 0.25), make_elastic_layer(7.9e-3, 1e5, 0.25)]).slab;
     let refused = matches!(

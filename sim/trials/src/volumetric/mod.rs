@@ -1,7 +1,7 @@
 //! The volumetric model in the hard cases that concern it.
 //!
-//! Trials would fail on elements that lock, a factor that loses its digits, a search for a minimum that goes uphill, a
-//! step that adds energy, or a load that is believed though it cannot be answered.
+//! The trials detect locking elements, a factorisation that loses digits, a minimisation that goes
+//! uphill, a step that adds energy, and a load that is accepted although it cannot be balanced.
 
 mod motion;
 mod statics;
@@ -41,7 +41,7 @@ super::trials! { "volumetric":
     rate_left, case::FIELD_RATE, "distance to equilibrium 1 s after the load has come to rest, of its size", <= 1e-3 "";
 }
 
-/// A layer by its thickness in m, modulus in Pa and Poisson ratio.
+/// Creates a layer from its thickness in m, modulus in Pa and Poisson ratio.
 fn layer(thickness_m: f64, youngs_modulus_pa: f64, poisson_ratio: f64) -> ElasticLayer {
     ElasticLayer { thickness_m, youngs_modulus_pa, poisson_ratio, density_kg_per_m3: 1000.0 }
 }
@@ -51,7 +51,7 @@ fn lower_back() -> Vec<ElasticLayer> {
     vec![layer(0.0008, 132e3, 0.45), layer(0.0084, 33.1e3, 0.45), layer(0.039, 198e3, 0.45)]
 }
 
-/// Layers under a needle of 1 mm at their surface, asked there and at 3 mm.
+/// Layers under a needle of 1 mm at their surface, sampled there and at 3 mm.
 fn problem(layers: Vec<ElasticLayer>) -> Problem {
     Problem {
         slab: Slab { layers, radius_m: 0.05 },
@@ -61,12 +61,12 @@ fn problem(layers: Vec<ElasticLayer>) -> Problem {
     }
 }
 
-/// The coarsest mesh of a problem: hard cases are no harder on a fine one.
+/// Returns the coarsest mesh of a problem: hard cases are no harder on a fine one.
 fn coarse(problem: &Problem3) -> MeshSpec3 {
     MeshSpec3::ladder(problem)[0]
 }
 
-/// A block of eight elements with no right angle inside it, held at its base.
+/// A block of eight distorted elements, optionally fixed at its base.
 fn block(size_m: [f64; 3], held: bool) -> Result<Body, VolumetricError> {
     let material = Material { youngs_modulus_pa: 1e5, poisson_ratio: 0.45, density_kg_per_m3: 1000.0 };
     let mut mesh = HexMesh::cuboid(2, size_m, [2, 2, 2]);

@@ -1,4 +1,4 @@
-//! Large rotations and motion: loads that jump, blocks that are turned inside out.
+//! Large rotations and motion: loads that jump, and inverted blocks.
 
 use tissue::FieldModel;
 use tissue::volumetric::{Corotational, Effort, Patch, Problem3, TissueMotion, VolumetricError};
@@ -6,20 +6,20 @@ use tissue::volumetric::{Corotational, Effort, Patch, Problem3, TissueMotion, Vo
 use super::{block, coarse, lower_back, problem};
 use crate::{Measured, largest};
 
-/// What a step may take.
+/// Iteration limit and tolerance of a step.
 const EFFORT: Effort = Effort { iterations: 30, tolerance: 1e-4 };
 
-/// The tissue in time, with what its energy has done.
+/// The tissue over time, with statistics of its energy.
 struct WatchedTissue {
     tissue: Corotational,
-    /// The most energy that there has been, in J.
+    /// Largest energy so far, in J.
     most_j: f64,
-    /// The most that a step has added to the energy less the load's work, of `most_j`.
+    /// Largest energy that a step has added beyond the load's work, relative to `most_j`.
     growth: f64,
 }
 
 impl WatchedTissue {
-    /// The lower back at rest, stepped so often, in s.
+    /// Creates the lower back at rest, with a time step in s.
     fn new(step_s: f64) -> Result<Self, VolumetricError> {
         let problem = Problem3::flat(&problem(lower_back()));
         let patch = Patch::new(&problem, &coarse(&problem))?;
@@ -27,13 +27,13 @@ impl WatchedTissue {
         Ok(Self { tissue, most_j: f64::MIN_POSITIVE, growth: f64::NEG_INFINITY })
     }
 
-    /// Elastic and kinetic energy, in J.
+    /// Returns elastic and kinetic energy, in J.
     fn energy_j(&self) -> f64 {
         let energies = self.tissue.energies();
         energies.elastic_j + energies.kinetic_j
     }
 
-    /// Work of a load of 1 N since rest, in J/N.
+    /// Returns the work of a load of 1 N since rest, in J/N.
     fn way_m(&self) -> f64 {
         self.tissue.patch().load().iter().zip(self.tissue.motion().u_m()).map(|(load, u)| load * u).sum()
     }
@@ -47,7 +47,7 @@ impl WatchedTissue {
     }
 }
 
-/// Skin of 331 N/m met at 1 m/s and 1 kHz, which gives way at 1 N; 0.2 s.
+/// Skin of 331 N/m, contacted at 1 m/s and 1 kHz, which ruptures at 1 N; 0.2 s.
 pub(super) fn stab_growth() -> Measured {
     let mut back = WatchedTissue::new(1e-3)?;
     for tick in 0..200 {
@@ -57,7 +57,7 @@ pub(super) fn stab_growth() -> Measured {
     Ok(back.growth)
 }
 
-/// From nothing to 5 N in one step, and 0.1 s of it.
+/// From zero to 5 N in one step, held for 0.1 s.
 pub(super) fn teleport_growth() -> Measured {
     let mut back = WatchedTissue::new(1e-3)?;
     for _ in 0..100 {
@@ -66,7 +66,8 @@ pub(super) fn teleport_growth() -> Measured {
     Ok(back.growth)
 }
 
-/// 0 where 20 N at once are held, or refused with a load that is: more crushes the tissue under a needle of 1 mm.
+/// 0 if 20 N at once are balanced, or refused together with a load that is: more would crush the
+/// tissue under a needle of 1 mm.
 pub(super) fn teleport_refused() -> Measured {
     let problem = Problem3::flat(&problem(lower_back()));
     let patch = Patch::new(&problem, &coarse(&problem))?;
@@ -76,7 +77,7 @@ pub(super) fn teleport_refused() -> Measured {
     let told = match tissue.check() {
         Ok(()) => tissue.last().converged,
         Err(refused) => {
-            // What is said to be held is: asking for it changes nothing.
+            // The load reported as balanced must be balanced: applying it changes nothing.
             tissue.solve(refused.held_n);
             refused.held_n > 0.0 && tissue.check().is_ok() && tissue.last().iterations == 0
         }
@@ -84,7 +85,7 @@ pub(super) fn teleport_refused() -> Measured {
     Ok(if told && moved_m < 0.0 { 0.0 } else { 1.0 })
 }
 
-/// 0.3 N for 0.1 s, then nothing for 0.2 s.
+/// 0.3 N for 0.1 s, then zero for 0.2 s.
 fn released() -> Result<(WatchedTissue, f64), VolumetricError> {
     let mut back = WatchedTissue::new(1e-3)?;
     for _ in 0..100 {
@@ -106,7 +107,7 @@ pub(super) fn release_left() -> Measured {
     Ok(released()?.1)
 }
 
-/// Ten minutes at 5 Hz under the same load, less the first ten seconds.
+/// Ten minutes at 5 Hz under the same load, without the first ten seconds.
 pub(super) fn hold_moving() -> Measured {
     let mut tissue = WatchedTissue::new(0.2)?.tissue;
     for _ in 0..50 {
@@ -121,7 +122,8 @@ pub(super) fn hold_moving() -> Measured {
     Ok(change_m)
 }
 
-/// A block turned inside out and let go: the share of its energy that is left, and the most that a step added, of all.
+/// An inverted block, released: the remaining share of its energy, and the largest share that a
+/// step added.
 fn inverted() -> Result<[f64; 2], VolumetricError> {
     let body = block([0.02, 0.02, 0.02], true)?;
     let mut motion = TissueMotion::new(&body, Some(5e-3), EFFORT)?;
@@ -150,7 +152,7 @@ pub(super) fn inverted_growth() -> Measured {
     Ok(inverted()?[1])
 }
 
-/// A load that grows at 1 kHz to 0.3 N in 0.5 s and stays for 1 s, seen at 15 Hz.
+/// A load that grows at 1 kHz to 0.3 N in 0.5 s and is constant for 1 s, sampled at 15 Hz.
 fn rated() -> Result<WatchedTissue, VolumetricError> {
     let mut back = WatchedTissue::new(1.0 / 15.0)?;
     let mut seen = 0;

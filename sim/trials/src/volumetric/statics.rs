@@ -1,4 +1,4 @@
-//! Answers in equilibrium: materials, meshes and forces that are hard.
+//! Equilibria with difficult materials, meshes and forces.
 
 use nalgebra::Matrix3;
 use tissue::volumetric::{Corotational, Effort, MeshSpec3, Patch, Problem3, Volumetric, fit};
@@ -8,7 +8,7 @@ use super::{block, coarse, layer, lower_back, problem};
 use crate::slabs::relative_distance_of_models;
 use crate::{Measured, largest};
 
-/// Error of a fit on layers, by the axisymmetric model fitted to 0.5 %.
+/// Returns the error of a fit on layers, compared with the axisymmetric model fitted to 0.5 %.
 fn error(layers: Vec<ElasticLayer>, tolerance: f64) -> Measured {
     let problem = problem(layers);
     let found = fit(&Problem3::flat(&problem), tolerance)?;
@@ -16,7 +16,7 @@ fn error(layers: Vec<ElasticLayer>, tolerance: f64) -> Measured {
     Ok(relative_distance_of_models(&problem, &found.model, &better.model))
 }
 
-/// A skin of 2 mm that is 100 to 100 000 times as stiff as what it lies on.
+/// A skin of 2 mm that is 100 to 100 000 times as stiff as the tissue below.
 pub(super) fn ratio_error() -> Measured {
     let on_soft = |ratio: f64| error(vec![layer(0.002, 1e4 * ratio, 0.45), layer(0.04, 1e4, 0.45)], 0.1);
     let errors: Result<Vec<f64>, _> = [1e2, 1e3, 1e4, 1e5].into_iter().map(on_soft).collect();
@@ -31,7 +31,8 @@ pub(super) fn incompressible_error() -> Measured {
     error(lower_back().into_iter().map(|layer| ElasticLayer { poisson_ratio: 0.499, ..layer }).collect(), 0.05)
 }
 
-/// A uniform strain ε has the energy V (μ ‖ε‖² + λ/2 tr² ε), whatever the shape of the elements.
+/// A uniform strain ε has the energy V (μ ‖ε‖² + λ/2 tr² ε), independent of the shape of the
+/// elements.
 pub(super) fn sliver_energy() -> Measured {
     let body = block([0.1, 0.1, 0.001], false)?;
     let gradient = Matrix3::new(1e-3, 2e-3, -1e-3, 5e-4, -2e-3, 1e-3, 3e-3, -1e-3, 2e-3);
@@ -44,7 +45,7 @@ pub(super) fn sliver_energy() -> Measured {
     Ok((found_j / wanted_j - 1.0).abs())
 }
 
-/// Not numbers, infinite, and so large that a product overflows: each holds the last answer.
+/// NaN, infinite, and so large that a product overflows: the last result is kept in each case.
 pub(super) fn bad_forces() -> Measured {
     let problem = Problem3::flat(&problem(lower_back()));
     let mut linear = Volumetric::new(&problem, &coarse(&problem))?;
@@ -89,7 +90,8 @@ pub(super) fn oblique_error() -> Measured {
     Ok(fit(&oblique, 0.05)?.estimated_relative_error)
 }
 
-/// Axial displacement along the needle under 1 N, in m, of layers, on a mesh good to 1 %.
+/// Returns the axial displacement along the needle under 1 N, in m, of layers, on a mesh accurate
+/// to 1 %.
 fn answer(layers: Vec<ElasticLayer>) -> Result<Vec<f64>, Box<dyn core::error::Error>> {
     let problem = problem(layers);
     let flat = Problem3::flat(&problem);
@@ -98,7 +100,7 @@ fn answer(layers: Vec<ElasticLayer>) -> Result<Vec<f64>, Box<dyn core::error::Er
     Ok((0..40).map(|at| model.displacement_m(0.0, 1e-3 * f64::from(at))[0]).collect())
 }
 
-/// Largest difference of two answers, in m.
+/// Returns the largest difference of two results, in m.
 fn change(a: &[f64], b: &[f64]) -> f64 {
     largest(a.iter().zip(b).map(|(a, b)| (a - b).abs()))
 }
@@ -109,7 +111,7 @@ pub(super) fn zero_thickness_change() -> Measured {
     Ok(change(&answer(with_sheets)?, &answer(lower_back())?))
 }
 
-/// Two equal layers are one; only the mesh has more planes.
+/// Two equal layers are equivalent to one; only the mesh has more planes.
 pub(super) fn duplicate_change() -> Measured {
     let halves = |whole: ElasticLayer| [ElasticLayer { thickness_m: 0.5 * whole.thickness_m, ..whole }; 2];
     let one = answer(lower_back())?;

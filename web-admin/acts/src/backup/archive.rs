@@ -1,4 +1,4 @@
-//! The tar file: written once, read back whole.
+//! The tar file of a backup: written once, then read back and checked.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,20 +14,20 @@ use tar::{Archive, Builder, EntryType, Header, HeaderMode};
 use super::{DATABASE, MANIFEST, Manifest, RECORDINGS, SMALL};
 use crate::recording_store::RecordingStore;
 
-/// More than any manifest has.
+/// Size limit for a manifest, in bytes; real ones are far smaller.
 const MOST_MANIFEST_BYTES: u64 = 1 << 16;
 
-/// What an archive is written from.
+/// Sources of an archive.
 pub(super) struct Sources<'a> {
-    /// The copy of the database.
+    /// Copy of the database.
     pub database: &'a Path,
-    /// The small files by their names.
+    /// Small files by name.
     pub small: &'a BTreeMap<String, Vec<u8>>,
-    /// Where the recordings lie.
+    /// Recording store.
     pub store: &'a RecordingStore,
 }
 
-/// Writes an archive and makes it last.
+/// Writes an archive and syncs it to disk.
 pub(super) async fn write(
     to: File,
     manifest: &Manifest,
@@ -62,7 +62,7 @@ fn append(archive: &mut Builder<impl Write>, name: &str, bytes: &[u8]) -> std::i
     archive.append_data(&mut header, name, bytes)
 }
 
-/// The manifest of an archive: its first file.
+/// Reads the manifest, which is the first file of an archive.
 pub(super) fn manifest(path: &Path) -> anyhow::Result<Manifest> {
     let file = File::open(path)?;
     let mut archive = Archive::new(BufReader::new(file));
@@ -74,7 +74,7 @@ pub(super) fn manifest(path: &Path) -> anyhow::Result<Manifest> {
     serde_json::from_slice(&text).with_context(|| MANIFEST.to_owned())
 }
 
-/// Reads an archive back, and refuses it where a file is missing or is not what the database says.
+/// Checks that the archive holds exactly the expected files, each with its expected hash.
 pub(super) fn check(path: &Path, manifest: &Manifest, recordings: &[RecordingFile]) -> anyhow::Result<()> {
     let named = |r: &RecordingFile| (format!("{RECORDINGS}/{}", r.recording_path), r.recording_sha256.clone());
     let mut expected: BTreeMap<String, String> = recordings.iter().map(named).collect();
@@ -94,7 +94,7 @@ pub(super) fn check(path: &Path, manifest: &Manifest, recordings: &[RecordingFil
     }
 }
 
-/// Unpacks an archive into an empty folder, each file on the disk before the next.
+/// Unpacks an archive into an empty folder and syncs each file before the next.
 pub(super) fn unpack(path: &Path, folder: &Path) -> anyhow::Result<()> {
     each_file(path, |name, content| {
         let single = name == MANIFEST || name == DATABASE || SMALL.contains(&name);
@@ -109,7 +109,8 @@ pub(super) fn unpack(path: &Path, folder: &Path) -> anyhow::Result<()> {
     })
 }
 
-/// Hands over every file of an archive, name and content. Links and devices have no place in one.
+/// Calls `take` with the name and content of each file in an archive. Anything but a regular file
+/// is an error.
 fn each_file(path: &Path, mut take: impl FnMut(&str, &mut dyn Read) -> anyhow::Result<()>) -> anyhow::Result<()> {
     let file = File::open(path).with_context(|| path.display().to_string())?;
     for entry in Archive::new(BufReader::new(file)).entries()? {

@@ -25,10 +25,12 @@ use crate::recording_store::RecordingStore;
 use crate::removing::remove_if_there;
 use crate::verification::VerificationReport;
 
-/// Makes a backup, reads it back, and only then gives it its name. The key of certificates is in it where there is a passphrase to seal it.
+/// Makes a backup, reads it back to check it, and only then renames it to its final name. The keys
+/// are included only if there is a passphrase to seal them with.
 ///
 /// # Errors
-/// When the database or a recording is damaged, or a disk refuses. No file of that name is left then.
+/// Fails if the database or a recording is damaged, or a file cannot be written. No file is left
+/// under the final name then.
 pub async fn make(
     config: &Config,
     to: &Path,
@@ -48,14 +50,15 @@ pub async fn make(
         keys_sealed: passphrase.is_some(),
         error: made.as_ref().err().map(|error| format!("{error:#}")),
     };
-    // What was made is as good without the note.
+    // The backup is valid even if it cannot be recorded.
     if let Err(error) = note(config, &noted).await {
         tracing::warn!("the backup is not noted in the database, and its page does not show it: {error:#}");
     }
     made
 }
 
-/// Notes in the database what it came to. One that an earlier program has made has no place for it.
+/// Records the result of the backup in the database. A database with pending migrations is skipped:
+/// its table may not exist yet.
 async fn note(config: &Config, noted: &NotedBackup) -> anyhow::Result<()> {
     let db = Database::open_existing(&config.database).await?;
     if db.count_missing_migrations().await? == 0 {
@@ -75,14 +78,15 @@ async fn make_file(
 ) -> anyhow::Result<VerificationReport> {
     config.database.file()?;
     let (copy, part) = (Scratch(beside(to, "database")), Scratch(beside(to, "part")));
-    // A backup holds every password hash: it is its owner's alone from the first byte.
+    // A backup contains every password hash, so only its owner may ever read it.
     let file = OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(&part.0);
     let file = file.with_context(|| part.0.display().to_string())?;
     if file.try_lock().is_err() {
+        // Both files belong to the other backup: do not delete them on drop.
         std::mem::forget((copy, part));
         anyhow::bail!("{}: another backup is just being made there", to.display());
     }
-    // What one that was stopped has left.
+    // Discard the content left by an interrupted backup.
     file.set_len(0)?;
     remove_if_there(&copy.0)?;
     let source = Database::open_existing(&config.database).await.context("cannot open the database")?;
@@ -92,7 +96,8 @@ async fn make_file(
     let (recordings, report) = settle(&copy.0).await?;
     let (database_sha256, _) = hash_file(&copy.0)?;
     let program_version = env!("CARGO_PKG_VERSION").to_owned();
-    // After the copy of the database: whoever is erased there is on the list.
+    // Read the erasure list after copying the database, so that it covers every erasure in the
+    // copy.
     let store = RecordingStore::open(config)?;
     let small = small_files(config, &store, passphrase).await?;
     let files = small.iter().map(|(name, bytes)| (name.clone(), HEXLOWER.encode(&Sha256::digest(bytes)))).collect();
@@ -101,7 +106,7 @@ async fn make_file(
     let sources = Sources { database: &copy.0, small: &small, store: &store };
     archive::write(file, &manifest, &sources, &recordings).await?;
     archive::check(&part.0, &manifest, &recordings).context("the backup was read back and is not whole")?;
-    // Nothing of it is left beside what has its name.
+    // Remove the temporary copy before the archive gets its final name.
     drop(copy);
     KillPoint::BackupWritten.pass();
     std::fs::rename(&part.0, to)?;
@@ -110,7 +115,8 @@ async fn make_file(
     Ok(report)
 }
 
-/// Makes the folder that recordings of a bucket come by; they go again as soon as they are in the archive.
+/// Creates the folder through which recordings are fetched from a bucket. Each is deleted once it
+/// is in the archive.
 fn make_passing_folder(config: &Config) -> std::io::Result<()> {
     match config.bucket {
         Some(_) => std::fs::create_dir_all(config.uploads_dir()),
@@ -118,7 +124,7 @@ fn make_passing_folder(config: &Config) -> std::io::Result<()> {
     }
 }
 
-/// The small files of a service, those that are there.
+/// Collects the small files of a service that exist.
 async fn small_files(
     config: &Config,
     store: &RecordingStore,
@@ -144,7 +150,8 @@ fn beside(to: &Path, suffix: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Brings the copy up to date where an earlier program has written it, checks it, takes out of it what is still arriving, and tells which recordings belong to it.
+/// Migrates the copy if an earlier version has written it, drops unfinished uploads, checks its
+/// integrity and lists its recordings.
 async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, VerificationReport)> {
     let db = Database::open_existing(&DatabaseAddress::of_file(copy)).await?;
     db.migrate().await?;

@@ -1,8 +1,10 @@
-//! Backups: one tar file with a manifest, the database as it was at one moment, and every recording that it names.
+//! Backups: one tar file with a manifest, a consistent copy of the database, and every recording
+//! that it references.
 //!
-//! Made while the service runs: SQLite copies its file under a read lock, and a recording is on the disk before its row
-//! is. What is still arriving in pieces is left out; whoever sends it begins again. The list of erasures goes with it, so that what
-//! is restored brings nobody back ([`crate::erasures`]).
+//! Backups are made while the service runs: SQLite copies its file under a read lock, and a
+//! recording is written before its row. Unfinished uploads are left out; clients start them again.
+//! The erasure list is included, so that a restore does not bring erased people back
+//! ([`crate::erasures`]).
 
 mod archive;
 mod make;
@@ -20,23 +22,23 @@ use crate::key_files::KEYS;
 
 /// Name of the manifest, the first file of an archive.
 const MANIFEST: &str = "manifest.json";
-/// Name of the database, the second.
+/// Name of the database, the second file.
 const DATABASE: &str = "stylet.db";
 /// Folder of the recordings, which follow.
 const RECORDINGS: &str = "recordings";
-/// Small files that an archive may hold before the recordings, each with its hash in the manifest.
+/// Small files that an archive may contain before the recordings; the manifest holds their hashes.
 const SMALL: [&str; 3] = [ERASURES_FILE, KEYS[0].sealed, KEYS[1].sealed];
-/// Version of this layout. Layout 1 held no small files.
+/// Version of the archive layout. Layout 1 had no small files.
 const FORMAT: u32 = 2;
-/// Versions that are understood.
+/// Supported layout versions.
 const KNOWN: std::ops::RangeInclusive<u32> = 1..=FORMAT;
 
-/// What an archive says of itself. The recordings and their hashes stand in the database.
+/// Manifest of an archive. The recordings and their hashes are listed in the database.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Manifest {
     /// Version of the layout.
     format: u32,
-    /// When it was made, RFC 3339.
+    /// Creation time, RFC 3339.
     made_at: String,
     /// Version of the program.
     program_version: String,
@@ -47,12 +49,12 @@ struct Manifest {
     files: BTreeMap<String, String>,
 }
 
-/// Why nothing was restored.
+/// Why a restore failed.
 #[derive(Debug)]
 pub enum RestoreRefused {
-    /// The archive, or the place it should go to, in words.
+    /// The archive or the target is not acceptable; the reason as text.
     Input(String),
-    /// The work failed.
+    /// An operation failed.
     Work(anyhow::Error),
 }
 
@@ -62,13 +64,14 @@ impl<E: Into<anyhow::Error>> From<E> for RestoreRefused {
     }
 }
 
-/// A file or folder that goes again unless it is kept.
+/// A temporary file or folder, removed on drop.
 #[derive(Debug)]
 struct Scratch(std::path::PathBuf);
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // What is not there any more was kept; nobody waits for the answer.
+        // A path that no longer exists was moved to its final place. Errors cannot be reported from
+        // here.
         let _ = std::fs::remove_file(&self.0);
         let _ = std::fs::remove_dir_all(&self.0);
     }

@@ -1,4 +1,5 @@
-//! A secret under a passphrase: XChaCha20-Poly1305 under a key that argon2id makes of the passphrase and a salt.
+//! Seals a secret with a passphrase: XChaCha20-Poly1305 with a key derived by argon2id from the
+//! passphrase and a salt.
 
 use anyhow::Context;
 use chacha20poly1305::aead::{Aead, KeyInit};
@@ -9,16 +10,17 @@ use serde::{Deserialize, Serialize};
 use crate::secret;
 use crate::secret::PasswordCost;
 
-/// Least characters of a passphrase.
+/// Minimum length of a passphrase, in characters.
 pub const MIN_PASSPHRASE: usize = 12;
-/// What it costs to try a passphrase: 64 MiB, three passes. A backup lies about for years.
+/// Cost of trying one passphrase: 64 MiB, three passes. High, because backups are stored for years.
 const COST: PasswordCost = PasswordCost { memory_kib: 64 * 1024, passes: 3 };
-/// The most that a sealed file may ask for: whoever made it decides what it costs to open it.
+/// Maximum cost that a sealed file may demand: the file sets the cost of opening it, so a crafted
+/// one could exhaust memory.
 const MOST: PasswordCost = PasswordCost { memory_kib: 1024 * 1024, passes: 16 };
 /// Version of the layout.
 const FORMAT: u32 = 1;
 
-/// A secret as it is kept.
+/// A sealed secret as stored.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Sealed {
@@ -33,10 +35,10 @@ struct Sealed {
     sealed: String,
 }
 
-/// Seals a secret. Takes a tenth of a second and 64 MiB.
+/// Seals a secret. Takes about 0.1 s and 64 MiB.
 ///
 /// # Errors
-/// When the operating system's random source fails.
+/// Fails if the operating system's random source fails.
 pub fn seal(what: &[u8], passphrase: &str) -> anyhow::Result<Vec<u8>> {
     let random = HEXLOWER_PERMISSIVE.decode((secret::random_hex()? + &secret::random_hex()?).as_bytes())?;
     let (salt, nonce): ([u8; 16], [u8; 24]) = (random[..16].try_into()?, random[16..40].try_into()?);
@@ -53,10 +55,10 @@ pub fn seal(what: &[u8], passphrase: &str) -> anyhow::Result<Vec<u8>> {
     })?)
 }
 
-/// Opens what was sealed.
+/// Opens a sealed secret.
 ///
 /// # Errors
-/// When the passphrase is another one, or the file was changed or is none.
+/// Fails if the passphrase is wrong, the file was changed, or it is not a sealed secret.
 pub fn open(file: &[u8], passphrase: &str) -> anyhow::Result<Vec<u8>> {
     let sealed: Sealed = serde_json::from_slice(file).context("not a sealed secret")?;
     let Sealed { format, memory_kib, passes, salt, nonce, sealed } = sealed;
@@ -81,10 +83,10 @@ fn cipher(passphrase: &str, salt: &[u8; 16], cost: PasswordCost) -> anyhow::Resu
     XChaCha20Poly1305::new_from_slice(&key).context("a key has 32 bytes")
 }
 
-/// A passphrase as a file holds it, on one line.
+/// Reads a passphrase from the text of a file, without its line ending.
 ///
 /// # Errors
-/// When it is too short, or there is more than a line.
+/// Fails if the passphrase is too short, or there is more than one line.
 pub fn check(text: &str) -> anyhow::Result<String> {
     let line = text.trim_end_matches(['\r', '\n']);
     anyhow::ensure!(!line.contains('\n'), "holds more than one line; a passphrase has one");
@@ -98,7 +100,7 @@ pub fn check(text: &str) -> anyhow::Result<String> {
 
 #[cfg(test)]
 mod tests {
-    //! A backup's key must be nobody's who has the backup alone.
+    //! A backup alone must not reveal the keys in it.
 
     use super::*;
 

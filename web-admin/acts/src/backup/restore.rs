@@ -18,55 +18,60 @@ use crate::service::Service;
 use crate::verification::VerificationReport;
 use crate::{erasing, sealing, verification};
 
-/// Written into the unpacked backup when it was found whole: from then on only its parts are to be moved.
+/// Marker written into the unpacked backup once it has been verified: from then on the restore can
+/// be resumed.
 const WHOLE: &str = "whole.json";
 
-/// What was restored.
+/// Result of a restore.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RestoreSummary {
-    /// What was looked at.
+    /// Report of the verification.
     pub report: VerificationReport,
-    /// How many people were erased again: since the backup was made they had been.
+    /// Number of people erased again, because they had been erased after the backup was made.
     pub erased_again: usize,
-    /// What became of the keys.
+    /// Outcome for the keys.
     pub keys: KeysRestored,
 }
 
-/// What becomes of the keys ([`KEYS`]).
+/// Outcome of a restore for the keys ([`KEYS`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeysRestored {
-    /// None is in the backup.
+    /// The backup contains no key.
     NotInIt,
-    /// There was no passphrase to open them.
+    /// No passphrase was given, so the keys stay sealed in the archive.
     StaySealed,
-    /// They are in their places.
+    /// The keys are in place.
     Restored,
 }
 
-/// What is wanted of a restore beside what the backup holds.
+/// Options of a restore.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RestoreRequest {
-    /// Erasures that were noted elsewhere.
+    /// Additional erasures, recorded outside the backup.
     pub erasures: Vec<Erasure>,
-    /// What the keys are sealed with.
+    /// Passphrase with which the keys are sealed.
     pub passphrase: Option<String>,
 }
 
-/// Restores a backup into an empty place: unpacked beside it, checked whole, and moved there last. What a restore that was
-/// stopped has left is gone on with, or done over. Whoever calls holds the place's lock.
+/// Restores a backup into an empty place: unpacks it next to the target, verifies it, and moves it
+/// there last. An interrupted restore is resumed if it had been verified, and started over
+/// otherwise. The caller holds the data folder's lock.
 ///
-/// Erasures of the backup's own list, of those that are wanted and of a list that is in the place already are carried out at the end; should it be
-/// stopped before, `serve` does so before it serves anybody.
+/// At the end, the erasures from the backup's own list, from the request and from a list that
+/// already exists at the target are carried out. If the restore is interrupted before that, `serve`
+/// carries them out before it accepts requests.
+///
 ///
 /// # Errors
-/// When the file is no backup or a damaged one, or something is in the place already; nothing is changed then.
+/// Fails if the file is not a backup or is damaged, or if the target is not empty; nothing is
+/// changed then.
 pub async fn restore(config: &Config, from: &Path, wanted: &RestoreRequest) -> Result<RestoreSummary, RestoreRefused> {
     let database = config.database.file()?;
     let staging = config.restoring_dir();
     let refused = |error: anyhow::Error| RestoreRefused::Input(format!("{}: {error:#}", from.display()));
     let manifest = archive::manifest(from).map_err(refused)?;
     let is_unpacked = unpacked(&staging).as_ref() == Some(&manifest);
-    // The database moves last: one that was killed after that has only to tidy up.
+    // The database moves last: a restore killed after that only has to clean up.
     if !is_unpacked || staging.join(DATABASE).exists() {
         refuse_database(&database)?;
     }
@@ -79,9 +84,9 @@ pub async fn restore(config: &Config, from: &Path, wanted: &RestoreRequest) -> R
     KillPoint::RestoreUnpacked.pass();
     let own = ErasureList::at(&staging.join(ERASURES_FILE)).read().map_err(|error| refused(error.into()))?;
     let keys = restore_keys(config, &staging, wanted.passphrase.as_deref()).map_err(refused)?;
-    // From here on it is gone on with, also by another process.
+    // From here on an interrupted restore is resumed, even by another process.
     std::mem::forget(scratch);
-    // Before the database is in its place: whoever serves it then has the list.
+    // The list must be in place before the database, so that no service starts without it.
     let list = ErasureStore::of(config, &RecordingStore::open(config)?);
     list.merge(&[own, wanted.erasures.clone()].concat()).await?;
     put(&staging, &database, config).await?;
@@ -89,13 +94,13 @@ pub async fn restore(config: &Config, from: &Path, wanted: &RestoreRequest) -> R
     let erased_again = catch_up(config).await?;
     let report = match report {
         Some(report) if erased_again == 0 => report,
-        // What another process has unpacked was checked by it, and is read once more.
+        // A previous process had verified this backup; the report needs the numbers again.
         _ => verified(&database, &RecordingStore::open(config)?).await?,
     };
     Ok(RestoreSummary { report, erased_again, keys })
 }
 
-/// Opens the keys, and puts them into their places where no other ones are.
+/// Opens the keys and puts them in place, unless other keys are there.
 fn restore_keys(config: &Config, staging: &Path, passphrase: Option<&str>) -> anyhow::Result<KeysRestored> {
     let sealed: Vec<_> = KEYS.into_iter().filter(|key| staging.join(key.sealed).exists()).collect();
     let Some(passphrase) = passphrase else {
@@ -109,7 +114,7 @@ fn restore_keys(config: &Config, staging: &Path, passphrase: Option<&str>) -> an
     Ok(KeysRestored::Restored)
 }
 
-/// Erases whoever was erased since the backup was made.
+/// Erases everyone who was erased after the backup was made.
 async fn catch_up(config: &Config) -> Result<usize, RestoreRefused> {
     if ErasureStore::of(config, &RecordingStore::open(config)?).read().await?.is_empty() {
         return Ok(0);
@@ -120,12 +125,12 @@ async fn catch_up(config: &Config) -> Result<usize, RestoreRefused> {
     Ok(again?)
 }
 
-/// Of which backup everything has been unpacked and checked, if so.
+/// Returns the manifest of the backup that has been completely unpacked and verified, if any.
 fn unpacked(staging: &Path) -> Option<Manifest> {
     serde_json::from_slice(&std::fs::read(staging.join(WHOLE)).ok()?).ok()
 }
 
-/// Unpacks a backup into a folder of its own, checks it whole, and says so there.
+/// Unpacks a backup into its own folder, verifies it, and writes the marker file.
 async fn unpack(from: &Path, staging: &Path, manifest: &Manifest) -> Result<VerificationReport, RestoreRefused> {
     if staging.exists() {
         std::fs::remove_dir_all(staging)?;
@@ -147,7 +152,7 @@ async fn unpack(from: &Path, staging: &Path, manifest: &Manifest) -> Result<Veri
 }
 
 fn refuse_database(database: &Path) -> Result<(), RestoreRefused> {
-    // A log without its database belongs to another one, and would be read into this.
+    // SQLite would replay a leftover log or journal of another database into this one.
     for suffix in ["", "-wal", "-shm", "-journal"] {
         let mut file = database.as_os_str().to_owned();
         file.push(suffix);
@@ -191,7 +196,7 @@ fn check_manifest(folder: &Path, manifest: &Manifest) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Brings what may be a backup by an earlier program up to date, and checks it whole.
+/// Migrates a database that an earlier version may have written, and verifies it.
 async fn verified(database: &Path, recordings: &RecordingStore) -> Result<VerificationReport, RestoreRefused> {
     let db = Database::open_existing(&DatabaseAddress::of_file(database)).await?;
     db.migrate().await.map_err(anyhow::Error::from)?;
@@ -200,7 +205,7 @@ async fn verified(database: &Path, recordings: &RecordingStore) -> Result<Verifi
     Ok(report?)
 }
 
-/// Sends the recordings of a backup to a bucket, each read back there. One that was sent before is sent again.
+/// Uploads the recordings of a backup to a bucket and verifies each there. Safe to repeat.
 async fn send_recordings(bucket: &Bucket, unpacked: &Path) -> Result<(), RestoreRefused> {
     let staged = RecordingStore::Folder(unpacked.to_owned());
     let recordings = staged.list().await?;
@@ -215,7 +220,8 @@ async fn send_recordings(bucket: &Bucket, unpacked: &Path) -> Result<(), Restore
     Ok(())
 }
 
-/// The database goes last: a restore that is stopped before leaves no service that could start, and is gone on with.
+/// Moves the unpacked backup to its place, the database last: without it no service can start, and
+/// an interrupted restore can be resumed.
 async fn put(staging: &Path, database: &Path, config: &Config) -> Result<(), RestoreRefused> {
     let recordings = &config.recordings_dir;
     let parents = [database.parent(), recordings.parent()].into_iter().flatten();
@@ -236,7 +242,7 @@ async fn put(staging: &Path, database: &Path, config: &Config) -> Result<(), Res
     KillPoint::RestoreMoving.pass();
     let unpacked: PathBuf = staging.join(DATABASE);
     if unpacked.exists() && std::fs::rename(&unpacked, database).is_err() {
-        // Another file system: the copy is complete before it takes the name.
+        // Another file system: copy the file completely before renaming it.
         let part = database.with_extension("part");
         std::fs::copy(&unpacked, &part)?;
         std::fs::File::open(&part)?.sync_all()?;

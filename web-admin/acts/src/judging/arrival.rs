@@ -1,4 +1,4 @@
-//! What a recording that has just arrived says of itself.
+//! Metadata of an uploaded recording.
 
 use std::collections::BTreeMap;
 
@@ -6,18 +6,18 @@ use anyhow::Context;
 use recording::{AttemptHashes, Recording, Session, Signature};
 use serde::{Deserialize, Serialize};
 
-/// What a recording says of itself.
+/// Metadata of an uploaded recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordingFacts {
-    /// Its metadata.
+    /// The session described in its header.
     pub session: Session,
-    /// How long it is, in s.
+    /// Duration, in s.
     pub duration_s: f64,
-    /// It is whole.
+    /// Whether the recording was ended properly.
     pub complete: bool,
-    /// Hashes of what the hand did and under which conditions; absent without samples.
+    /// Hashes of the motion and of the conditions; `None` without samples.
     pub hashes: Option<AttemptHashes>,
-    /// A station's signature, where there is one.
+    /// Signature of a station, if any.
     pub signature: Option<Signature>,
 }
 
@@ -34,7 +34,8 @@ impl From<Recording> for RecordingFacts {
     }
 }
 
-/// The same as it goes from one process to the other: metadata and signature as they stand in the file.
+/// The same in the form that is passed between processes: session and signature as text fields, as
+/// in the file.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct ReportedRecording {
     session: BTreeMap<String, String>,

@@ -1,4 +1,5 @@
-//! What a draft of an exercise comes to: read as publishing would, its tissue planned, its rubric tried.
+//! Examines an exercise draft: parses it as publishing would, plans its tissue and tries its
+//! rubric.
 
 use documents::{DocumentError, ExerciseBundle, Issue, Patient};
 use model::draft::Publishable;
@@ -8,21 +9,21 @@ use sha2::{Digest, Sha256};
 use store::exercises::RevisionBytes;
 use tissue::follow::{Field, FieldPlan};
 
-/// A draft, and for whom its verdict is.
+/// A draft to examine.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct DraftQuestion {
-    /// The id that it must have.
+    /// The id that the document must have.
     pub id: String,
-    /// What was written, and the meshes that it is with.
+    /// The documents and meshes.
     pub bytes: RevisionBytes,
-    /// Names of the pictures that it is with; each was read when it came.
+    /// File names of the attached images, which were validated when they were uploaded.
     pub pictures: Vec<String>,
-    /// Code of the language that the verdict is in.
+    /// Language code of the verdict.
     pub language: String,
 }
 
 impl DraftQuestion {
-    /// SHA-256 of all that decides the answer.
+    /// Returns the SHA-256 of everything that determines the verdict.
     #[must_use]
     pub fn sha256(&self) -> [u8; 32] {
         let Self { id, bytes: RevisionBytes { exercise, scene, meshes }, pictures, language } = self;
@@ -37,10 +38,10 @@ impl DraftQuestion {
     }
 }
 
-/// The exercise of a draft, where it could be published. May take long.
+/// Returns the exercise of a draft if it can be published. May take long.
 ///
 /// # Errors
-/// What is wrong with it.
+/// Returns the problems of the draft.
 pub fn publishable(question: &DraftQuestion) -> Result<Publishable, DocumentError> {
     let RevisionBytes { exercise, scene, meshes } = &question.bytes;
     let bundle = ExerciseBundle::from_parts(exercise, scene, meshes)?;
@@ -54,10 +55,10 @@ pub fn publishable(question: &DraftQuestion) -> Result<Publishable, DocumentErro
     Ok(Publishable { bundle, plan, advice })
 }
 
-/// A draft is of one document: under another id it would be published over something else.
+/// Checks the document's id: with another id, the draft would be published over another document.
 ///
 /// # Errors
-/// When it is another.
+/// Fails if the ids differ.
 pub fn same_id(found: &str, id: &str) -> Result<(), DocumentError> {
     match found == id {
         true => Ok(()),
@@ -68,7 +69,8 @@ pub fn same_id(found: &str, id: &str) -> Result<(), DocumentError> {
     }
 }
 
-/// What its author should change, by what its metrics mean and by what attempts worth nothing would earn.
+/// Returns advice for the author, from the meaning of the metrics and from the scores that
+/// degenerate attempts would get.
 fn advice(bundle: &ExerciseBundle) -> Result<Vec<Issue>, DocumentError> {
     let allowed = || phrase!("allowed: an exercise that can be simulated");
     let remarks = assessment::appraise_rubric(bundle);
@@ -76,7 +78,7 @@ fn advice(bundle: &ExerciseBundle) -> Result<Vec<Issue>, DocumentError> {
     bundle.place("document", &remarks)
 }
 
-/// The plan of the nominal patient's tissue; none where the scene names no model.
+/// Plans the tissue of the nominal patient; returns `None` if the scene has no tissue model.
 fn plan(bundle: &ExerciseBundle) -> Result<Option<FieldPlan>, DocumentError> {
     let tissue = bundle.scene.tissue_spec(&Patient::nominal(&bundle.scene), bundle.exercise.planned_needle());
     let allowed = || phrase!("allowed: a tissue that a model can be made of");

@@ -1,5 +1,6 @@
-//! Judging a recording: where its death harms nobody. The service asks a helper, this very program in a process of its own with limits
-//! on memory and time; commands and tests, whose own work it is, judge in their own process.
+//! Jobs on untrusted or expensive input, above all scoring recordings. The service runs them in a
+//! helper: this program as a separate process with limits on memory and time, so that a crash does
+//! no harm. Commands and tests run them in their own process.
 
 mod arrival;
 mod draft;
@@ -29,46 +30,46 @@ use words::Language;
 
 use crate::{recording_files, replay_files};
 
-/// What whoever judges can be asked.
+/// A job for the helper.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum JudgeQuestion {
-    /// What is made of a recording that is kept.
+    /// Scores or replays a stored recording.
     Recording(Brief),
-    /// What a recording says of itself that has just arrived.
+    /// Reads the metadata of an uploaded recording.
     Arrival(PathBuf),
-    /// What a draft of an exercise comes to.
+    /// Examines an exercise draft.
     Draft(Box<DraftQuestion>),
-    /// The first sheet of a workbook, in base64.
+    /// Reads the first sheet of a workbook, given in base64.
     Workbook(String),
-    /// A copy of a picture.
+    /// Copies the pixels of an image.
     Picture(PictureQuestion),
-    /// A copy of a recording with remarks in it.
+    /// Writes annotations into a copy of a recording.
     Annotate(AnnotationQuestion),
 }
 
-/// An uploaded picture.
+/// An uploaded image.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct PictureQuestion {
     /// Its bytes in base64.
     pub base64: String,
-    /// It becomes a logo, else a picture of a briefing.
+    /// Whether it becomes a logo; otherwise it illustrates a briefing.
     pub is_logo: bool,
-    /// Code of the language in which it is refused.
+    /// Language code of the error message.
     pub language: String,
 }
 
-/// A recording, and the remarks to write into a copy of it.
+/// A recording and the annotations to write into a copy of it.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct AnnotationQuestion {
     /// The recording.
     pub recording: PathBuf,
-    /// The copy, which is not there yet.
+    /// Path of the copy, which must not exist yet.
     pub copy: PathBuf,
-    /// The remarks.
+    /// The annotations.
     pub remarks: Vec<Annotation>,
 }
 
-/// A copy of a picture.
+/// A copy of an image.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct CopiedPicture {
     /// Width and height, in pixels.
@@ -77,68 +78,70 @@ pub struct CopiedPicture {
     pub base64: String,
 }
 
-/// What is to be made of a recording.
+/// A job on a stored recording.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Brief {
     /// The recording.
     pub recording: PathBuf,
-    /// SHA-256 of the bytes that were read when it arrived, lower-case hexadecimal.
+    /// SHA-256 of the uploaded bytes, lower-case hexadecimal.
     pub sha256: String,
-    /// Where its replay goes.
+    /// Folder for the replay files.
     pub replay: PathBuf,
-    /// What else is asked.
+    /// Task.
     pub task: JudgingTask,
 }
 
-/// What is asked of a recording.
+/// What to compute from a recording.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum JudgingTask {
-    /// Its score and its re-simulation, by this revision or else by its own exercise; and its replay.
+    /// Score, re-simulation and replay. Uses this revision, or the exercise embedded in the
+    /// recording if `None`.
     Judge(Option<RevisionBytes>),
-    /// Its replay alone.
+    /// The replay only.
     Replay,
 }
 
-/// What was made of a recording.
+/// Results computed from a recording.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct JudgingOutcome {
     /// Metrics and score.
     pub assessment: Assessment,
-    /// The re-simulation.
+    /// Result of the re-simulation.
     pub verified: Verified,
-    /// What the session's page draws.
+    /// Curves drawn on the session page.
     pub curve: AttemptCurve,
 }
 
-/// How a question was answered.
+/// Response of a job.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum JudgeAnswer {
-    /// The recording was judged.
+    /// The recording was scored.
     Judged(Box<JudgingOutcome>),
-    /// Its replay is where it was wanted.
+    /// The replay has been written.
     Replayed,
-    /// What arrived says this of itself.
+    /// Metadata of the uploaded recording.
     Told(Box<ReportedRecording>),
-    /// The draft comes to this.
+    /// Verdict on the draft.
     Examined(Box<DraftVerdict>),
-    /// The sheet, or why the workbook is refused.
+    /// The sheet, or why the workbook is rejected.
     Sheet(Result<WorkbookSheet, Unreadable>),
-    /// The copy of the picture, or why it is refused.
+    /// The copy of the image, or why it is rejected.
     Copied(Result<CopiedPicture, String>),
-    /// The copy with remarks is where it was wanted.
+    /// The annotated copy has been written.
     Annotated,
-    /// It never will be answered.
+    /// Permanent error: a retry cannot succeed.
     Permanent(String),
-    /// It may be, later.
+    /// Transient error: a retry may succeed.
     Passing(String),
-    /// Whoever worked on it has died of it, or lacked the memory.
+    /// The helper crashed, timed out or ran out of memory.
     Died(String),
 }
 
-/// Looks at a draft: what it comes to is drawn as pages draw it, which whoever judges does not know.
+/// Examines a draft. It is a parameter because a verdict contains rendered fragments of pages,
+/// which this crate does not know.
 pub type DraftExaminer = fn(&DraftQuestion) -> DraftVerdict;
 
-/// For whoever looks at no drafts.
+/// A [`DraftExaminer`] for programs that do not examine drafts; it returns a problem.
 #[must_use]
 pub fn leave_unexamined(_: &DraftQuestion) -> DraftVerdict {
     DraftVerdict {
@@ -147,7 +150,7 @@ pub fn leave_unexamined(_: &DraftQuestion) -> DraftVerdict {
     }
 }
 
-/// Answers a question. Blocks.
+/// Runs a job in this process. Blocks.
 #[must_use]
 pub fn answer(question: JudgeQuestion, examine_draft: DraftExaminer) -> JudgeAnswer {
     match question {
@@ -198,7 +201,7 @@ fn tell_of(recording: Recording) -> JudgeAnswer {
     }
 }
 
-/// Makes of a recording what a brief asks for.
+/// Carries out a job on a stored recording.
 fn make_of(brief: Brief) -> JudgeAnswer {
     let recording = match recording_files::read(&brief.recording) {
         Ok(recording) => recording,
@@ -219,8 +222,8 @@ fn make_of(brief: Brief) -> JudgeAnswer {
     }
 }
 
-/// Why a recording that is kept was not read. These very bytes were read when they arrived: then it is we who lack something, and no
-/// recording is refused for that.
+/// Classifies a failure to read a stored recording. If its bytes are still those that could be read
+/// when they arrived, the cause lies in this process, and the recording must not be rejected.
 fn not_read(brief: &Brief, unreadable: ReadError) -> JudgeAnswer {
     match (unreadable, recording_files::hash_file(&brief.recording)) {
         (ReadError::Io(error), _) | (_, Err(error)) => JudgeAnswer::Passing(error.to_string()),
@@ -232,14 +235,16 @@ fn not_read(brief: &Brief, unreadable: ReadError) -> JudgeAnswer {
     }
 }
 
-/// A failure is no reason not to score: it is noted, and the replay made when somebody wants to watch.
+/// Writes the replay. A failure is only logged and does not prevent scoring: the replay is made on
+/// demand.
 fn keep_replay(folder: &Path, recording: &Recording) {
     if let Err(error) = replay_files::make(folder, recording) {
         tracing::warn!(session = %recording.session.session_id, cause = format!("{error:#}"), "no replay was kept");
     }
 }
 
-/// Scores and re-simulates. The published exercise judges; the recording's own only where the school has none like it.
+/// Scores and re-simulates a recording with the published exercise, or with the embedded one if the
+/// school has not published it.
 fn judge(recording: &Recording, published: Option<RevisionBytes>) -> Result<JudgingOutcome, String> {
     let bundle = match published {
         Some(bytes) => ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes)

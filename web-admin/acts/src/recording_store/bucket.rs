@@ -1,5 +1,5 @@
-//! Recordings in a bucket of a store that speaks S3. An object is there whole or not at all, under a name that tells its bytes from
-//! others, so that nothing there is ever replaced by something else.
+//! Recordings in an S3-compatible bucket. Objects appear atomically, and their names are unique to
+//! their content, so no object is ever replaced by a different one.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,22 +25,23 @@ use super::StoreError;
 use crate::bucket_address::BucketAddress;
 use crate::removing::PartFile;
 
-/// Bytes of a part of a large object, and of what is held of it in memory. The store wants 5 MiB at least, and 10 000 parts at most.
+/// Size of a part of a multipart upload, in bytes; also the memory used per upload. S3 requires at
+/// least 5 MiB per part and at most 10 000 parts.
 const PART_BYTES: u64 = 16 << 20;
-/// Files that are sent at once; others wait.
+/// Maximum number of concurrent uploads.
 const MOST_SENT: usize = 4;
-/// Codes by which stores say that they have no room: the status of HTTP for it, and what MinIO and Ceph call it.
+/// Error codes of a full store: the HTTP status, and the codes of MinIO and Ceph.
 const FULL: [&str; 3] = ["507 Insufficient Storage", "StorageFull", "QuotaExceeded"];
-/// Longest silence of the store.
+/// Read timeout of a connection.
 const SILENCE: Duration = Duration::from_secs(30);
-/// How often what has failed is tried again before it is said, ...
+/// Maximum number of retries of a failed request.
 const TRIES: usize = 3;
-/// ... and for how long.
+/// Time limit for the retries of a request, and for waiting to upload.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// Longest time to connect.
+/// Timeout of connecting.
 const CONNECTING: Duration = Duration::from_secs(5);
 
-/// A bucket, and the folder on this machine by which everything goes there.
+/// A bucket, and the local folder for temporary files.
 #[derive(Clone, Debug)]
 pub struct Bucket {
     objects: Arc<AmazonS3>,
@@ -50,37 +51,38 @@ pub struct Bucket {
 }
 
 impl Bucket {
-    /// A bucket; nobody is asked yet whether it is there. Files that are on their way lie in `passing`.
+    /// Opens a bucket without contacting it. Temporary files are created in `passing`.
     ///
     /// # Errors
-    /// When a variable of its settings makes no sense.
+    /// Fails if a setting is invalid.
     pub(super) fn open(address: &BucketAddress, passing: PathBuf) -> anyhow::Result<Self> {
         crate::settle_tls();
         let mut builder = AmazonS3Builder::new();
+        // No total timeout, since a large recording takes long; the read timeout catches stalls.
         let mut client = ClientOptions::new().with_timeout_disabled().with_read_timeout(SILENCE);
         client = client.with_connect_timeout(CONNECTING);
         let plain = |endpoint: &str| endpoint.starts_with("http://");
         let endpoints = ["AWS_ENDPOINT", "AWS_ENDPOINT_URL", "AWS_ENDPOINT_URL_S3"];
-        // Whoever names an endpoint without TLS means it.
+        // An endpoint configured without TLS is a deliberate choice.
         client =
             client.with_allow_http(endpoints.iter().any(|name| address.settings.get(*name).is_some_and(|e| plain(e))));
         builder = builder.with_client_options(client);
         for (name, value) in &address.settings {
-            // Others of these variables are for other programs.
+            // Unknown AWS variables belong to other programs.
             if let Ok(key) = name.to_ascii_lowercase().parse::<AmazonS3ConfigKey>() {
                 builder = builder.with_config(key, value);
             }
         }
         let backoff = BackoffConfig { max_backoff: Duration::from_secs(2), ..BackoffConfig::default() };
         let retry = RetryConfig { backoff, max_retries: TRIES, retry_timeout: PATIENCE };
-        // One request for each object is what every such store knows.
+        // Some S3-compatible stores lack bulk deletion.
         let builder = builder.with_bucket_name(&address.bucket).with_retry(retry).with_disable_bulk_delete(true);
         let objects = builder.build().with_context(|| address.to_string())?;
         let sending = Arc::new(Semaphore::new(MOST_SENT));
         Ok(Self { objects: Arc::new(objects), address: address.clone(), passing, sending })
     }
 
-    /// In words for people.
+    /// Returns the address, for messages.
     #[must_use]
     pub const fn address(&self) -> &BucketAddress {
         &self.address
@@ -90,12 +92,12 @@ impl Bucket {
         ObjectName::from(self.address.name_within(name))
     }
 
-    /// A file of this machine that goes with what is given.
+    /// Returns a new temporary file, deleted on drop.
     fn new_part(&self) -> PartFile {
         PartFile { path: self.passing.join(format!("{}.part", Uuid::new_v4())), kept: false }
     }
 
-    /// Makes an object of a file.
+    /// Uploads a file as an object.
     pub(super) async fn send(&self, file: &Path, name: &str) -> Result<(), StoreError> {
         let place = tokio::time::timeout(PATIENCE, self.sending.acquire()).await.context("others are sent first");
         let _place = place.and_then(|place| Ok(place?)).map_err(StoreError::Away)?;
@@ -108,13 +110,13 @@ impl Bucket {
         let mut upload = self.objects.put_multipart(&name).await.map_err(StoreError::of_writing)?;
         let sent = send_parts(&mut *upload, first, &mut file).await;
         if sent.is_err() {
-            // The first failure is told; the bucket's own rule clears what nobody has completed.
+            // Report the first error only; the bucket's lifecycle rule removes incomplete uploads.
             let _ = upload.abort().await;
         }
         sent
     }
 
-    /// Makes an object of a file, and reads it back: when this returns, these bytes are there.
+    /// Uploads a file as an object and reads it back to verify its hash.
     pub(super) async fn send_and_check(&self, file: &Path, name: &str, sha256: &str) -> Result<(), StoreError> {
         self.send(file, name).await?;
         let (there, size) = self.hash(name).await?;
@@ -127,19 +129,19 @@ impl Bucket {
         )))
     }
 
-    /// SHA-256 of an object, lower-case hexadecimal, and its size in bytes.
+    /// Returns the SHA-256 of an object, lower-case hexadecimal, and its size in bytes.
     pub(super) async fn hash(&self, name: &str) -> Result<(String, u64), StoreError> {
         let mut hash = Sha256::new();
         let size = self.pour(name, &mut hash, &mut tokio::io::sink()).await?;
         Ok((HEXLOWER.encode(&hash.finalize()), size))
     }
 
-    /// An object as a file of this machine, which goes when it is dropped.
+    /// Downloads an object to a temporary file.
     pub(super) async fn fetch(&self, name: &str) -> Result<PartFile, StoreError> {
         Ok(self.join(&[name.to_owned()]).await?.0)
     }
 
-    /// Objects one after the other as one file, with its SHA-256.
+    /// Downloads several objects, concatenated, to a temporary file. Returns it with its SHA-256.
     pub(super) async fn join(&self, names: &[String]) -> Result<(PartFile, String), StoreError> {
         let part = self.new_part();
         let (mut file, mut hash) = (File::create_new(&part.path).await?, Sha256::new());
@@ -150,7 +152,7 @@ impl Bucket {
         Ok((part, HEXLOWER.encode(&hash.finalize())))
     }
 
-    /// Hands on the bytes of an object as they come; how many there were.
+    /// Streams an object into `to` and `hash`, and returns its size in bytes.
     async fn pour(&self, name: &str, hash: &mut Sha256, to: &mut (impl AsyncWrite + Unpin)) -> Result<u64, StoreError> {
         let mut chunks = self.objects.get(&self.full_name(name)).await?.into_stream();
         let mut size = 0;
@@ -162,7 +164,7 @@ impl Bucket {
         Ok(size)
     }
 
-    /// Size of an object, in bytes; none where there is no such object.
+    /// Returns the size of an object, in bytes; `None` if it does not exist.
     pub(super) async fn find_size(&self, name: &str) -> Result<Option<u64>, StoreError> {
         match self.objects.head(&self.full_name(name)).await.map_err(StoreError::from) {
             Err(StoreError::Missing) => Ok(None),
@@ -170,7 +172,7 @@ impl Bucket {
         }
     }
 
-    /// A range of the bytes of an object, as they come.
+    /// Streams a byte range of an object.
     pub(super) async fn read(
         &self,
         name: &str,
@@ -181,12 +183,12 @@ impl Bucket {
         Ok(found.into_stream().map_err(anyhow::Error::from).boxed())
     }
 
-    /// Makes an object of something small.
+    /// Writes a small object.
     pub(crate) async fn put(&self, name: &str, bytes: Vec<u8>) -> Result<(), StoreError> {
         self.objects.put(&self.full_name(name), bytes.into()).await.map(drop).map_err(StoreError::of_writing)
     }
 
-    /// All bytes of something small; none where there is none.
+    /// Reads a small object; returns `None` if it does not exist.
     pub(crate) async fn read_whole(&self, name: &str) -> Result<Option<Vec<u8>>, StoreError> {
         let found = match self.objects.get(&self.full_name(name)).await.map_err(StoreError::from) {
             Err(StoreError::Missing) => return Ok(None),
@@ -195,13 +197,13 @@ impl Bucket {
         Ok(Some(found.bytes().await?.into()))
     }
 
-    /// Asks whether the bucket is there.
+    /// Checks that the bucket exists and responds.
     pub(crate) async fn check(&self) -> Result<(), StoreError> {
         let name = ObjectName::from(self.address.prefix.as_str());
         self.objects.list_with_delimiter(Some(&name)).await.map(drop).map_err(StoreError::of_writing)
     }
 
-    /// What the names under a folder are, without the folder's own.
+    /// Lists the names below a prefix, relative to it.
     pub(crate) async fn list(&self, folder: &str) -> Result<Vec<String>, StoreError> {
         let (folder, below) = (self.full_name(folder), format!("{}/", self.address.name_within(folder)));
         let names = self.objects.list(Some(&folder)).map_ok(|object| object.location.to_string());
@@ -209,7 +211,7 @@ impl Bucket {
         Ok(names.iter().filter_map(|name| name.strip_prefix(&below)).map(str::to_owned).collect())
     }
 
-    /// Removes objects; one that is not there is gone already.
+    /// Deletes objects; a missing object is not an error.
     pub(crate) async fn remove(&self, names: Vec<String>) -> Result<(), StoreError> {
         let names: Vec<_> = names.iter().map(|name| Ok(self.full_name(name))).collect();
         let mut gone = self.objects.delete_stream(futures::stream::iter(names).boxed());
@@ -224,7 +226,8 @@ impl Bucket {
 }
 
 impl StoreError {
-    /// Why something was not written or listed. What is missing then is the bucket.
+    /// Classifies an error from writing or listing. A missing resource here is the bucket itself,
+    /// so it counts as unavailable.
     pub(super) fn of_writing(error: object_store::Error) -> Self {
         let said = anyhow::Error::new(error);
         let text = format!("{said:#}");
@@ -241,7 +244,7 @@ impl From<object_store::Error> for StoreError {
     }
 }
 
-/// Sends what is left of a file behind its first part, one part at a time.
+/// Uploads the rest of a file after its first part, one part at a time.
 async fn send_parts(upload: &mut dyn MultipartUpload, first: Bytes, file: &mut File) -> Result<(), StoreError> {
     let mut part = first;
     while !part.is_empty() {
@@ -252,7 +255,7 @@ async fn send_parts(upload: &mut dyn MultipartUpload, first: Bytes, file: &mut F
     Ok(())
 }
 
-/// The next bytes of a file; none at its end.
+/// Reads the next part of a file; returns it empty at the end of the file.
 async fn read_part(file: &mut File) -> std::io::Result<Bytes> {
     let mut part = Vec::new();
     file.take(PART_BYTES).read_to_end(&mut part).await?;

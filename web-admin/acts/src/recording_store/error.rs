@@ -1,18 +1,18 @@
-//! Why a store has not done what was asked.
+//! Errors of a recording store.
 
-/// Why a store has not done what was asked.
+/// Error of a recording store.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The disk of this machine, on which a folder lies and by which everything goes.
+    /// The local disk failed, which holds the folder and all temporary files.
     #[error(transparent)]
     Disk(#[from] std::io::Error),
-    /// There is no such object.
+    /// The object does not exist.
     #[error("the bucket holds no such object")]
     Missing,
-    /// The store does not answer, or not as it should.
+    /// The store does not respond, or responds with an error.
     #[error("the store does not do what was asked: {0:#}")]
     Away(anyhow::Error),
-    /// The store has no room.
+    /// The store is full.
     #[error("the store has no room: {0:#}")]
     Full(anyhow::Error),
 }

@@ -1,7 +1,7 @@
-//! Where recordings lie, and what was made of them: in a folder, or in a bucket of a store that speaks S3.
+//! Storage of recordings and the files derived from them: a folder, or an S3-compatible bucket.
 //!
-//! In a bucket recordings, pieces of uploads and replays lie beside each other. Whatever must be a file to be read is fetched for
-//! as long as somebody reads it; a file that is sent goes by a folder of this machine, too.
+//! A bucket holds recordings, upload chunks and replays under different prefixes. Objects that must
+//! be read as files are downloaded to temporary files, and uploads pass through a local folder.
 
 #[cfg_attr(not(feature = "replicas"), path = "no_bucket.rs")]
 mod bucket;
@@ -23,14 +23,14 @@ use crate::recording_files::hash_file;
 use crate::removing::{PartFile, remove_folder, remove_if_there};
 use crate::replay_files;
 
-/// Folder of the recordings in a bucket.
+/// Prefix of the recordings in a bucket.
 const RECORDINGS: &str = "recordings";
-/// Folder of the pieces of uploads in a bucket.
+/// Prefix of the upload chunks in a bucket.
 const UPLOADS: &str = "uploads";
-/// Folder of the replays in a bucket.
+/// Prefix of the replays in a bucket.
 const REPLAYS: &str = "replays";
 
-/// Where recordings lie, and what was made of them.
+/// Storage of recordings and of files derived from them.
 #[derive(Clone, Debug)]
 pub enum RecordingStore {
     /// In a folder.
@@ -39,7 +39,7 @@ pub enum RecordingStore {
     Bucket(Bucket),
 }
 
-/// A recording that can be read as a file, for as long as this is kept.
+/// A recording available as a local file; a temporary copy is deleted on drop.
 #[derive(Debug)]
 pub struct LocalRecording {
     path: PathBuf,
@@ -47,7 +47,7 @@ pub struct LocalRecording {
 }
 
 impl LocalRecording {
-    /// The file.
+    /// Path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -55,10 +55,10 @@ impl LocalRecording {
 }
 
 impl RecordingStore {
-    /// The store that a configuration names; nobody is asked yet whether it is there.
+    /// Opens the configured store without contacting it.
     ///
     /// # Errors
-    /// When a setting of a bucket makes no sense.
+    /// Fails if a setting of the bucket is invalid.
     pub fn open(config: &Config) -> anyhow::Result<Self> {
         Ok(match &config.bucket {
             None => Self::Folder(config.recordings_dir.clone()),
@@ -66,7 +66,7 @@ impl RecordingStore {
         })
     }
 
-    /// In words for people: a folder, or an address.
+    /// Returns the location, for messages: a folder or an address.
     #[must_use]
     pub fn place(&self) -> String {
         match self {
@@ -75,7 +75,8 @@ impl RecordingStore {
         }
     }
 
-    /// The name of a recording that is new. In a bucket it tells the bytes, too: two that are sent under one id never meet there.
+    /// Returns the name of a new recording. In a bucket it contains the hash, so that different
+    /// recordings uploaded under one session id get different objects.
     #[must_use]
     pub fn name_recording(&self, school: SchoolId, session: SessionId, sha256: &str) -> String {
         match self {
@@ -84,10 +85,11 @@ impl RecordingStore {
         }
     }
 
-    /// A recording as a file.
+    /// Returns a recording as a local file.
     ///
     /// # Errors
-    /// When a bucket does not give it. A folder is not asked: whoever opens the file is told.
+    /// Fails if it cannot be downloaded from the bucket. In a folder, a missing file is only
+    /// noticed when it is opened.
     pub async fn fetch(&self, recording: &str) -> Result<LocalRecording, StoreError> {
         match self {
             Self::Folder(folder) => Ok(LocalRecording { path: folder.join(recording), _copy: None }),
@@ -98,10 +100,11 @@ impl RecordingStore {
         }
     }
 
-    /// A recording, to be read whole or in ranges.
+    /// Returns a recording for reading as a whole or by ranges.
     ///
     /// # Errors
-    /// When a bucket does not answer, or has none. A folder is not asked.
+    /// Fails if the bucket does not respond or lacks the recording. In a folder, a missing file is
+    /// only noticed when it is opened.
     pub async fn find(&self, recording: &str) -> Result<StoredFile, StoreError> {
         match self {
             Self::Folder(folder) => Ok(StoredFile::Local(folder.join(recording))),
@@ -112,10 +115,11 @@ impl RecordingStore {
         }
     }
 
-    /// SHA-256 of a recording, lower-case hexadecimal, and its size in bytes. May block.
+    /// Returns the SHA-256 of a recording, lower-case hexadecimal, and its size in bytes. May
+    /// block.
     ///
     /// # Errors
-    /// When it cannot be read.
+    /// Fails if it cannot be read.
     pub async fn hash(&self, recording: &str) -> Result<(String, u64), StoreError> {
         match self {
             Self::Folder(folder) => Ok(hash_file(&folder.join(recording))?),
@@ -123,10 +127,10 @@ impl RecordingStore {
         }
     }
 
-    /// Every recording of every school, in order. May block.
+    /// Lists the recordings of all schools, sorted. May block.
     ///
     /// # Errors
-    /// When the folder cannot be read, or the bucket does not answer.
+    /// Fails if the folder cannot be read, or the bucket does not respond.
     pub async fn list(&self) -> Result<Vec<String>, StoreError> {
         match self {
             Self::Folder(folder) => Ok(recordings_in(folder)?),
@@ -139,10 +143,11 @@ impl RecordingStore {
         }
     }
 
-    /// Makes a recording of a file under a name, which is there whole when this returns, and was read back. May block.
+    /// Copies a file into the store and verifies the copy. When this returns, the recording is
+    /// durable. May block.
     ///
     /// # Errors
-    /// When the disk refuses, the bucket does not answer or has no room, or other bytes are there than the hash says.
+    /// Fails if the disk or the bucket fails or is full, or if the hash of the copy differs.
     pub async fn keep_copy(&self, file: &Path, recording: &str, sha256: &str) -> Result<(), StoreError> {
         match self {
             Self::Folder(folder) => Ok(copy_file(file, &folder.join(recording), sha256)?),
@@ -150,10 +155,10 @@ impl RecordingStore {
         }
     }
 
-    /// Removes recordings and what was made of them.
+    /// Deletes recordings and the files derived from them.
     ///
     /// # Errors
-    /// When the disk refuses, or the bucket does not answer.
+    /// Fails if the disk fails, or the bucket does not respond.
     pub async fn remove(&self, config: &Config, gone: Vec<ErasedRecording>) -> Result<(), StoreError> {
         match self {
             Self::Folder(folder) => {
@@ -171,10 +176,10 @@ impl RecordingStore {
         }
     }
 
-    /// Whether the store answers; a folder does.
+    /// Checks that a bucket responds; does nothing for a folder.
     ///
     /// # Errors
-    /// When a bucket does not answer, or is not there.
+    /// Fails if the bucket does not respond or does not exist.
     pub async fn check(&self) -> Result<(), StoreError> {
         match self {
             Self::Folder(_) => Ok(()),
@@ -182,10 +187,11 @@ impl RecordingStore {
         }
     }
 
-    /// A file of the replay of a recording, by the recording's hash; none where the replay is not made.
+    /// Returns a file of the replay of a recording, by the recording's hash; `None` if the replay
+    /// has not been made.
     ///
     /// # Errors
-    /// When the disk fails, or the bucket does not answer.
+    /// Fails if the disk fails, or the bucket does not respond.
     pub async fn find_replay(
         &self,
         config: &Config,
@@ -201,10 +207,10 @@ impl RecordingStore {
         }
     }
 
-    /// Keeps a replay that was made in its folder on this machine: in a bucket where recordings are, and no longer here.
+    /// Moves a replay from its local folder to the bucket, if recordings are stored in one.
     ///
     /// # Errors
-    /// When the disk fails, or the bucket does not answer.
+    /// Fails if the disk fails, or the bucket does not respond.
     pub async fn keep_replay(&self, config: &Config, sha256: &str) -> Result<(), StoreError> {
         let Self::Bucket(bucket) = self else { return Ok(()) };
         let folder = replay_files::folder_of(config, sha256);
@@ -216,43 +222,45 @@ impl RecordingStore {
 }
 
 impl Bucket {
-    /// Makes a recording of a file, which is there whole when this returns, and was read back.
+    /// Uploads a recording and verifies it by reading it back.
     ///
     /// # Errors
-    /// When the store does not answer, or has no room.
+    /// Fails if the store does not respond or is full.
     pub async fn keep_recording(&self, file: &Path, recording: &str, sha256: &str) -> Result<(), StoreError> {
         self.send_and_check(file, &format!("{RECORDINGS}/{recording}"), sha256).await
     }
 
-    /// Makes a piece of an upload of a file; its name. No other piece has it, whoever sends at the same time.
+    /// Uploads a chunk of a resumable upload and returns its object name, which is unique even
+    /// among concurrent requests.
     ///
     /// # Errors
-    /// When the store does not answer, or has no room.
+    /// Fails if the store does not respond or is full.
     pub async fn keep_piece(&self, file: &Path, upload: UploadId) -> Result<String, StoreError> {
         let name = format!("{UPLOADS}/{upload}/{}", Uuid::new_v4());
         self.send(file, &name).await?;
         Ok(name)
     }
 
-    /// The pieces of an upload as one file, with its SHA-256 in lower-case hexadecimal.
+    /// Concatenates the chunks of an upload into a file. Returns it with its SHA-256, lower-case
+    /// hexadecimal.
     pub(crate) async fn join_pieces(&self, pieces: &[String]) -> Result<(PartFile, String), StoreError> {
         self.join(pieces).await
     }
 
-    /// Removes every piece of an upload.
+    /// Deletes all chunks of an upload.
     ///
     /// # Errors
-    /// When the store does not answer.
+    /// Fails if the store does not respond.
     pub async fn remove_pieces(&self, upload: UploadId) -> Result<(), StoreError> {
         let folder = format!("{UPLOADS}/{upload}");
         let names = self.list(&folder).await?;
         self.remove(names.iter().map(|name| format!("{folder}/{name}")).collect()).await
     }
 
-    /// Uploads of which there are pieces.
+    /// Lists the uploads that have chunks.
     ///
     /// # Errors
-    /// When the store does not answer.
+    /// Fails if the store does not respond.
     pub async fn list_uploads(&self) -> Result<Vec<UploadId>, StoreError> {
         let names = self.list(UPLOADS).await?;
         let mut uploads: Vec<_> = names.iter().filter_map(|name| name.split('/').next()?.parse().ok()).collect();
@@ -262,7 +270,8 @@ impl Bucket {
     }
 }
 
-/// Copies a file, which gets its name when it is on the disk and was read back. Blocks.
+/// Copies a file, and renames the copy to its final name once it has been synced and verified.
+/// Blocks.
 fn copy_file(from: &Path, to: &Path, sha256: &str) -> std::io::Result<()> {
     let folder = to.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)?;
@@ -276,7 +285,7 @@ fn copy_file(from: &Path, to: &Path, sha256: &str) -> std::io::Result<()> {
     std::fs::File::open(folder)?.sync_all()
 }
 
-/// Removes recordings of a folder, and their replays. Blocks.
+/// Deletes recordings and their replays in a folder. Blocks.
 fn remove_files(folder: &Path, replays: &Path, gone: &[ErasedRecording]) -> std::io::Result<()> {
     for ErasedRecording { recording_path, recording_sha256 } in gone {
         remove_if_there(&folder.join(recording_path))?;
@@ -289,7 +298,7 @@ fn name_replay(sha256: &str, file: &str) -> String {
     format!("{REPLAYS}/{}/{file}", replay_files::name_of(sha256))
 }
 
-/// Every recording in the folders of the schools, as rows name them.
+/// Lists the recordings in the schools' folders, by the paths that rows use.
 fn recordings_in(folder: &Path) -> std::io::Result<Vec<String>> {
     let mut found = Vec::new();
     for school in entries(folder)?.iter().filter(|name| name.parse::<SchoolId>().is_ok()) {
@@ -299,7 +308,7 @@ fn recordings_in(folder: &Path) -> std::io::Result<Vec<String>> {
     Ok(found)
 }
 
-/// Names in a folder, in order; none of one that is not there.
+/// Lists the names in a folder, sorted; empty if it does not exist.
 fn entries(folder: &Path) -> std::io::Result<Vec<String>> {
     let entries = match std::fs::read_dir(folder) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),

@@ -1,4 +1,5 @@
-//! The bucket of a program that is built without the feature `replicas`: there is none, so that nothing of this is ever called.
+//! Stand-in for buckets in programs built without the feature `replicas`. It cannot be constructed,
+//! so its methods are never called.
 
 use std::convert::Infallible;
 use std::ops::Range;
@@ -12,7 +13,7 @@ use super::StoreError;
 use crate::bucket_address::{BucketAddress, UNBUILT};
 use crate::removing::PartFile;
 
-/// A bucket.
+/// An uninhabited stand-in for a bucket.
 #[derive(Clone, Debug)]
 pub struct Bucket(Infallible);
 
@@ -21,7 +22,7 @@ impl Bucket {
         bail!("{address}: {UNBUILT}")
     }
 
-    /// In words for people.
+    /// Returns the address.
     #[must_use]
     pub const fn address(&self) -> &BucketAddress {
         match self.0 {}

@@ -1,4 +1,4 @@
-//! What is stored, to be read whole or in ranges without a copy of it.
+//! Stored files, read as a whole or by ranges, without a local copy.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -9,36 +9,36 @@ use futures::stream::BoxStream;
 
 use super::{Bucket, StoreError};
 
-/// Something that is stored.
+/// A stored file.
 #[derive(Debug)]
 pub enum StoredFile {
-    /// A file of this machine.
+    /// A local file.
     Local(PathBuf),
-    /// An object elsewhere.
+    /// An object in a bucket.
     Remote(StoredObject),
 }
 
-/// An object that is there, and never changes.
+/// An existing, immutable object.
 #[derive(Debug)]
 pub struct StoredObject {
     bucket: Bucket,
     name: String,
-    /// In bytes.
+    /// Size, in bytes.
     pub size: u64,
 }
 
 impl StoredFile {
-    /// An object of a bucket; none where there is none.
+    /// Looks up an object in a bucket; returns `None` if it does not exist.
     pub(super) async fn in_bucket(bucket: &Bucket, name: String) -> Result<Option<Self>, StoreError> {
         let size = bucket.find_size(&name).await?;
         let object = size.map(|size| StoredObject { bucket: bucket.clone(), name, size });
         Ok(object.map(Self::Remote))
     }
 
-    /// All bytes of something small.
+    /// Reads a small file as a whole.
     ///
     /// # Errors
-    /// When the disk fails, or the store does not answer.
+    /// Fails if the disk fails, or the store does not respond.
     pub async fn read_all(self) -> anyhow::Result<Vec<u8>> {
         match self {
             Self::Local(path) => Ok(tokio::fs::read(path).await?),
@@ -55,10 +55,10 @@ impl StoredFile {
 }
 
 impl StoredObject {
-    /// A range of the bytes, some at a time.
+    /// Streams a byte range of the object.
     ///
     /// # Errors
-    /// When the store does not answer.
+    /// Fails if the store does not respond.
     pub async fn read(&self, range: Range<u64>) -> Result<BoxStream<'static, anyhow::Result<Bytes>>, StoreError> {
         if range.is_empty() {
             return Ok(futures::stream::empty().boxed());

@@ -1,5 +1,6 @@
-//! Every attempt at an exercise by another rubric. The worker looks what would change, attempt by attempt; somebody reads that
-//! and confirms it, with a reason; the worker adds the scores that were shown. Each step is stored, so a crash repeats one.
+//! Re-grades all attempts at an exercise with another rubric. The worker computes the changes
+//! attempt by attempt; a teacher reviews and confirms them with a reason; the worker adds the
+//! previewed scores. Each step is stored, so a crash repeats at most one.
 
 use anyhow::Context;
 use data_encoding::HEXLOWER;
@@ -17,19 +18,20 @@ use super::{Regrader, Rubric, ScoreChange, add};
 use crate::error::{Error, refuse_trainees};
 use crate::service::Service;
 
-/// How long a preview waits to be confirmed, in s.
+/// How long a preview can be confirmed, in s.
 pub const PREVIEW_LIFETIME_S: i64 = 86_400;
-/// Attempts that are judged between two looks at the queue of uploads, which come first.
+/// Attempts assessed before the worker checks the queue of uploads again, which has priority.
 const LOOKED_AT_ONCE: u32 = 4;
 /// Attempts whose scores are added in one transaction.
 const GRADED_AT_ONCE: u32 = 32;
-/// Scores closer than this are the same, in points.
+/// Maximum difference of equal scores, in points.
 const EQUAL: f64 = 1e-9;
 
-/// Begins to look what the rubric of a revision would change, for every attempt at the exercise that somebody may judge.
+/// Starts a preview of the changes by a revision's rubric, for every attempt at the exercise that
+/// the person may grade.
 ///
 /// # Errors
-/// When they may not judge, there is no such revision of the exercise, or no attempt.
+/// Fails if they may not grade, the exercise has no such revision, or there is no attempt.
 pub async fn look(
     state: &Service,
     by: &CurrentPerson,
@@ -50,25 +52,27 @@ pub async fn look(
     Ok(id)
 }
 
-/// A re-grading that somebody may see.
+/// Returns a re-grading that the person may see.
 ///
 /// # Errors
-/// [`Error::NotFound`] for any other.
+/// Returns [`Error::NotFound`] for any other.
 pub async fn find(state: &Service, by: &CurrentPerson, id: RegradingId) -> Result<Regrading, Error> {
     refuse_trainees(by)?;
     regradings::find(state.db.reader(), by, id).await?.ok_or(Error::NotFound)
 }
 
-/// Stands for the attempts and their grades: what is confirmed is what was shown.
+/// Hashes the attempts and their grades, so that only the previewed changes can be confirmed.
 fn digest(regrading: &Regrading, attempts: &[Stood]) -> Result<String, Error> {
     let shown = serde_json::to_vec(&(regrading.id, attempts)).map_err(anyhow::Error::from)?;
     Ok(HEXLOWER.encode(&Sha256::digest(shown)))
 }
 
-/// Lets the scores that were shown be added. False where attempts or their grades have changed since: nothing is done.
+/// Confirms a preview, after which the worker adds the scores. Returns false, and changes nothing,
+/// if attempts or grades have changed since.
 ///
 /// # Errors
-/// When it does not wait to be confirmed, somebody else has looked, there is no reason, or the database fails.
+/// Fails if the re-grading is not waiting for confirmation, was started by another person, the
+/// reason is missing, or the database fails.
 pub async fn confirm(
     state: &Service,
     by: &CurrentPerson,
@@ -102,7 +106,7 @@ pub async fn confirm(
     Ok(true)
 }
 
-/// A re-grading that somebody has begun themselves.
+/// Returns a re-grading that this person has started.
 async fn own(tx: &mut Write, by: &CurrentPerson, id: RegradingId) -> Result<Regrading, Error> {
     refuse_trainees(by)?;
     let regrading = regradings::find(&mut **tx, by, id).await?.ok_or(Error::NotFound)?;
@@ -112,10 +116,10 @@ async fn own(tx: &mut Write, by: &CurrentPerson, id: RegradingId) -> Result<Regr
     Ok(regrading)
 }
 
-/// Throws away what was looked at. The exercise.
+/// Discards a preview and returns the id of the exercise.
 ///
 /// # Errors
-/// When it was confirmed, somebody else has looked, or the database fails.
+/// Fails if it was confirmed, was started by another person, or the database fails.
 pub async fn forget(state: &Service, by: &CurrentPerson, id: RegradingId) -> Result<String, Error> {
     let mut tx = state.db.write().await?;
     let regrading = own(&mut tx, by, id).await?;
@@ -127,7 +131,7 @@ pub async fn forget(state: &Service, by: &CurrentPerson, id: RegradingId) -> Res
     Ok(regrading.exercise_id)
 }
 
-/// Goes on with the oldest re-grading that is under way. False where there is none.
+/// Continues the oldest unfinished re-grading. Returns false if all are finished.
 pub async fn step(state: &Service) -> anyhow::Result<bool> {
     let Some(regrading) = regradings::under_way(state.db.reader()).await? else { return Ok(false) };
     match regrading.state {
@@ -152,7 +156,7 @@ async fn look_at_some(state: &Service, regrading: &Regrading) -> Result<(), Erro
     Ok(tx.commit().await?)
 }
 
-/// What becomes of an attempt.
+/// Computes the outcome for one attempt.
 async fn judge(
     state: &Service,
     regrading: &Regrading,
@@ -199,7 +203,7 @@ async fn grade_some(state: &Service, regrading: &Regrading) -> Result<(), Error>
         let score = match line.current {
             true => {
                 let change = ScoreChange { before: line.before, again: &line.assessment.0 };
-                // The reason stands in the re-grading, once for all of its attempts.
+                // The reason is stored with the re-grading, once for all attempts.
                 let by = Regrader { actor: Actor::Person(regrading.made_by), reason: None };
                 Some(add(&mut tx, key, by, change, now).await?)
             }

@@ -1,7 +1,9 @@
-//! Grading again by another rubric: an act of its own, shown before it is done. One attempt by the rubric of today here, every
-//! attempt at an exercise by that of any revision in [`exercise`].
+//! Re-grading with another rubric: always previewed before it is applied. This module re-grades one
+//! attempt with the current rubric; [`exercise`] re-grades all attempts at an exercise with the
+//! rubric of any revision.
 //!
-//! What was asked of the trainee stays as it was: only lines, limits, pass mark and what is required are those of the rubric.
+//! The task of the trainee stays that of their attempt: only the rubric's lines, limits, pass mark
+//! and requirements are replaced.
 
 pub mod exercise;
 
@@ -21,12 +23,12 @@ use crate::error::Error;
 use crate::service::Service;
 use crate::{recordings, secret};
 
-/// What decides a score.
+/// The parts of an exercise that determine a score.
 #[derive(Clone, Debug)]
 pub struct Rubric(Exercise);
 
 impl Rubric {
-    /// The rubric that trainees are judged by today. None where the school no longer teaches the exercise.
+    /// Returns the current rubric of an exercise; `None` if the school no longer teaches it.
     pub async fn of_today(state: &Service, school: SchoolId, exercise: &str) -> Result<Option<Self>, Error> {
         match exercises::find_current_revision(state.db.reader(), school, exercise).await? {
             Some(taught) => Self::of_revision(state, school, taught.id).await.map(Some),
@@ -34,10 +36,10 @@ impl Rubric {
         }
     }
 
-    /// The rubric of a revision.
+    /// Returns the rubric of a revision.
     ///
     /// # Errors
-    /// When there is no such revision, or the database fails.
+    /// Fails if there is no such revision, or the database fails.
     pub async fn of_revision(state: &Service, school: SchoolId, revision: RevisionId) -> Result<Self, Error> {
         let bytes =
             exercises::read_exercise_bytes(state.db.reader(), school, revision).await?.ok_or(Error::NotFound)?;
@@ -47,7 +49,8 @@ impl Rubric {
         Ok(Self(bundle.exercise))
     }
 
-    /// The rubric of an exercise with this digest, among its revisions; none where the school has not published it.
+    /// Returns the rubric with this digest among the revisions of an exercise; `None` if the school
+    /// has not published it.
     pub async fn of_digest(
         state: &Service,
         school: SchoolId,
@@ -63,7 +66,7 @@ impl Rubric {
         Ok(None)
     }
 
-    /// What was asked of the trainee, judged by this rubric.
+    /// Returns the exercise that the trainee attempted, with this rubric.
     #[must_use]
     pub fn judging(&self, asked: &Exercise) -> Exercise {
         let mut exercise = asked.clone();
@@ -71,17 +74,17 @@ impl Rubric {
         exercise
     }
 
-    /// SHA-256 of what decides.
+    /// Returns the SHA-256 of the rubric.
     #[must_use]
     pub fn sha256(&self) -> String {
         self.0.rubric_sha256()
     }
 
-    /// What an attempt scores by it: by what was measured in it, or anew from its recording where a metric is asked for that was
-    /// not measured, or not as it is defined today.
+    /// Scores an attempt by this rubric: from its stored metrics, or from its recording if a metric
+    /// is missing or its definition has changed.
     ///
     /// # Errors
-    /// When the recording has to be read and cannot be, or cannot be judged.
+    /// Fails if the recording is needed and cannot be read or assessed.
     pub async fn judge(&self, state: &Service, session: &Session) -> Result<Assessment, Error> {
         let Self(rubric) = self;
         let metrics = scores::list_score_metrics(state.db.reader(), session.key()).await?;
@@ -108,16 +111,16 @@ impl Rubric {
     }
 }
 
-/// Who grades one attempt again, and why.
+/// Actor and reason of a re-grading.
 #[derive(Clone, Debug)]
 pub struct Regrader<'a> {
-    /// Who.
+    /// Actor.
     pub actor: Actor,
-    /// Why, unless it stands in the re-grading that the attempt is part of.
+    /// Reason; `None` if it is stored with the re-grading of the whole exercise.
     pub reason: Option<&'a str>,
 }
 
-/// Adds a score to one attempt; earlier ones stay.
+/// Adds a score to one attempt; earlier scores are kept.
 pub async fn apply(state: &Service, by: Regrader<'_>, session: &Session, again: &Assessment) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     let before = scores::find_newest_score(&mut *tx, session.key()).await?.context("a scored attempt")?;
@@ -126,16 +129,16 @@ pub async fn apply(state: &Service, by: Regrader<'_>, session: &Session, again: 
     Ok(tx.commit().await?)
 }
 
-/// What a re-grading makes of an attempt.
+/// Change of the score by a re-grading.
 #[derive(Clone, Copy)]
 struct ScoreChange<'a> {
-    /// The score that stood.
+    /// Previous score.
     before: f64,
-    /// What is assessed now.
+    /// New assessment.
     again: &'a Assessment,
 }
 
-/// Adds a score to an attempt, with the audit entry that tells of it. The score's id.
+/// Adds a score to an attempt, with its audit entry, and returns the score's id.
 async fn add(
     tx: &mut Connection,
     session: SessionKey,
@@ -148,7 +151,7 @@ async fn add(
     practice::refresh_practice(tx, session).await?;
     let mut told = json!({ "from": before, "to": again.score, "rubric_sha256": again.rubric.sha256, "score": score });
     if let Some(reason) = by.reason {
-        // The log never changes, and people are erased: it keeps the text's hash.
+        // The log is immutable but people can be erased, so it contains only a hash of the text.
         told["reason_sha256"] = HEXLOWER.encode(&secret::token_sha256(reason)).into();
         let made_by = if let Actor::Person(id) = by.actor { Some(id) } else { None };
         let why = NewReason { score_id: score, reason, made_by };

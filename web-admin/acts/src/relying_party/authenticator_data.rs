@@ -1,10 +1,10 @@
-//! Authenticator data (WebAuthn, section 6.1): what an authenticator signs, in bytes.
+//! Authenticator data (WebAuthn, section 6.1): the bytes that an authenticator signs.
 
 use super::cbor::CborReader;
 use super::credential_key::CredentialKey;
 use super::violation::Violation;
 
-/// Longest id of a credential, in bytes.
+/// Maximum length of a credential id, in bytes.
 const LONGEST_ID: usize = 1023;
 
 const USER_PRESENT: u8 = 1;
@@ -14,13 +14,13 @@ const BACKED_UP: u8 = 1 << 4;
 const HAS_CREDENTIAL: u8 = 1 << 6;
 const HAS_EXTENSIONS: u8 = 1 << 7;
 
-/// Authenticator data, all of whose bytes are read.
+/// Parsed authenticator data; trailing bytes are an error.
 #[derive(Debug)]
 pub(super) struct AuthenticatorData<'a> {
     /// SHA-256 of the id of the relying party.
     pub rp_id_hash: &'a [u8; 32],
     flags: u8,
-    /// How many signatures were counted; 0 if the authenticator counts none.
+    /// Number of signatures counted by the authenticator; 0 if it does not count.
     pub sign_count: u32,
     /// The new credential, in a registration.
     pub credential: Option<AttestedCredential<'a>>,
@@ -36,7 +36,7 @@ pub(super) struct AttestedCredential<'a> {
 }
 
 impl<'a> AuthenticatorData<'a> {
-    /// Reads the data.
+    /// Parses the data.
     pub(super) fn read(bytes: &'a [u8]) -> Result<Self, Violation> {
         let (rp_id_hash, rest) = bytes.split_first_chunk().ok_or(Violation::AuthenticatorData)?;
         let ([flags, count @ ..], mut rest) = rest.split_first_chunk::<5>().ok_or(Violation::AuthenticatorData)?;
@@ -60,29 +60,30 @@ impl<'a> AuthenticatorData<'a> {
         self.flags & flag != 0
     }
 
-    /// Whether the authenticator was touched.
+    /// Returns whether the user was present, for example touched the authenticator.
     pub(super) const fn user_present(&self) -> bool {
         self.has(USER_PRESENT)
     }
 
-    /// Whether the authenticator has recognised its owner.
+    /// Returns whether the authenticator has verified its user.
     pub(super) const fn user_verified(&self) -> bool {
         self.has(USER_VERIFIED)
     }
 
-    /// Whether the credential may be copied to other devices.
+    /// Returns whether the credential may be copied to other devices.
     pub(super) const fn backup_eligible(&self) -> bool {
         self.has(BACKUP_ELIGIBLE)
     }
 
-    /// Whether the credential is backed up now.
+    /// Returns whether the credential is currently backed up.
     pub(super) const fn backed_up(&self) -> bool {
         self.has(BACKED_UP)
     }
 }
 
 impl<'a> AttestedCredential<'a> {
-    /// Reads the data, and returns the bytes after it. The model of the authenticator (AAGUID) is not used.
+    /// Parses the data and returns it with the remaining bytes. The model of the authenticator
+    /// (AAGUID) is not used.
     fn read(bytes: &'a [u8]) -> Result<(Self, &'a [u8]), Violation> {
         let (_aaguid, rest) = bytes.split_first_chunk::<16>().ok_or(Violation::AuthenticatorData)?;
         let (length, rest) = rest.split_first_chunk().ok_or(Violation::AuthenticatorData)?;

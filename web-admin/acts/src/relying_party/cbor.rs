@@ -1,11 +1,13 @@
-//! A reader of CBOR (RFC 8949) as authenticators write it: maps of numbers and texts, of definite length, with few levels.
+//! A reader for the subset of CBOR (RFC 8949) that authenticators use: maps with integer and text
+//! keys, definite lengths, and few levels of nesting.
 
 use std::collections::BTreeMap;
 
-/// How deep containers may nest: CTAP allows 4 levels, and the browser's object with a compound statement has 5.
+/// Maximum nesting of containers: CTAP allows 4 levels, and the browser's object with a compound
+/// statement has 5.
 const DEEPEST: usize = 8;
 
-/// An item of a map.
+/// A key or value of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum CborItem<'a> {
     /// An integer.
@@ -14,29 +16,30 @@ pub(super) enum CborItem<'a> {
     Bytes(&'a [u8]),
     /// A text.
     Text(&'a str),
-    /// Any other item: well-formed, and not read.
+    /// Any other item: checked to be well-formed and skipped.
     Other,
 }
 
-/// A map, by its keys.
+/// A map, sorted by key.
 pub(super) type CborMap<'a> = BTreeMap<CborItem<'a>, CborItem<'a>>;
 
-/// Reads one item after the other; `None` where the bytes are no CBOR, end too early, or nest too deep.
+/// Reads items in sequence. Methods return `None` if the bytes are not valid CBOR, end too early,
+/// or nest too deeply.
 #[derive(Clone, Debug)]
 pub(super) struct CborReader<'a>(&'a [u8]);
 
 impl<'a> CborReader<'a> {
-    /// Reads from the first of some bytes.
+    /// Creates a reader at the start of `bytes`.
     pub(super) const fn new(bytes: &'a [u8]) -> Self {
         Self(bytes)
     }
 
-    /// Returns the bytes that are not read yet.
+    /// Returns the bytes that have not been read.
     pub(super) const fn rest(&self) -> &'a [u8] {
         self.0
     }
 
-    /// Reads a map of integers or texts, each of which it may hold once.
+    /// Reads a map with integer and text keys. A duplicate key is an error.
     pub(super) fn map(&mut self) -> Option<CborMap<'a>> {
         let (5, entries) = self.head()? else { return None };
         let mut map = CborMap::new();
@@ -50,7 +53,7 @@ impl<'a> CborReader<'a> {
         Some(map)
     }
 
-    /// Reads an item that may hold so many levels of others.
+    /// Reads an item that may contain up to `levels` levels of containers.
     fn item(&mut self, levels: usize) -> Option<CborItem<'a>> {
         let (kind, value) = self.head()?;
         Some(match kind {
@@ -65,13 +68,15 @@ impl<'a> CborReader<'a> {
         })
     }
 
-    /// Reads the items of an array or map. A false count ends with the bytes: each item takes at least one.
+    /// Reads the items of an array or a map. A wrong count ends at the end of the input, since each
+    /// item takes at least one byte.
     fn items(&mut self, count: u64, levels: usize) -> Option<CborItem<'a>> {
         let levels = levels.checked_sub(1)?;
         (0..count).try_for_each(|_| self.item(levels).map(drop)).map(|()| CborItem::Other)
     }
 
-    /// Reads the kind of an item and its number: a value, a count or a length.
+    /// Reads the head of an item: its major type and its argument, which is a value, a count or a
+    /// length.
     fn head(&mut self) -> Option<(u8, u64)> {
         let first = *self.take(1)?.first()?;
         let value = match first & 0x1f {
@@ -92,7 +97,8 @@ impl<'a> CborReader<'a> {
 
 #[cfg(test)]
 mod tests {
-    //! Bytes from anyone: fails when the reader accepts what RFC 8949 calls not well-formed, or when a short input costs much.
+    //! The input is untrusted: malformed input (RFC 8949) must be rejected, and a short input must
+    //! not cost much time or memory.
 
     use super::*;
 

@@ -1,4 +1,5 @@
-//! Public keys of credentials: read from COSE (RFC 9052, RFC 9053), kept in JSON, and used to verify signatures.
+//! Public keys of credentials: parsed from COSE (RFC 9052, RFC 9053), stored as JSON, and used to
+//! verify signatures.
 
 use ring::agreement::{self, ECDH_P256, ECDH_P384, EphemeralPrivateKey};
 use ring::rand::SystemRandom;
@@ -12,13 +13,14 @@ use super::base64url;
 use super::cbor::{CborItem, CborMap};
 use super::violation::Violation;
 
-/// The algorithms that are offered, the preferred one first, by their numbers in COSE: ES256, ES384 and RS256.
+/// Offered algorithms by COSE number, in order of preference: ES256, ES384 and RS256.
 pub(super) const OFFERED: [i64; 3] = [-7, -35, -257];
 
 /// Length of an RSA modulus, in bytes.
 const MODULUS: usize = 256;
 
-/// The public key of a credential. Its JSON is that of webauthn-rs 0.6, which has written the databases of earlier versions.
+/// The public key of a credential. Its JSON format is that of webauthn-rs 0.6, which wrote the
+/// databases of earlier versions.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct CredentialKey {
     #[serde(rename = "type_")]
@@ -89,12 +91,13 @@ impl EllipticPoint {
         point.is_on_curve().then_some(point)
     }
 
-    /// The point as SEC 1 writes it, uncompressed.
+    /// Returns the point in the uncompressed format of SEC 1.
     fn uncompressed(&self) -> Vec<u8> {
         [&[4], self.x.as_slice(), &self.y].concat()
     }
 
-    /// `ring` reads a point only to use it: an agreement with a key that is thrown away fails if it is not on the curve.
+    /// Returns whether the point is on the curve. `ring` has no function for this, but a key
+    /// agreement with a throw-away key fails if it is not.
     fn is_on_curve(&self) -> bool {
         let point = agreement::UnparsedPublicKey::new(self.curve.agreement(), self.uncompressed());
         EphemeralPrivateKey::generate(self.curve.agreement(), &SystemRandom::new())
@@ -117,8 +120,8 @@ fn bytes<'a>(key: &CborMap<'a>, label: i64) -> Option<&'a [u8]> {
 }
 
 impl CredentialKey {
-    /// Reads a COSE_Key: its kind (1), algorithm (3), and what these need (-1, -2 and -3). WebAuthn, section 5.8.5, binds each
-    /// algorithm to one curve.
+    /// Parses a COSE_Key: its type (1), algorithm (3), and the parameters of both (-1, -2 and -3).
+    /// WebAuthn, section 5.8.5, binds each algorithm to one curve.
     pub(super) fn read(key: &CborMap<'_>) -> Result<Self, Violation> {
         let point = |curve| EllipticPoint::read(curve, key).map(KeyMaterial::Point).ok_or(Violation::PublicKey);
         let algorithm = integer(key, 3).filter(|algorithm| OFFERED.contains(algorithm)).ok_or(Violation::Algorithm)?;
@@ -134,7 +137,7 @@ impl CredentialKey {
         })
     }
 
-    /// Whether this key has signed a message.
+    /// Verifies a signature of a message.
     pub(super) fn verify(&self, message: &[u8], signature: &[u8]) -> Result<(), Violation> {
         let verified = match (self.algorithm, &self.key) {
             (CoseAlgorithm::Es256, KeyMaterial::Point(point)) if point.curve == EllipticCurve::P256 => {

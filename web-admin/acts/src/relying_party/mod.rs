@@ -1,5 +1,6 @@
-//! The relying party of WebAuthn Level 3 (<https://www.w3.org/TR/webauthn-3/>): asks browsers for passkeys and verifies their answers.
-//! Attestation is not asked for ("none"), so an attestation statement is neither trusted nor verified.
+//! The relying party of WebAuthn Level 3 (<https://www.w3.org/TR/webauthn-3/>): requests passkeys
+//! from browsers and verifies the responses. Attestation is not requested ("none"), so attestation
+//! statements are neither trusted nor verified.
 
 use data_encoding::BASE64URL_NOPAD;
 use model::ids::PersonId;
@@ -24,12 +25,13 @@ mod violation;
 pub use record::CredentialRecord;
 pub use verification::PasskeyAccount;
 
-/// The name that browsers show.
+/// Name shown by browsers.
 const NAME: &str = "Stylet";
 /// How long a browser waits for an authenticator, in ms.
 const TIMEOUT_MS: u32 = 300_000;
 
-/// The relying party of this service: passkeys belong to the name of its host, and answer to its pages alone.
+/// The relying party of this service. Passkeys are bound to its host name and usable only from its
+/// pages.
 #[derive(Clone, Debug)]
 pub struct RelyingParty {
     id: String,
@@ -38,48 +40,48 @@ pub struct RelyingParty {
     any_local_port: bool,
 }
 
-/// Why an answer is refused.
+/// Why a response was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnswerRefused {
-    /// It does not answer the question: its origin, challenge, key or form is wrong.
+    /// It does not match the request: its origin, challenge, key or format is wrong.
     Wrong,
-    /// The signature counter has not increased: there may be a copy of the passkey.
+    /// The signature counter has not increased: the passkey may have been cloned.
     Copied,
 }
 
-/// The user whom a passkey is made for.
+/// The user for whom a passkey is registered.
 #[derive(Clone, Copy, Debug)]
 pub struct PasskeyOwner<'a> {
-    /// Id, which the authenticator keeps as the user handle.
+    /// Id, stored by the authenticator as the user handle.
     pub id: PersonId,
-    /// Address, by which users tell their accounts apart.
+    /// Address, by which users distinguish their accounts.
     pub email: &'a str,
     /// Name.
     pub name: &'a str,
 }
 
-/// 32 random bytes that an answer must repeat, in base64url.
+/// 32 random bytes that the response must repeat, in base64url.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Challenge(String);
 
-/// A request for a signature: its answer repeats the challenge, by one of the credentials.
+/// A signature request. The response must contain the challenge, signed by one of the credentials.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AssertionRequest {
     challenge: Challenge,
-    /// Ids of credentials, in base64url.
+    /// Ids of the allowed credentials, in base64url.
     allowed: Vec<String>,
 }
 
 impl Challenge {
-    /// Makes a challenge.
+    /// Creates a random challenge.
     ///
     /// # Errors
-    /// If the operating system's random source fails.
+    /// Fails if the operating system's random source fails.
     pub fn random() -> anyhow::Result<Self> {
         Ok(Self(BASE64URL_NOPAD.encode(&secret::random_bytes::<32>()?)))
     }
 
-    /// Whether a text is this challenge, compared in constant time.
+    /// Compares a text with this challenge in constant time.
     fn is_equal_to(&self, other: &str) -> bool {
         let differences =
             self.0.bytes().zip(other.bytes()).fold(0, |differences, (own, byte)| differences | (own ^ byte));
@@ -88,8 +90,8 @@ impl Challenge {
 }
 
 impl RelyingParty {
-    /// Returns the relying party of a service. `None` if its host has no name, or if browsers do not trust the connection: they have
-    /// no passkeys for such a host.
+    /// Returns the relying party of a service. Returns `None` if its host has no name, or if the
+    /// connection is not a secure context: browsers have no passkeys for such a host.
     #[must_use]
     pub fn of(config: &Config) -> Option<Self> {
         let on_trial = config.public_url.is_none() && config.listen.ip().is_loopback();
@@ -99,7 +101,7 @@ impl RelyingParty {
         if url.scheme() != "https" && id != "localhost" {
             return None;
         }
-        // On trial the system may have chosen the port.
+        // On trial the system may have chosen the port, so any port of localhost is accepted.
         Some(Self {
             id_hash: sha256(id.as_bytes()),
             id,
@@ -108,19 +110,19 @@ impl RelyingParty {
         })
     }
 
-    /// The origin that passkeys answer to, as a browser writes it.
+    /// Returns the origin of the pages that may use passkeys, as a browser writes it.
     #[must_use]
     pub fn origin(&self) -> &str {
         &self.origin
     }
 
-    /// Whether a page of an origin may ask for this party's passkeys.
+    /// Returns whether a page of `origin` may use this party's passkeys.
     fn is_own(&self, origin: &str) -> bool {
         origin == self.origin || self.any_local_port && is_localhost(origin)
     }
 
-    /// Returns the options for `navigator.credentials.create`, in JSON. An authenticator that holds one of the known credentials makes
-    /// no other.
+    /// Returns the options for `navigator.credentials.create`, in JSON. An authenticator that
+    /// already holds one of the known credentials creates no other.
     #[must_use]
     pub fn creation_options(
         &self,
@@ -142,7 +144,7 @@ impl RelyingParty {
                 "residentKey": "discouraged", "requireResidentKey": false, "userVerification": "required",
             },
             "attestation": "none",
-            // Enforced, the policy would exclude authenticators that do not know it.
+            // Enforcing the policy would exclude authenticators that do not support it.
             "extensions": {
                 "credentialProtectionPolicy": "userVerificationRequired",
                 "enforceCredentialProtectionPolicy": false,
@@ -153,7 +155,8 @@ impl RelyingParty {
         .to_string()
     }
 
-    /// Asks one of the known credentials for a signature: returns the request, and the options for `navigator.credentials.get`, in JSON.
+    /// Creates a request for a signature by one of the known credentials. Returns it with the
+    /// options for `navigator.credentials.get`, in JSON.
     #[must_use]
     pub fn request_options(&self, challenge: Challenge, known: &[CredentialRecord]) -> (AssertionRequest, String) {
         let allowed: Vec<_> = known.iter().map(|record| BASE64URL_NOPAD.encode(&record.id)).collect();
@@ -178,7 +181,7 @@ fn is_localhost(origin: &str) -> bool {
     })
 }
 
-/// What an authenticator keeps of its user: the person's id, in base64url.
+/// Returns the user handle stored by the authenticator: the person's id, in base64url.
 fn user_handle(person: PersonId) -> String {
     BASE64URL_NOPAD.encode(person.uuid().as_bytes())
 }

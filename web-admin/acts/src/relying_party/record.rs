@@ -1,4 +1,4 @@
-//! Credential records (WebAuthn, section 4): what the service keeps of a passkey.
+//! Credential records (WebAuthn, section 4): the stored data of a passkey.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -7,7 +7,8 @@ use super::authenticator_data::{AttestedCredential, AuthenticatorData};
 use super::base64url;
 use super::credential_key::CredentialKey;
 
-/// What the service keeps of a passkey. Its JSON is that of webauthn-rs 0.6, in which earlier versions read and wrote it.
+/// The stored data of a passkey. Its JSON format is that of webauthn-rs 0.6, used by earlier
+/// versions.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CredentialRecord {
     #[serde(rename = "cred_id", with = "base64url")]
@@ -19,7 +20,8 @@ pub struct CredentialRecord {
     pub(super) transports: Option<Vec<String>>,
     pub(super) backup_eligible: bool,
     pub(super) backup_state: bool,
-    /// Members that are kept as they are: they record a registration, and no decision depends on them.
+    /// Other members, stored unchanged: they document the registration, and no decision depends on
+    /// them.
     #[serde(flatten)]
     pub(super) registration: Map<String, Value>,
 }
@@ -31,7 +33,8 @@ struct StoredPasskey<R> {
 }
 
 impl CredentialRecord {
-    /// Makes the record of a new credential, whose user was verified and whose attestation is "none".
+    /// Creates the record of a new credential, whose user was verified and whose attestation is
+    /// "none".
     pub(super) fn new(credential: AttestedCredential<'_>, data: &AuthenticatorData<'_>) -> Self {
         let registration = [
             ("user_verified", json!(true)),
@@ -51,18 +54,18 @@ impl CredentialRecord {
         }
     }
 
-    /// Reads a record as the database holds it.
+    /// Parses a record from the database.
     ///
     /// # Errors
-    /// If it is no JSON of this form.
+    /// Fails if it is not JSON of this format.
     pub fn from_json(json: &str) -> serde_json::Result<Self> {
         serde_json::from_str::<StoredPasskey<Self>>(json).map(|stored| stored.cred)
     }
 
-    /// Returns the record as the database holds it.
+    /// Serializes the record for the database.
     ///
     /// # Errors
-    /// None that can occur: every member has a form in JSON.
+    /// Never fails in practice: every member can be represented in JSON.
     pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string(&StoredPasskey { cred: self })
     }
@@ -73,7 +76,7 @@ impl CredentialRecord {
         &self.id
     }
 
-    /// How many signatures the authenticator has counted; 0 if it counts none.
+    /// Returns the number of signatures counted by the authenticator; 0 if it does not count.
     #[must_use]
     pub const fn sign_count(&self) -> u32 {
         self.sign_count

@@ -1,5 +1,5 @@
-//! Answers, each wrong in one way: fails when a rule of WebAuthn is not checked, when a valid answer is refused, or when a database
-//! in the form of webauthn-rs cannot be read.
+//! Responses with one error each: every rule of WebAuthn must be checked, valid responses must be
+//! accepted, and records in the format of webauthn-rs must be readable.
 
 use ring::rand::SystemRandom;
 use ring::signature::{
@@ -28,7 +28,7 @@ fn party() -> RelyingParty {
     party_of(Some("https://training.example.org"), "127.0.0.1:8080").unwrap()
 }
 
-/// The challenge of every test.
+/// Returns the challenge of all tests.
 fn challenge() -> Challenge {
     Challenge(BASE64URL_NOPAD.encode(&[42; 32]))
 }
@@ -43,7 +43,7 @@ fn new_key(algorithm: &'static EcdsaSigningAlgorithm) -> EcdsaKeyPair {
     EcdsaKeyPair::from_pkcs8(algorithm, document.as_ref(), &random).unwrap()
 }
 
-/// The public key of a pair in COSE, for ES256 or ES384.
+/// Returns the public key of a pair in COSE, for ES256 or ES384.
 fn cose(key: &EcdsaKeyPair) -> Vec<u8> {
     let (x, y) = key.public_key().as_ref()[1..].split_at((key.public_key().as_ref().len() - 1) / 2);
     let (start, before_x, before_y): (&[u8], &[u8], &[u8]) = match x.len() {
@@ -53,29 +53,29 @@ fn cose(key: &EcdsaKeyPair) -> Vec<u8> {
     [start, before_x, x, before_y, y].concat()
 }
 
-/// An answer that a test may change before it is signed and encoded.
+/// A response that a test may change before it is signed and encoded.
 struct Forgery {
     client: Value,
-    /// In place of `client`, where it is no object.
+    /// Replaces `client` by something other than an object.
     client_json: Option<&'static str>,
     site: &'static str,
     flags: u8,
     count: u32,
-    /// The id and the key of the new credential, in a registration.
+    /// Id and key of the new credential, in a registration.
     id: Vec<u8>,
     cose: Vec<u8>,
-    /// Bytes after it: extensions, or too many.
+    /// Bytes after it: extensions, or excess bytes.
     tail: Vec<u8>,
-    /// Makes the attestation object.
+    /// Builds the attestation object.
     object: fn(&[u8]) -> Vec<u8>,
-    /// Changes the authenticator data after the signature.
+    /// Changes the authenticator data after it was signed.
     afterwards: fn(&mut Vec<u8>),
-    /// Changes the whole answer.
+    /// Changes the whole response.
     answer: fn(&mut Value),
 }
 
 impl Forgery {
-    /// A valid answer.
+    /// Returns a valid response.
     fn none(kind: &str, flags: u8) -> Self {
         Self {
             client: json!({ "type": kind, "challenge": challenge(), "origin": "https://training.example.org", "crossOrigin": false }),
@@ -131,7 +131,7 @@ impl Forgery {
     }
 }
 
-/// An attestation object without a statement, by its first bytes.
+/// Returns an attestation object without a statement, starting with the bytes `start`.
 fn object(start: &[u8], data: &[u8]) -> Vec<u8> {
     [start, b"\x63fmt\x64none\x67attStmt\xa0", &authenticator_data(data)].concat()
 }
@@ -140,7 +140,7 @@ fn authenticator_data(data: &[u8]) -> Vec<u8> {
     [b"\x68authData\x59".as_slice(), &u16::try_from(data.len()).unwrap().to_be_bytes(), data].concat()
 }
 
-/// An attestation object with a statement of an item within so many arrays.
+/// Returns an attestation object whose statement is an item nested in this many arrays.
 fn nested(levels: usize, data: &[u8]) -> Vec<u8> {
     let statement = [b"\x81".repeat(levels), b"\x00".to_vec()].concat();
     [b"\xa3\x63fmt\x64none\x67attStmt", statement.as_slice(), &authenticator_data(data)].concat()
@@ -189,7 +189,7 @@ fn a_registration_violates_no_rule() {
     let of_the_credential: [(Change, Violation); 16] = [
         (|forged| forged.id.clear(), Violation::CredentialId),
         (|forged| forged.id = vec![7; 1024], Violation::CredentialId),
-        // EdDSA, by its number.
+        // EdDSA, by its COSE number.
         (|forged| forged.cose[4] = 0x27, Violation::Algorithm),
         (|forged| forged.cose[2] = 0x03, Violation::PublicKey),
         (|forged| forged.cose[6] = 0x02, Violation::PublicKey),
@@ -197,7 +197,7 @@ fn a_registration_violates_no_rule() {
         (|forged| forged.cose[10..42].fill(0), Violation::PublicKey),
         // A coordinate of 31 bytes.
         (|forged| drop(forged.cose.splice(9..11, [0x1f])), Violation::PublicKey),
-        // x twice, and no y.
+        // Two x coordinates, and no y.
         (|forged| forged.cose[42] = 0x21, Violation::AuthenticatorData),
         (|forged| forged.cose = b"\xa1\x03\x26".to_vec(), Violation::PublicKey),
         (|forged| forged.cose = b"\xa0".to_vec(), Violation::Algorithm),
@@ -255,7 +255,7 @@ fn authenticator_data_that_ends_early_is_refused() {
     assert!(authenticator_data::AuthenticatorData::read(&data).is_ok());
 }
 
-/// A credential of Ada's that has signed once, with its key.
+/// Returns a credential of Ada's that has signed once, with its key.
 fn credential(algorithm: &'static EcdsaSigningAlgorithm) -> (EcdsaKeyPair, CredentialRecord) {
     let key = new_key(algorithm);
     let record = party().register(&new_registration(&key).registration(), &challenge()).unwrap();
@@ -278,7 +278,7 @@ fn an_assertion_violates_no_rule() {
     let of_the_signature: [(Change, Violation); 9] = [
         (|forged| forged.count = 1, Violation::SignCount),
         (|forged| forged.count = 0, Violation::SignCount),
-        // Not signed: one more signature, and an owner who was recognised all the same.
+        // Changed after signing: the signature counter, and the flag for backup eligibility.
         (|forged| forged.afterwards = |data| data[36] += 1, Violation::Signature),
         (|forged| forged.afterwards = |data| data[32] |= ELIGIBLE, Violation::Signature),
         (|forged| forged.afterwards = |data| data.truncate(36), Violation::AuthenticatorData),

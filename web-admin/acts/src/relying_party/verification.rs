@@ -1,4 +1,5 @@
-//! Verifies answers, rule by rule: WebAuthn, section 7.1 (registration) and section 7.2 (assertion).
+//! Verifies responses, rule by rule: WebAuthn, section 7.1 (registration) and section 7.2
+//! (assertion).
 
 use data_encoding::BASE64URL_NOPAD;
 use model::ids::PersonId;
@@ -15,13 +16,13 @@ use super::{
 /// The person who is to sign, and their passkeys.
 #[derive(Clone, Copy, Debug)]
 pub struct PasskeyAccount<'a> {
-    /// Who.
+    /// The person.
     pub person_id: PersonId,
-    /// Their passkeys, as they are now.
+    /// Current records of their passkeys.
     pub records: &'a [CredentialRecord],
 }
 
-/// The answer of a browser (`PublicKeyCredential`).
+/// The response of a browser (`PublicKeyCredential`).
 #[derive(Deserialize)]
 struct BrowserAnswer<R> {
     #[serde(rename = "type")]
@@ -31,7 +32,7 @@ struct BrowserAnswer<R> {
     response: R,
 }
 
-/// The response of a registration.
+/// The authenticator's response to a registration.
 #[derive(Deserialize)]
 struct AttestationResponse {
     #[serde(rename = "clientDataJSON", with = "base64url")]
@@ -40,7 +41,7 @@ struct AttestationResponse {
     attestation_object: Vec<u8>,
 }
 
-/// The response of a signature.
+/// The authenticator's response to a signature request.
 #[derive(Deserialize)]
 struct AssertionResponse {
     #[serde(rename = "clientDataJSON", with = "base64url")]
@@ -53,7 +54,7 @@ struct AssertionResponse {
     user_handle: Option<String>,
 }
 
-/// What a browser has asked an authenticator to sign, and for which page (`CollectedClientData`).
+/// Data about the request that the browser had the authenticator sign (`CollectedClientData`).
 #[derive(Deserialize)]
 struct ClientData {
     #[serde(rename = "type")]
@@ -67,18 +68,18 @@ struct ClientData {
 }
 
 impl RelyingParty {
-    /// Verifies the answer of a registration, and returns the record of the new credential.
+    /// Verifies the response to a registration, and returns the record of the new credential.
     ///
     /// # Errors
-    /// If the answer violates a rule.
+    /// Fails if the response violates a rule.
     pub fn verify_registration(&self, answer: &str, challenge: &Challenge) -> Result<CredentialRecord, AnswerRefused> {
         self.register(answer, challenge).map_err(refuse)
     }
 
-    /// Verifies the answer of one of a person's passkeys, and returns its record as it is after the signature.
+    /// Verifies an assertion by one of a person's passkeys, and returns its updated record.
     ///
     /// # Errors
-    /// If the answer violates a rule, or the signature counter has not increased.
+    /// Fails if the response violates a rule, or the signature counter has not increased.
     pub fn verify_assertion(
         &self,
         answer: &str,
@@ -106,7 +107,7 @@ impl RelyingParty {
         let BrowserAnswer { raw_id, response, .. } = read_answer::<AssertionResponse>(answer)?;
         ensure(request.allowed.contains(&BASE64URL_NOPAD.encode(&raw_id)), Violation::NotAllowed)?;
         let record = account.records.iter().find(|record| record.id == raw_id).ok_or(Violation::NotAllowed)?;
-        // Some browsers send an empty handle for none.
+        // Some browsers send an empty handle instead of none.
         let handle = response.user_handle.as_deref().filter(|handle| !handle.is_empty());
         ensure(handle.is_none_or(|handle| handle == user_handle(account.person_id)), Violation::UserHandle)?;
         self.check_client_data(&response.client_data, "webauthn.get", &request.challenge)?;
@@ -142,13 +143,15 @@ impl RelyingParty {
     }
 }
 
-/// A credential may become eligible for backup, when its device learns it, and only then be backed up. It stays eligible.
+/// Checks the backup flags. A credential may become eligible for backup later, for example by an
+/// update of its device, and may only be backed up after that. It stays eligible.
 fn check_backup(record: &CredentialRecord, data: &AuthenticatorData<'_>) -> Result<(), Violation> {
     let kept = if record.backup_eligible { data.backup_eligible() } else { !data.backed_up() };
     ensure(kept, Violation::Backup)
 }
 
-/// The authenticator data in an attestation object. Its statement may be of any format, since none was asked for.
+/// Returns the authenticator data in an attestation object. The statement may be of any format,
+/// since none was requested.
 fn attested_data(object: &[u8]) -> Result<&[u8], Violation> {
     let mut reader = CborReader::new(object);
     let map = reader.map().filter(|_| reader.rest().is_empty()).ok_or(Violation::AttestationObject)?;

@@ -1,30 +1,30 @@
-//! Why an answer is refused, for the log: one variant for each rule.
+//! Reasons for rejecting a response, for the log: one variant per rule.
 
-/// A rule of WebAuthn, section 7.1 or 7.2, that an answer violates.
+/// A rule of WebAuthn, section 7.1 or 7.2, that a response violates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum Violation {
-    /// The answer is no JSON of a public-key credential.
+    /// The response is not the JSON of a public-key credential.
     #[error("the answer is not the JSON of a public-key credential")]
     Answer,
-    /// The client data is no JSON, or lacks a member.
+    /// The client data is not JSON, or lacks a member.
     #[error("the client data cannot be read")]
     ClientData,
-    /// The client data was made in another ceremony.
+    /// The client data belongs to another ceremony.
     #[error("the client data is of another type")]
     Type,
-    /// The client data holds another challenge.
+    /// The client data contains another challenge.
     #[error("the client data holds another challenge")]
     Challenge,
-    /// The client data was made by a page of another origin.
+    /// The client data comes from a page of another origin.
     #[error("the client data is of another origin")]
     Origin,
-    /// The page was inside another site's.
+    /// The page was embedded in another origin's page.
     #[error("the client data is of a page inside another origin's")]
     CrossOrigin,
-    /// The attestation object is no CBOR, or lacks a member.
+    /// The attestation object is not CBOR, or lacks a member.
     #[error("the attestation object cannot be read")]
     AttestationObject,
-    /// The authenticator data is too short, too long, or no CBOR where it should be.
+    /// The authenticator data is too short, too long, or contains invalid CBOR.
     #[error("the authenticator data cannot be read")]
     AuthenticatorData,
     /// The authenticator data is for another relying party.
@@ -36,7 +36,7 @@ pub(super) enum Violation {
     /// The user was not verified.
     #[error("the user was not verified")]
     NotVerified,
-    /// The flags on backups contradict each other, or the credential record.
+    /// The backup flags contradict each other or the credential record.
     #[error("the backup flags contradict each other or the credential record")]
     Backup,
     /// A registration without a credential, or an assertion with one.
@@ -48,13 +48,13 @@ pub(super) enum Violation {
     /// The key is for an algorithm that was not offered.
     #[error("the key is for an algorithm that was not offered")]
     Algorithm,
-    /// The key is of the wrong kind or length, or no point of its curve.
+    /// The key has the wrong type or length, or is not a point on its curve.
     #[error("the public key is not valid for its algorithm")]
     PublicKey,
-    /// The credential was not among those asked for, or was removed meanwhile.
+    /// The credential was not requested, or has been removed since.
     #[error("the credential was not asked for, or is no longer registered")]
     NotAllowed,
-    /// The user handle is another person's.
+    /// The user handle belongs to another person.
     #[error("the user handle is another person's")]
     UserHandle,
     /// The signature was not made by the credential's key.

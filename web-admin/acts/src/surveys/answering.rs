@@ -1,8 +1,10 @@
-//! Answering: whoever has the address of a response may give it, change it until it is sent, and take it back.
+//! Answering surveys: anyone with the URL of a response can edit it until it is sent, and can
+//! withdraw it.
 //!
-//! The address is the only key. It is random, only its hash is kept, and it needs no account; a signed-in person gets one,
-//! too, so that there is one form and one way to save. What is begun leaves no trace in the audit log: only sending and
-//! taking back do, the latter two without a name.
+//! The URL is the only credential: it contains a random secret, of which only a hash is stored, and
+//! needs no account. Signed-in people get one, too, so that there is a single form and a single way
+//! to save. Drafts leave no trace in the audit log; sending and withdrawing are recorded, without a
+//! name.
 
 use assessment::questionnaire::{Answer, Refused, asked_pages, is_asked, read_answer};
 use documents::Instrument;
@@ -20,21 +22,22 @@ use crate::service::Service;
 
 pub(super) const ANSWERED: &str = "these answers were sent already; they can be taken back, not changed";
 
-/// A response with what it answers.
+/// A response with its survey.
 #[derive(Clone, Debug)]
 pub struct Answering {
     /// The response so far.
     pub response: SurveyResponse,
     /// Its survey.
     pub survey: Survey,
-    /// What the survey asks.
+    /// The survey's instrument.
     pub instrument: Instrument,
 }
 
-/// What is behind an address.
+/// Returns the response of a secret.
 ///
 /// # Errors
-/// [`Error::NotFound`] when nothing is, [`Error::Gone`] when it can be answered no more.
+/// Returns [`Error::NotFound`] if the secret is unknown, and [`Error::Gone`] if the response can no
+/// longer be edited because its link has expired or the survey is not open.
 pub async fn open(state: &Service, token: &str) -> Result<Answering, Error> {
     let reader = state.db.reader();
     let found = surveys::by_token(reader, &secret::token_sha256(token)).await?.ok_or(Error::NotFound)?;
@@ -54,19 +57,19 @@ pub async fn open(state: &Service, token: &str) -> Result<Answering, Error> {
 }
 
 impl Answering {
-    /// Places of the pages that are asked, given the answers so far.
+    /// Returns the indices of the pages that apply, given the answers so far.
     #[must_use]
     pub fn asked_pages(&self) -> Vec<usize> {
         asked_pages(&self.instrument, &self.response.answers).into_iter().map(|(page, _)| page).collect()
     }
 
-    /// Whether an item is asked, given the answers so far; its page is.
+    /// Returns whether an item on an applicable page applies, given the answers so far.
     #[must_use]
     pub fn asks(&self, item: usize) -> bool {
         is_asked(&self.instrument, self.instrument.items[item].when.as_ref(), &self.response.answers)
     }
 
-    /// Drops answers to what is not asked any more.
+    /// Drops answers to items that no longer apply.
     pub(super) fn drop_unasked(&mut self) {
         let asked: Vec<usize> =
             asked_pages(&self.instrument, &self.response.answers).into_iter().flat_map(|(_, items)| items).collect();
@@ -77,17 +80,17 @@ impl Answering {
         }
     }
 
-    /// Reads the answers of a page from the fields of a form. Returns what was refused, by the item's place.
+    /// Reads the answers of a page from form fields. Returns the rejected ones, by item index.
     pub fn read_page(&mut self, page: usize, given: &GivenAnswers) -> Vec<(usize, Refused)> {
         let pages = self.instrument.pages();
         let Some((_, items)) = pages.get(page) else { return Vec::new() };
         read_answers_to_items(&self.instrument, items, given, &mut self.response.answers)
     }
 
-    /// Stores the answers so far, and with the first of them the consent.
+    /// Saves the answers so far, and with the first of them the consent.
     ///
     /// # Errors
-    /// [`Error::Conflict`] when they were sent already.
+    /// Returns [`Error::Conflict`] if they have been sent already.
     pub async fn save(&mut self, state: &Service) -> Result<(), Error> {
         self.drop_unasked();
         let mut tx = state.db.write().await?;
@@ -102,10 +105,10 @@ impl Answering {
         }
     }
 
-    /// Sends the answers.
+    /// Sends the answers, which makes them final.
     ///
     /// # Errors
-    /// [`Error::Conflict`] when they were sent already.
+    /// Returns [`Error::Conflict`] if they have been sent already.
     pub async fn send(&mut self, state: &Service) -> Result<(), Error> {
         let now = state.clock.now();
         self.drop_unasked();
@@ -115,7 +118,7 @@ impl Answering {
         Ok(tx.commit().await?)
     }
 
-    /// Sends what is stored.
+    /// Marks the stored answers as sent.
     pub(super) async fn submit(&self, writer: &mut Connection, now: Moment) -> Result<(), Error> {
         let submission = Submission { response: &self.response, identity: self.survey.identity, at: now };
         match surveys::submit(writer, submission).await? {
@@ -124,17 +127,17 @@ impl Answering {
         }
     }
 
-    /// Forgets what was begun.
+    /// Deletes the draft.
     pub async fn discard(&self, state: &Service) -> Result<(), Error> {
         let mut tx = state.db.write().await?;
         surveys::reset(&mut tx, &self.response).await?;
         Ok(tx.commit().await?)
     }
 
-    /// Takes sent answers back.
+    /// Withdraws sent answers.
     ///
     /// # Errors
-    /// [`Error::Conflict`] when there are none.
+    /// Returns [`Error::Conflict`] if no answers have been sent.
     pub async fn withdraw(&self, state: &Service) -> Result<(), Error> {
         let mut tx = state.db.write().await?;
         if !surveys::withdraw(&mut tx, &self.response).await? {
@@ -144,7 +147,8 @@ impl Answering {
         Ok(tx.commit().await?)
     }
 
-    /// Says that it happened, not who did it: the log is read by people who must not learn it.
+    /// Records an event in the audit log without the respondent, who must stay anonymous to its
+    /// readers.
     async fn note(&self, writer: &mut Connection, action: &str, now: Moment) -> Result<(), Error> {
         Ok(AuditEntry::new(self.survey.school_id, Actor::Respondent, action, self.survey.id)
             .append(writer, now)
@@ -152,8 +156,8 @@ impl Answering {
     }
 }
 
-/// Reads the answers to some items, by their places, from the fields of a form into `answers`. Returns what was refused;
-/// the answer before stays then.
+/// Reads the answers to some items, given by index, from form fields into `answers`. Returns the
+/// rejected ones, whose previous answers are kept.
 pub fn read_answers_to_items(
     instrument: &Instrument,
     items: &[usize],
@@ -172,21 +176,22 @@ pub fn read_answers_to_items(
     refused
 }
 
-/// What somebody answers: a survey, for an attempt or not.
+/// What a response is about: a survey, and possibly an attempt.
 #[derive(Clone, Copy, Debug)]
 pub struct SurveyOccasion<'a> {
     /// The survey.
     pub survey: &'a Survey,
-    /// After which attempt.
+    /// The attempt, if the survey follows one.
     pub session: Option<SessionId>,
-    /// In which language.
+    /// Language code.
     pub language: &'a str,
 }
 
-/// Begins a person's response, who has consented, or goes on with the one they have. Returns the secret of its address.
+/// Begins a response of a person who has consented, or continues their draft. Returns the secret of
+/// its URL.
 ///
 /// # Errors
-/// [`Error::Conflict`] when they have sent an anonymous one already.
+/// Returns [`Error::Conflict`] if they have already answered.
 pub async fn begin(state: &Service, person: &CurrentPerson, asked: SurveyOccasion<'_>) -> Result<String, Error> {
     let SurveyOccasion { survey, session, language } = asked;
     let token = secret::random_hex()?;

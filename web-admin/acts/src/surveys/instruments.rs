@@ -1,4 +1,4 @@
-//! Instruments: from documents to published revisions, and between TOML and JSON.
+//! Instruments: publication as revisions, and conversion between TOML and JSON.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -19,10 +19,11 @@ use crate::error::Error;
 use crate::publishing::{CourseRefused, DocumentPublisher, Published};
 use crate::service::Service;
 
-/// Every document of a folder's `instruments`, or of the folder itself where that is its name, in order.
+/// Lists the TOML documents in the subfolder `instruments` of a folder, or in the folder itself if
+/// it has that name, sorted.
 ///
 /// # Errors
-/// When a folder cannot be read.
+/// Fails if a folder cannot be read.
 pub fn documents_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let own = folder.file_name().is_some_and(|name| name == "instruments");
     let folder = if own { folder.to_owned() } else { folder.join("instruments") };
@@ -38,10 +39,10 @@ pub fn documents_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// Publishes an instrument from a file. A revision with the very bytes that are known already is left as it is.
+/// Publishes an instrument from a file. A revision with identical bytes is reused.
 ///
 /// # Errors
-/// When the document is wrong, or the database fails.
+/// Fails if the document is invalid, or the database fails.
 pub async fn publish(
     writer: &mut Connection,
     school: SchoolId,
@@ -53,7 +54,7 @@ pub async fn publish(
     Ok(publish_text(writer, &DocumentPublisher { school, by: Actor::CommandLine, now }, &instrument, &bytes).await?)
 }
 
-/// Publishes an instrument that was read already, with the bytes it was read from.
+/// Publishes a parsed instrument, with the bytes it was parsed from.
 pub async fn publish_text(
     writer: &mut Connection,
     publisher: &DocumentPublisher,
@@ -83,8 +84,8 @@ pub async fn publish_text(
     Ok(Published { kind: "instrument", id: instrument.id.clone(), new: known.is_none() })
 }
 
-/// Makes the surveys that the courses of a school ask for after attempts, where they are missing. One that asks an older
-/// revision closes: its answers keep theirs.
+/// Creates the surveys that the courses of a school require after attempts, if they are missing. A
+/// survey of an older revision is closed and keeps its answers.
 pub async fn course_surveys(writer: &mut Connection, school: SchoolId, now: Moment) -> anyhow::Result<()> {
     let asked = surveys::asked_by_courses(&mut *writer, school).await?;
     let open = surveys::of_course(&mut *writer, school).await?;
@@ -135,19 +136,19 @@ fn entry(school: SchoolId, action: &str, survey: SurveyId) -> AuditEntry<'_> {
     AuditEntry::new(school, Actor::CommandLine, action, survey).with(json!({ "by": "a course" }))
 }
 
-/// A document as JSON.
+/// Converts a document to JSON.
 ///
 /// # Errors
-/// When it is no TOML.
+/// Fails if it is not TOML.
 pub fn to_json(bytes: &[u8]) -> anyhow::Result<String> {
     let table: toml::Table = toml::from_str(std::str::from_utf8(bytes)?)?;
     Ok(serde_json::to_string_pretty(&table)?)
 }
 
-/// The TOML of an instrument that came as JSON.
+/// Converts an instrument from JSON to TOML.
 ///
 /// # Errors
-/// When it is no JSON, in words with its place.
+/// Fails if it is not JSON, with the place of the error.
 pub fn from_json(text: &str) -> Result<String, DocumentError> {
     let table: toml::Table =
         serde_json::from_str(text).map_err(|error| no_document(error.line(), error.column(), error))?;
@@ -159,7 +160,8 @@ fn no_document(line: usize, column: usize, error: impl Display) -> DocumentError
     Issue { file, line, column, field, found: Phrase::data(error), allowed: phrase!("not well-formed") }.into()
 }
 
-/// Publishes an instrument that was written in the browser. False where it is to be `new` and there is one of its id.
+/// Publishes an instrument written in the browser. Returns false if `new` is set and its id is in
+/// use.
 pub async fn publish_written(
     state: &Service,
     by: &CurrentPerson,

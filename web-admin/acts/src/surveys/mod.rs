@@ -1,4 +1,4 @@
-//! Surveys: instruments become published revisions, links are made, answers are taken in.
+//! Surveys: publishes instruments, creates surveys and links, and stores answers.
 
 pub mod answering;
 mod instruments;
@@ -19,27 +19,28 @@ pub use themes::{Theme, set_theme};
 use crate::error::Error;
 use crate::service::Service;
 
-/// The instrument that a survey asks, in the revision it has always asked.
+/// Returns the instrument of a survey, in the revision with which the survey was created.
 pub async fn instrument_of(state: &Service, survey: &Survey) -> Result<Instrument, Error> {
     revision(state, survey.school_id, survey.revision_id).await?.ok_or(Error::NotFound)
 }
 
-/// Every instrument in the revision that new surveys ask, its title in the reader's language and in the order of that.
+/// Lists the current revision of each instrument, sorted by its title in the current language.
 ///
 /// # Errors
-/// When one that was published cannot be read, or the database fails.
+/// Fails if the database fails.
 pub async fn list_titled_instruments(state: &Service, school: SchoolId) -> Result<Vec<InstrumentRevision>, Error> {
     let mut known = stored::list_current_instruments(state.db.reader(), school).await?;
     known.sort_by_cached_key(|revision| (fold_text(&revision.title), revision.instrument_id.clone()));
     Ok(known)
 }
 
-/// A revision of an instrument. Publishing has checked it, so a refusal now is our fault.
+/// Returns a revision of an instrument. It was validated when published, so a parse error is an
+/// internal error.
 pub async fn revision(state: &Service, school: SchoolId, id: RevisionId) -> Result<Option<Instrument>, Error> {
     Ok(document(state, school, id).await?.map(|(instrument, _)| instrument))
 }
 
-/// A revision of an instrument, and the document that it was read from.
+/// Returns a revision of an instrument, with the document it was parsed from.
 pub async fn document(
     state: &Service,
     school: SchoolId,
@@ -49,10 +50,10 @@ pub async fn document(
     Ok(Some((read(&found.bytes)?, found.bytes)))
 }
 
-/// The instrument of a published document.
+/// Parses a published instrument.
 ///
 /// # Errors
-/// When this version refuses it.
+/// Fails if this version does not accept it.
 pub fn read(document: &[u8]) -> Result<Instrument, Error> {
     let parsed = Instrument::from_bytes("published instrument", document);
     Ok(parsed.map_err(|refused| anyhow::Error::new(refused).context("a published instrument is refused"))?)

@@ -1,7 +1,8 @@
-//! Answers that a program sends for an attempt: a station in its debriefing, perhaps long after they were given.
+//! Survey answers sent by programs for an attempt: a station in its debriefing, possibly long after
+//! they were given.
 //!
-//! The program makes the secret of the response, so that the same answers, sent twice, are one response. Until they are
-//! final they may come again, changed; then nothing changes them any more.
+//! The program chooses the secret of the response, so that sending the same answers twice creates
+//! one response. Until they are final, they may be sent again with changes.
 
 use std::collections::BTreeMap;
 
@@ -19,30 +20,31 @@ use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
 
-/// Hexadecimal digits of a secret: 256 bits, as ours have.
+/// Length of a secret, in hexadecimal digits: 256 bits, as for secrets created by the service.
 const SECRET_DIGITS: usize = 64;
 
-/// What was answered to a survey after an attempt.
+/// Answers to a survey after an attempt.
 #[derive(Clone, Copy, Debug)]
 pub struct AnsweredSheet<'a> {
     /// The attempt.
     pub session: &'a Session,
     /// The survey.
     pub survey: SurveyId,
-    /// The secret that the sender has made for the response.
+    /// The secret of the response, chosen by the sender.
     pub secret: &'a str,
-    /// In which language.
+    /// Language code.
     pub language: &'a str,
-    /// By item, as a form would send it.
+    /// Answers by item id, as form fields.
     pub answers: &'a BTreeMap<String, Vec<String>>,
-    /// They are final.
+    /// Whether they are final.
     pub sent: bool,
 }
 
-/// Takes answers in, and says how far the response has come. What was final before stays as it was.
+/// Stores answers and returns the state of the response. Final answers are not changed.
 ///
 /// # Errors
-/// When the survey is not asked after the attempt, an answer is not allowed, or the person has answered elsewhere.
+/// Fails if the survey does not belong to the attempt, an answer is not allowed, or the person has
+/// already answered otherwise.
 pub async fn take(state: &Service, sheet: &AnsweredSheet<'_>) -> Result<ResponseState, Error> {
     if sheet.secret.len() != SECRET_DIGITS || !sheet.secret.bytes().all(|digit| digit.is_ascii_hexdigit()) {
         return Err(Error::Unprocessable(format!("secret: allowed are {SECRET_DIGITS} hexadecimal digits")));
@@ -67,7 +69,8 @@ pub async fn take(state: &Service, sheet: &AnsweredSheet<'_>) -> Result<Response
     Ok(if sheet.sent { ResponseState::Submitted } else { ResponseState::Begun })
 }
 
-/// The survey, where it is asked after the attempt now, or was when it was made: answers may have waited at a station.
+/// Returns the survey if it is offered after the attempt now, or was when the attempt was made:
+/// answers may have been waiting at a station.
 async fn asked(state: &Service, sheet: &AnsweredSheet<'_>, now: Moment) -> Result<Survey, Error> {
     let (reader, session) = (state.db.reader(), sheet.session);
     let survey = surveys::find(reader, session.school_id, sheet.survey).await?.ok_or(Error::NotFound)?;
@@ -93,7 +96,7 @@ fn read(instrument: &Instrument, given: &BTreeMap<String, Vec<String>>) -> Resul
     instrument.items.iter().map(answer).collect()
 }
 
-/// The response of the sheet's secret: as it is, or begun now.
+/// Returns the response with the sheet's secret, creating it if it does not exist.
 async fn response(
     writer: &mut Connection,
     sheet: &AnsweredSheet<'_>,
@@ -108,7 +111,7 @@ async fn response(
     let attempt = Some(session.id);
     let begun = surveys::draft_of(&mut *writer, survey.school_id, survey.id, session.trainee_id, attempt).await?;
     if let Some(link) = begun.as_ref().filter(|begun| begun.state == ResponseState::Invited) {
-        // Nobody has followed the link that a study made meanwhile.
+        // The study has created a link that has not been used: take over its response.
         surveys::set_token(writer, link.school_id, link.id, &token_sha256).await?;
         return surveys::by_token(writer, &token_sha256).await?.ok_or(Error::NotFound);
     }

@@ -1,4 +1,4 @@
-//! Themes that the owner of a survey puts on what was answered in free words.
+//! Themes with which the owner of a survey codes free-text answers.
 
 use model::CurrentPerson;
 use model::ids::ResponseId;
@@ -10,21 +10,22 @@ use store::surveys;
 use crate::error::Error;
 use crate::service::Service;
 
-/// A theme on an answer.
+/// A theme of an answer.
 #[derive(Clone, Copy, Debug)]
 pub struct Theme<'a> {
-    /// The response that it is in.
+    /// The response.
     pub response: ResponseId,
-    /// The item that was answered.
+    /// Id of the item.
     pub item: &'a str,
     /// The theme, in lower case.
     pub tag: &'a str,
 }
 
-/// Puts a theme on an answer, or takes it away.
+/// Adds a theme to an answer, or removes it.
 ///
 /// # Errors
-/// [`Error::NotFound`] when there is no such answer, or nothing to take away; else when the database fails.
+/// Returns [`Error::NotFound`] if there is no such answer, or no such theme to remove; fails if the
+/// database fails.
 pub async fn set_theme(
     state: &Service,
     by: &CurrentPerson,

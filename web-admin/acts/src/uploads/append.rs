@@ -1,4 +1,4 @@
-//! A piece of an upload, from the network to the disk.
+//! Receives a chunk of a resumable upload and stores it.
 
 use bytes::Bytes;
 use futures::StreamExt;
@@ -17,33 +17,36 @@ use crate::room::{self, LOOK_BYTES};
 use crate::service::Service;
 use crate::turns::Turn;
 
-/// A piece without a checksum is acknowledged to ourselves this often, in bytes: so much is sent again after a crash.
+/// A chunk without a checksum is synced and counted at this interval, in bytes: at most this much
+/// is sent again after a crash.
 const CHECKPOINT_BYTES: i64 = 8 << 20;
 
-/// A piece as it arrives.
+/// A chunk being received.
 pub struct UploadPiece {
-    /// Where it begins, in bytes.
+    /// Offset of its first byte.
     pub offset: u64,
-    /// What it must hash to.
+    /// Expected checksum, if any.
     pub checksum: Option<Checksum>,
-    /// Its length in bytes, where it was announced.
+    /// Length in bytes, if announced.
     pub announced: Option<u64>,
     /// The bytes.
     pub body: Chunks,
 }
 
-/// Adds a piece to an upload, and makes an attempt of it when it was the last. When this returns, also with an error,
-/// the bytes that the upload counts as received are on the disk.
+/// Appends a chunk to an upload, and turns the upload into an attempt if it is complete. When this
+/// returns, even with an error, all bytes counted as received are durable.
 ///
 /// # Errors
-/// When it is being taken in, the piece does not begin where the upload ends, is too long, breaks off or is not what
-/// its checksum says; when the whole is refused as a recording.
+/// Fails if the upload is being processed, or the chunk does not start at the end of the upload, is
+/// too long, is interrupted or does not match its checksum, or if the complete recording is
+/// rejected.
 pub async fn append(state: &Service, owner: UploadOwner, id: UploadId, piece: UploadPiece) -> Result<Upload, Error> {
     let mut turn = take_over(state, owner, id).await?.ok_or(Error::Locked)?;
     let upload = look(state, owner, id, true).await?;
     check(&upload, &piece)?;
     let state = state.clone();
-    // A task of its own: the server drops a handler whose client has gone, and with it what has arrived.
+    // A separate task: when the client disconnects, the server drops the handler, and with it
+    // received data.
     let work = tokio::spawn(async move {
         let upload = write(&state, upload, piece, &mut turn).await?;
         if upload.whole() && upload.session_id.is_none() { complete(&state, upload, LOOKS).await } else { Ok(upload) }
@@ -51,7 +54,7 @@ pub async fn append(state: &Service, owner: UploadOwner, id: UploadId, piece: Up
     work.await?
 }
 
-/// Refuses what can be refused before a byte is read.
+/// Rejects a chunk before its body is read, if possible.
 fn check(upload: &Upload, piece: &UploadPiece) -> Result<(), Error> {
     let (received, room) = (upload.received.unsigned_abs(), (upload.length - upload.received).unsigned_abs());
     if piece.offset != received {
@@ -63,15 +66,16 @@ fn check(upload: &Upload, piece: &UploadPiece) -> Result<(), Error> {
     }
 }
 
-/// The file of an upload with what is being written to it.
+/// The file of an upload during a write.
 struct Writing<'a> {
     state: &'a Service,
     turn: &'a mut Turn,
     upload: Upload,
     file: File,
-    /// Where pieces lie in a bucket, the file that holds what is not there yet, and nothing else.
+    /// If chunks are stored in a bucket, a temporary file with only the bytes that are not there
+    /// yet.
     spool: Option<PartFile>,
-    /// Bytes written, on the disk or not.
+    /// End of the written bytes, synced or not.
     end: i64,
 }
 
@@ -84,11 +88,11 @@ async fn write(state: &Service, upload: Upload, piece: UploadPiece, turn: &mut T
     let mut checksum = piece.checksum;
     let broken = writing.take(piece.body, &mut checksum).await;
     match (checksum, broken) {
-        // Half a piece cannot be checked: it has not arrived.
+        // The checksum of an incomplete chunk cannot be verified, so the chunk is discarded.
         (Some(_), Err(broken)) => Err(broken),
         (Some(checksum), Ok(())) if !checksum.fits() => Err(Error::ChecksumMismatch),
         (_, Err(too_large @ Error::TooLarge { .. })) => Err(too_large),
-        // What the disk or the store has refused, and what was written after it, is not there: back to what was received.
+        // Some bytes may not have been written: return to the last durable state.
         (_, Err(refused @ Error::NoRoom(_))) => {
             writing.cut().await?;
             Err(refused)
@@ -101,7 +105,7 @@ async fn write(state: &Service, upload: Upload, piece: UploadPiece, turn: &mut T
     }
 }
 
-/// Reads the body of a piece that must be empty.
+/// Reads the body of a chunk that must be empty.
 async fn nothing_more(state: &Service, upload: Upload, body: Chunks, turn: &mut Turn) -> Result<Upload, Error> {
     let mut chunks = body;
     match next(state, turn, &mut chunks).await? {
@@ -141,7 +145,8 @@ impl Writing<'_> {
         Ok(self.file.set_len(counted).await?)
     }
 
-    /// Puts what was written on the disk or into the bucket, and then says so in the upload's row.
+    /// Syncs the written bytes or sends them to the bucket, and then counts them in the upload's
+    /// row.
     async fn settle(&mut self) -> Result<(), Error> {
         self.file.flush().await?;
         KillPoint::PieceWritten.pass();
@@ -151,7 +156,8 @@ impl Writing<'_> {
             Some(_) => self.end - begins,
             None => self.file.sync_all().await.map(|()| self.end)?,
         };
-        // A write that failed behind our back is told once, and not by who asks next.
+        // A failed background write is reported only once, possibly to an earlier call, so check
+        // the size.
         let there = self.file.metadata().await?.len();
         if there != expected.unsigned_abs() {
             let cause = anyhow::anyhow!("{there} bytes of {expected} are in the file of upload {}", self.upload.id);
@@ -174,7 +180,7 @@ impl Writing<'_> {
     }
 }
 
-/// The next bytes of a body; nothing at its end.
+/// Reads the next bytes of a body; returns `None` at its end.
 async fn next(state: &Service, turn: &mut Turn, chunks: &mut Chunks) -> Result<Option<Bytes>, Error> {
     let chunk = tokio::select! {
         chunk = tokio::time::timeout(state.config.upload_silence, chunks.next()) => chunk.map_err(|_| Error::Timeout)?,

@@ -1,5 +1,6 @@
-//! Uploads in pieces, resumable: the part of tus 1.0.0 that is not HTTP. A piece is acknowledged when it is on the disk,
-//! and the whole goes the same way as a recording that came at once: [`crate::intake`].
+//! Resumable uploads in chunks: the part of tus 1.0.0 that does not depend on HTTP. A chunk is
+//! acknowledged once it is durable; a complete upload is processed like a recording uploaded in a
+//! single request: [`crate::intake`].
 
 mod append;
 mod pieces;
@@ -23,26 +24,27 @@ use crate::room;
 use crate::service::Service;
 use crate::turns::Turn;
 
-/// How often whoever brings the last piece looks whether another service still takes the upload in, ...
+/// Number of attempts of the request with the last chunk to lease an upload that another replica is
+/// processing.
 const LOOKS: u32 = 50;
-/// ... and how long between two looks: 5 s in all.
+/// Delay between two such attempts; 5 s in total.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(100);
 
-/// What is said of an upload when it begins.
+/// Properties of an upload, announced when it begins.
 #[derive(Clone, Debug)]
 pub struct Announced {
-    /// How long it will be, in bytes.
+    /// Total length, in bytes.
     pub length: u64,
-    /// `Upload-Metadata` as it was sent.
+    /// Value of `Upload-Metadata`.
     pub metadata: String,
-    /// How far the sender's clock is ahead of ours, in µs, where it was told.
+    /// How far the sender's clock is ahead of the server's, in µs, if reported.
     pub ahead_us: Option<i64>,
 }
 
 /// Begins an upload.
 ///
 /// # Errors
-/// When the disk or the database refuses.
+/// Fails if a quota is exceeded, the disk is full, or the disk or the database fails.
 pub async fn begin(state: &Service, owner: UploadOwner, announced: Announced) -> Result<Upload, Error> {
     let now = state.clock.now();
     let upload = Upload {
@@ -58,7 +60,8 @@ pub async fn begin(state: &Service, owner: UploadOwner, announced: Announced) ->
         clock_offset_us: announced.ahead_us,
         deaths: 0,
     };
-    // Between the file and its row, tidying must not take the one for left over.
+    // Lock the upload before its row exists, so that `tidy` does not delete the new file as a
+    // leftover.
     let _turn = state.turns.take(upload.id);
     let mut tx = state.db.write().await?;
     let whole_school = UploadOwner { person_id: None, station_id: None, ..owner };
@@ -79,7 +82,7 @@ pub async fn begin(state: &Service, owner: UploadOwner, announced: Announced) ->
     Ok(upload)
 }
 
-/// Refuses an upload beyond a quota.
+/// Rejects an upload beyond a quota.
 fn ensure_quota(begun: Unfinished, length: u64, quota: UploadQuota, who: &str) -> Result<(), Error> {
     let Unfinished { uploads, bytes } = begun;
     let (count, sum) = (uploads.unsigned_abs() + 1, bytes.unsigned_abs().saturating_add(length));
@@ -93,24 +96,25 @@ fn ensure_quota(begun: Unfinished, length: u64, quota: UploadQuota, who: &str) -
     )))
 }
 
-/// An upload that its owner may go on with.
+/// Returns an upload that its owner may continue.
 ///
 /// # Errors
-/// When there is none, it has expired, or its file has gone.
+/// Fails if it does not exist, has expired, lost its file, or is quarantined.
 pub async fn find(state: &Service, owner: UploadOwner, id: UploadId) -> Result<Upload, Error> {
     let turn = take_over(state, owner, id).await?;
-    // Whoever keeps the turn may just be moving the file to its place.
+    // A request that does not release the lock may be moving the file to its place.
     look(state, owner, id, turn.is_some()).await
 }
 
-/// The turn at an upload of an owner. Whoever writes to it gives way, for the connection may be dead and nobody know it; who is taking it
-/// in does not, and then there is none.
+/// Takes the lock on an owner's upload. A request that is writing to it aborts, since its
+/// connection may be dead without anyone noticing; one that is processing the complete upload does
+/// not, and then there is no lock.
 async fn take_over(state: &Service, owner: UploadOwner, id: UploadId) -> Result<Option<Turn>, Error> {
     uploads::find_upload(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     Ok(state.turns.take_over(id).await)
 }
 
-/// Finds an upload; `resting` where nobody else can be moving its file.
+/// Finds an upload; `resting` means that no other request can be moving its file.
 async fn look(state: &Service, owner: UploadOwner, id: UploadId, resting: bool) -> Result<Upload, Error> {
     let upload = uploads::find_upload(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     let lost = resting && upload.session_id.is_none() && pieces::is_lost(state, id).await?;
@@ -123,23 +127,26 @@ async fn look(state: &Service, owner: UploadOwner, id: UploadId, resting: bool) 
     Ok(upload)
 }
 
-/// Ends an upload at its owner's wish. What it has become stays.
+/// Terminates an upload at its owner's request. An attempt that it has already become is kept.
 ///
 /// # Errors
-/// When it is being taken in, or the database fails.
+/// Fails if it is being processed, or the database fails.
 pub async fn terminate(state: &Service, upload: &Upload) -> Result<(), Error> {
     let _turn = state.turns.take_over(upload.id).await.ok_or(Error::Locked)?;
     remove(state, upload).await
 }
 
-/// Makes an attempt of an upload that is whole. One that is refused is forgotten: its bytes will never be better.
-/// Whoever calls has the upload's turn, and says how often it is looked whether another service still does so.
+/// Turns a complete upload into an attempt. A rejected upload is deleted, since a retry cannot
+/// succeed. The caller holds the upload's lock. `looks` is the number of attempts to lease an
+/// upload that another replica is processing.
 ///
 /// # Errors
-/// When another service does so all the while, the recording is refused, or the disk or the database fails; then it is tried again by [`tidy`].
+/// Fails if another replica keeps processing it, the recording is rejected, or the disk or the
+/// database fails; in the last case, [`tidy`] retries.
 async fn complete(state: &Service, upload: Upload, looks: u32) -> Result<Upload, Error> {
     let id = upload.id;
-    // Before it counts as begun: who dies on the way to it has not died of it.
+    // Before the upload is marked as being read: a crash while collecting it is not the recording's
+    // fault.
     let received = pieces::collect(state, &upload).await;
     let upload = hold_patiently(state, id, looks).await?;
     KillPoint::UploadMarked.pass();
@@ -159,7 +166,8 @@ async fn complete(state: &Service, upload: Upload, looks: u32) -> Result<Upload,
     taken
 }
 
-/// Holds an upload once no other service does: one that has found it whole at its start, or one that died over it and is buried soon.
+/// Leases an upload, waiting while another replica holds it: one that found it complete at
+/// start-up, or one that crashed and will soon be marked dead.
 async fn hold_patiently(state: &Service, id: UploadId, looks: u32) -> Result<Upload, Error> {
     for _ in 1..looks {
         match hold(state, id).await {
@@ -170,7 +178,7 @@ async fn hold_patiently(state: &Service, id: UploadId, looks: u32) -> Result<Upl
     hold(state, id).await
 }
 
-/// Writes down that an upload is about to be read; what has become of it by now.
+/// Leases an upload to read it, and returns its current row.
 async fn hold(state: &Service, id: UploadId) -> Result<Upload, Error> {
     let mut tx = state.db.write().await?;
     let upload = uploads::find_upload_by_id(&mut *tx, id).await?.ok_or(Error::NotFound)?;
@@ -181,7 +189,7 @@ async fn hold(state: &Service, id: UploadId) -> Result<Upload, Error> {
     Ok(upload)
 }
 
-/// Writes down that nobody reads an upload any more; where `died`, whoever did has died of it.
+/// Releases the lease on an upload; `died` records a crash.
 async fn release(state: &Service, id: UploadId, died: bool) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     tries::release_upload(&mut tx, id, state.replica, died).await?;
@@ -213,7 +221,8 @@ async fn take_in(state: &Service, mut upload: Upload, received: Received) -> Res
     }
 }
 
-/// Who brought it. A person's attempts are their own; a station's belong to whoever the recording names.
+/// Returns the uploader. A person's uploads are their own attempts; a station's belong to the
+/// trainee named in the recording.
 async fn bearer(state: &Service, upload: &Upload) -> Result<Bearer, Error> {
     let actor = match (upload.person_id, upload.station_id) {
         (Some(person), _) => Actor::Person(person),
@@ -227,10 +236,11 @@ async fn bearer(state: &Service, upload: &Upload) -> Result<Bearer, Error> {
     Ok(Bearer { school_id: upload.school_id, trainee_id, station_id: upload.station_id, actor, ahead_us })
 }
 
-/// Removes expired uploads, uploads without a file and files without an upload; takes in uploads that were complete when the service stopped.
+/// Removes expired uploads, uploads without a file and files without an upload; processes uploads
+/// that were complete when the service stopped.
 ///
 /// # Errors
-/// When the disk or the database fails.
+/// Fails if the disk or the database fails.
 pub async fn tidy(state: &Service) -> Result<(), Error> {
     for id in uploads::list_uploads(state.db.reader()).await? {
         let Some(_turn) = state.turns.take(id) else { continue };
@@ -254,8 +264,8 @@ pub async fn tidy(state: &Service) -> Result<(), Error> {
     pieces::clear_unknown(state).await
 }
 
-/// Removes an upload. The file goes first, which frees space for the database on a full disk. A client that returns is answered that the
-/// upload has expired.
+/// Removes an upload. The file goes first, which frees space for the database on a full disk. A
+/// client that returns gets the response that the upload has expired.
 async fn remove(state: &Service, upload: &Upload) -> Result<(), Error> {
     throw_away(state, upload.id).await;
     let mut tx = state.db.write().await?;
@@ -263,7 +273,7 @@ async fn remove(state: &Service, upload: &Upload) -> Result<(), Error> {
     Ok(tx.commit().await?)
 }
 
-/// Removes the bytes of an upload that nobody needs. Where they stay, they are thrown away later.
+/// Deletes the bytes of an upload. A failure is only logged; they are deleted later.
 async fn throw_away(state: &Service, id: UploadId) {
     if let Err(error) = pieces::remove(state, id).await {
         tracing::warn!(upload = %id, cause = tell_in_full(&error), "the bytes of an upload that is over are still there");

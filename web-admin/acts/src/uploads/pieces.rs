@@ -1,5 +1,5 @@
-//! Where the bytes of an upload in pieces lie: in a file of its own, or in a bucket, each piece an object of its own, of which the
-//! database says that they count.
+//! Storage of the bytes of a resumable upload: a file per upload, or objects in a bucket, one per
+//! chunk, of which the database records those that count.
 
 use std::io::SeekFrom;
 use std::path::{Path, PathBuf};
@@ -16,15 +16,16 @@ use crate::recordings::Received;
 use crate::removing::PartFile;
 use crate::service::Service;
 
-/// What the file of an unfinished upload ends in. At the start, `recordings::clear_uploads` deletes `part` files.
+/// File extension of an unfinished upload. Files with the extension `part` are deleted at start-up
+/// by `recordings::clear_uploads`.
 const EXTENSION: &str = "tus";
 
-/// The file of an upload.
+/// Returns the path of an upload's file.
 fn place(state: &Service, id: UploadId) -> PathBuf {
     state.config.uploads_dir().join(format!("{id}.{EXTENSION}"))
 }
 
-/// Makes room for an upload that begins.
+/// Creates the file of a new upload.
 pub(super) async fn begin(state: &Service, id: UploadId) -> std::io::Result<()> {
     if let RecordingStore::Folder(_) = &state.recordings {
         File::create_new(place(state, id)).await?;
@@ -33,7 +34,7 @@ pub(super) async fn begin(state: &Service, id: UploadId) -> std::io::Result<()> 
     Ok(())
 }
 
-/// Whether the bytes of an upload are gone without its row.
+/// Returns whether the file of an upload is missing although its row exists.
 pub(super) async fn is_lost(state: &Service, id: UploadId) -> std::io::Result<bool> {
     match &state.recordings {
         RecordingStore::Folder(_) => Ok(!tokio::fs::try_exists(place(state, id)).await?),
@@ -41,7 +42,8 @@ pub(super) async fn is_lost(state: &Service, id: UploadId) -> std::io::Result<bo
     }
 }
 
-/// The file that the next bytes of an upload are written to: its own, or one for what is not in the bucket yet.
+/// Opens the file for the next bytes of an upload: its own file, or a temporary one that is sent to
+/// the bucket.
 pub(super) async fn open(state: &Service, upload: &Upload) -> std::io::Result<(File, Option<PartFile>)> {
     if let RecordingStore::Bucket(_) = &state.recordings {
         let path = state.config.uploads_dir().join(format!("{}.part", Uuid::new_v4()));
@@ -49,13 +51,13 @@ pub(super) async fn open(state: &Service, upload: &Upload) -> std::io::Result<(F
         return Ok((file, Some(PartFile { path, kept: false })));
     }
     let mut file = File::options().write(true).open(place(state, upload.id)).await?;
-    // What a crash left beyond the received bytes is not known to be what was sent.
+    // Bytes beyond the counted ones may be corrupt after a crash, so discard them.
     file.set_len(upload.received.unsigned_abs()).await?;
     file.seek(SeekFrom::End(0)).await?;
     Ok((file, None))
 }
 
-/// Makes an object of a piece; its name.
+/// Sends a chunk to the bucket, if there is one, and returns its object name.
 pub(super) async fn send(state: &Service, id: UploadId, piece: &Path) -> Result<Option<String>, Error> {
     match &state.recordings {
         RecordingStore::Folder(_) => Ok(None),
@@ -63,19 +65,20 @@ pub(super) async fn send(state: &Service, id: UploadId, piece: &Path) -> Result<
     }
 }
 
-/// Says in the row of an upload how far it has come, and which object it has come by.
+/// Updates the number of received bytes in the row of an upload, and records the object of the
+/// chunk.
 pub(super) async fn count(state: &Service, upload: &Upload, begins: i64, object: Option<&str>) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     match object {
         None => uploads::advance_upload(&mut tx, upload).await?,
         Some(object) if uploads::add_piece(&mut tx, upload, begins, object).await? => {}
-        // Another service, for here there is one writer at a time.
+        // Another replica has written at this offset; within this process there is only one writer.
         Some(_) => return Err(Error::Conflict("another request has taken this upload over".to_owned())),
     }
     Ok(tx.commit().await?)
 }
 
-/// An upload that is whole.
+/// Opens a complete upload.
 pub(super) async fn collect(state: &Service, upload: &Upload) -> Result<Received, Error> {
     match &state.recordings {
         RecordingStore::Folder(_) => {
@@ -94,7 +97,7 @@ pub(super) async fn collect(state: &Service, upload: &Upload) -> Result<Received
     }
 }
 
-/// Removes the bytes of an upload, whose row goes or says what it has become.
+/// Deletes the bytes of an upload.
 pub(super) async fn remove(state: &Service, id: UploadId) -> Result<(), Error> {
     match &state.recordings {
         RecordingStore::Folder(_) => Ok(delete(place(state, id)).await?),
@@ -102,7 +105,7 @@ pub(super) async fn remove(state: &Service, id: UploadId) -> Result<(), Error> {
     }
 }
 
-/// Deletes what no row names: a crash came between the two.
+/// Deletes the bytes of uploads without a row, left by a crash.
 pub(super) async fn clear_unknown(state: &Service) -> Result<(), Error> {
     let there = match &state.recordings {
         RecordingStore::Folder(_) => list_files(state).await?,
@@ -117,7 +120,7 @@ pub(super) async fn clear_unknown(state: &Service) -> Result<(), Error> {
     Ok(())
 }
 
-/// Uploads that have a file.
+/// Lists the uploads that have a file.
 async fn list_files(state: &Service) -> std::io::Result<Vec<UploadId>> {
     let mut entries = tokio::fs::read_dir(state.config.uploads_dir()).await?;
     let mut found = Vec::new();

@@ -1,18 +1,18 @@
-//! What the parts of an instrument say of each other: rows come with ids of their own, and whoever names one follows when it is renamed or
-//! goes.
+//! References within an instrument: rows have ids, and references to an id are updated when it is
+//! renamed or removed.
 
 use toml_edit::{InlineTable, Item, Value};
 
 use super::{EditedDocument, FieldSort, with_decor_of};
 
-/// Where items are named: each a text, or a list of texts.
+/// Fields that refer to items: each is a text or a list of texts.
 const ITEM_NAMES: [&str; 6] =
     ["score[].items", "score[].reversed", "score[].pairs", "item[].pair", "item[].when.item", "section[].when.item"];
 
-/// What has conditions.
+/// Fields with conditions.
 const CONDITIONS: [&str; 2] = ["item[].when", "section[].when"];
 
-/// What each way of answering has.
+/// Keys of each kind of scale.
 const KEYS_OF_KIND: [(&str, &[&str]); 7] = [
     ("likert", &["points", "labels", "first", "last", "relevant_from"]),
     ("slider", &["min", "max", "step", "first", "last"]),
@@ -23,28 +23,28 @@ const KEYS_OF_KIND: [(&str, &[&str]); 7] = [
     ("text", &["max_characters"]),
 ];
 
-/// What something was called, and what it is called now.
+/// A renamed id.
 #[derive(Clone, Debug)]
 struct Renaming {
     before: String,
     now: String,
 }
 
-/// What a field held.
+/// Previous value of a field.
 #[derive(Clone, Debug)]
 struct Remembered {
     field: String,
     held: String,
 }
 
-/// The names in an instrument before its form was written into it.
+/// Ids and choices in an instrument before the form is written to it.
 #[derive(Clone, Debug)]
 pub(super) struct InstrumentNames {
     items: Vec<Remembered>,
     scales: Vec<Remembered>,
     sections: Vec<Remembered>,
     options: Vec<Remembered>,
-    /// Choices that decide which other fields there are.
+    /// Choices that determine which other fields exist.
     choices: Vec<Remembered>,
 }
 
@@ -68,7 +68,7 @@ impl InstrumentNames {
         }
     }
 
-    /// Lets whatever depends on what has changed follow it.
+    /// Updates references to changed ids, and fields that depend on changed choices.
     pub(super) fn follow(&self, document: &mut EditedDocument) {
         let changed: Vec<&Remembered> =
             self.choices.iter().filter(|choice| document.written_at(&choice.field) != choice.held).collect();
@@ -92,7 +92,7 @@ fn remember_fields(document: &EditedDocument, pattern: &str) -> Vec<Remembered> 
     fields.map(|field| Remembered { held: document.written_at(&field), field }).collect()
 }
 
-/// What has another name now: one that nothing else had, and that is not empty.
+/// Returns the renamed ids, if the old id was unique and neither name is empty.
 fn renamings(document: &EditedDocument, names: &[Remembered]) -> Vec<Renaming> {
     let is_single = |name: &str| names.iter().filter(|known| known.held == name).count() == 1;
     let renaming = |name: &Remembered| Renaming { before: name.held.clone(), now: document.written_at(&name.field) };
@@ -127,7 +127,7 @@ fn rename_at(document: &mut EditedDocument, pattern: &str, renamings: &[Renaming
     }
 }
 
-/// Lets the conditions on the items of a scale follow an option that has another name.
+/// Updates the conditions on a scale's items after an option was renamed.
 fn follow_option(document: &mut EditedDocument, option: &Remembered) {
     let renaming = renamings(document, std::slice::from_ref(option));
     let Some((scale, _)) = option.field.split_once('.').filter(|_| !renaming.is_empty()) else { return };
@@ -144,7 +144,7 @@ fn follow_option(document: &mut EditedDocument, option: &Remembered) {
     }
 }
 
-/// Drops what only the choice of before has.
+/// Removes fields that only exist with the previous choice.
 fn drop_what_depends(document: &mut EditedDocument, field: &str) {
     let Some((row, key)) = field.rsplit_once('.') else { return };
     let chosen = document.written_at(field);
@@ -172,7 +172,8 @@ fn kind_of_scale(document: &EditedDocument, scale: &str) -> String {
     row.map_or_else(String::new, |row| document.written_at(&format!("scale[{row}].kind")))
 }
 
-/// As many labels as a row has points; those that are too many stay for as long as they have words.
+/// Adjusts the number of labels to the number of points. Surplus labels are kept while they contain
+/// text.
 fn fit_labels(document: &mut EditedDocument) {
     for row in 0..document.count_rows("scale") {
         let points: Option<usize> = document.written_at(&format!("scale[{row}].points")).parse().ok();
@@ -199,19 +200,19 @@ fn drop_empty_lists(document: &mut EditedDocument, pattern: &str) {
 }
 
 impl EditedDocument {
-    /// The row of an array that has an id.
+    /// Returns the index of the row with an id.
     #[must_use]
     pub fn find_row_of(&self, array: &str, id: &str) -> Option<usize> {
         (0..self.count_rows(array)).find(|row| self.written_at(&format!("{array}[{row}].id")) == id)
     }
 
-    /// Whether a list at an address names an id.
+    /// Returns whether the list at an address contains an id.
     #[must_use]
     pub fn names_id(&self, list: &str, id: &str) -> bool {
         self.texts_at(list).iter().any(|name| name == id)
     }
 
-    /// Adds a row with an id that no other of its array has: its place.
+    /// Adds a row with a new unique id. Returns its index.
     pub fn add_named_row(&mut self, array: &str, stem: &str) -> usize {
         let row = self.count_rows(array);
         let mut number = row + 1;
@@ -222,7 +223,8 @@ impl EditedDocument {
         row
     }
 
-    /// Adds a question that is answered on a scale, on the page of the question before it: its place.
+    /// Adds a question with the given scale, on the same page as the previous question. Returns its
+    /// index.
     pub fn add_question(&mut self, scale: &str) -> usize {
         let row = self.add_named_row("item", "q");
         let pages = self.count_rows("section");
@@ -234,7 +236,8 @@ impl EditedDocument {
         row
     }
 
-    /// Adds a page of questions behind the others: its place. All questions come onto the first.
+    /// Adds a page at the end. Returns its index. If it is the first page, all questions are moved
+    /// to it.
     pub fn add_section(&mut self) -> usize {
         let row = self.add_named_row("section", "page");
         if row == 0 {
@@ -246,7 +249,7 @@ impl EditedDocument {
         row
     }
 
-    /// Takes a question away, out of the scores, too.
+    /// Removes a question, and its id from the scores.
     pub fn remove_question(&mut self, row: usize) {
         let id = self.written_at(&format!("item[{row}].id"));
         self.remove_row("item", row);
@@ -262,7 +265,7 @@ impl EditedDocument {
         drop_empty_lists(self, "score[].pairs");
     }
 
-    /// Takes a page away; its questions stay, without a page.
+    /// Removes a page; its questions stay without a page.
     pub fn remove_section(&mut self, row: usize) {
         let id = self.written_at(&format!("section[{row}].id"));
         self.remove_row("section", row);
@@ -273,7 +276,7 @@ impl EditedDocument {
         }
     }
 
-    /// Takes a way of answering away that no question uses.
+    /// Removes a scale, unless a question uses it.
     pub fn remove_scale(&mut self, row: usize) {
         let id = self.written_at(&format!("scale[{row}].id"));
         if self.list_addresses("item[].scale").iter().all(|item| self.written_at(item) != id) {

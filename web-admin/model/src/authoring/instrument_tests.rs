@@ -1,5 +1,6 @@
-//! A form loses nothing of an instrument, and what names a question follows it. Fails when a shipped instrument comes back otherwise, when a
-//! change of one field changes another, or when a score, a pair or a condition names what is gone.
+//! The form preserves instruments, and references to questions are updated. The tests check that an
+//! unchanged form reproduces each shipped instrument, that a change of one field changes no other,
+//! and that no score, pair or condition refers to a removed id.
 
 use std::path::Path;
 
@@ -13,7 +14,7 @@ fn shipped() -> Vec<String> {
     files.map(|file| std::fs::read_to_string(file).expect("a text")).collect()
 }
 
-/// Fields of an instrument's form, with what is typed into them for a change.
+/// Fields of an instrument's form, with the text entered to change them.
 const COLUMNS: [(&str, FieldSort, &str); 18] = [
     ("title.en", FieldSort::Translation, "Another"),
     ("intro.de", FieldSort::Translation, "Anders"),
@@ -39,7 +40,7 @@ fn typed(field: &str, typed: &str) -> TypedField {
     TypedField { field: field.to_owned(), typed: typed.to_owned() }
 }
 
-/// What a browser sends of an instrument's form, whoever has changed nothing.
+/// Returns the data that a browser submits for an unchanged form.
 fn sent(document: &EditedDocument) -> SentForm {
     let ids = ["id", "kind", "scale", "section", "combine", "missing", "better", "relevant_from", "when.item"];
     let arrays = ["scale[]", "section[]", "item[]", "score[]", "scale[].option[]"];
@@ -132,7 +133,8 @@ fn say(document: &mut EditedDocument, field: &str) {
     }
 }
 
-/// A document with two questions on a row of points, one of which decides about a page, and a score of both.
+/// Returns an instrument with two questions on a Likert scale, one of which is the condition of a
+/// page, and a score over both.
 fn questionnaire() -> EditedDocument {
     let mut document = blank();
     let row = document.add_named_row("scale", "agreement");

@@ -1,11 +1,11 @@
-//! The languages of a document that is written in a form: which there are, and a text in each of them.
+//! Languages of a document edited in a form, and its translated texts.
 
 use documents::list_document_languages;
 use toml_edit::{Array, InlineTable, Item, TableLike, Value};
 
 use super::{EditedDocument, FieldSort, last_key, replace_value};
 
-/// The texts that may be written in several languages, rows without their number.
+/// Fields that can be translated, without row numbers.
 const WORDINGS: [&str; 17] = [
     "title",
     "briefing",
@@ -30,27 +30,28 @@ fn is_document_language(code: &str) -> bool {
     list_document_languages().any(|known| known == code)
 }
 
-/// Whether a text that may be written in several languages stands at an address.
+/// Returns whether the field at an address can be translated.
 #[must_use]
 pub fn is_wording(field: &str) -> bool {
     WORDINGS.contains(&super::sent::pattern_of_field(field).as_str())
 }
 
-/// The text and the language that an address names, where it names a text in a language.
+/// Splits the address of a translation into field and language.
 pub(super) fn split_language(field: &str) -> Option<(&str, &str)> {
     let (text, language) = field.rsplit_once('.')?;
     (is_document_language(language) && is_wording(text)).then_some((text, language))
 }
 
 impl EditedDocument {
-    /// The codes of its languages, its own first; none where it says nothing of them.
+    /// Returns the language codes of the document, its own language first. Empty if it declares
+    /// none.
     #[must_use]
     pub fn languages(&self) -> Vec<String> {
         self.texts_at("languages")
     }
 
-    /// The address of a text in one of the document's languages: that of the text itself where it is written plainly and this is the
-    /// document's own language.
+    /// Returns the address of a text in one of the document's languages. It is the address of the
+    /// field itself if the text is not a table and the language is the document's own.
     #[must_use]
     pub fn address_in(&self, text: &str, language: &str) -> String {
         let is_own = self.languages().first().is_none_or(|own| own == language);
@@ -58,13 +59,13 @@ impl EditedDocument {
         if is_own && !in_table { text.to_owned() } else { format!("{text}.{language}") }
     }
 
-    /// Its title in a language; where it is not written in that, in its own.
+    /// Returns the title in a language, or else in the document's own language.
     #[must_use]
     pub fn title_in(&self, language: &str) -> String {
         self.wording_in("title", language)
     }
 
-    /// A text in a language; where it is not written in that, in the document's own.
+    /// Returns a text in a language, or else in the document's own language.
     #[must_use]
     pub fn wording_in(&self, text: &str, language: &str) -> String {
         let languages = self.languages();
@@ -79,14 +80,15 @@ impl EditedDocument {
         plain.unwrap_or_default().to_owned()
     }
 
-    /// Says in which language the document is written, where it does not yet.
+    /// Declares the document's own language, unless it declares languages already.
     pub fn name_own_language(&mut self, language: &str) {
         if is_document_language(language) && !self.is_written("languages") {
             self.put_value("languages", Some(Value::Array(Array::from_iter([language]))));
         }
     }
 
-    /// Adds a language to those of the document, which it must have named its own for. False where there is nothing to add.
+    /// Adds a language to the document, which must declare its own language first. Returns false if
+    /// the language is unknown or already present.
     pub fn add_language(&mut self, language: &str) -> bool {
         let known = self.languages();
         if known.is_empty() || !is_document_language(language) || known.iter().any(|code| code == language) {
@@ -97,7 +99,7 @@ impl EditedDocument {
         true
     }
 
-    /// Takes a language away with every text that is written in it; never the document's own.
+    /// Removes a language and all texts in it, except for the document's own language.
     pub fn remove_language(&mut self, at: usize) {
         let Some(language) = self.languages().into_iter().nth(at).filter(|_| at > 0) else { return };
         for text in self.list_wordings() {
@@ -108,19 +110,20 @@ impl EditedDocument {
         }
     }
 
-    /// The addresses of all texts that may be written in several languages.
+    /// Returns the addresses of all fields that can be translated.
     fn list_wordings(&self) -> Vec<String> {
         WORDINGS.iter().flat_map(|text| self.list_addresses(text)).collect()
     }
 
-    /// Every address of a pattern that leaves the numbers of rows out.
+    /// Returns all addresses that match a pattern without row numbers.
     pub(super) fn list_addresses(&self, pattern: &str) -> Vec<String> {
         let Some((array, rest)) = pattern.split_once("[]") else { return vec![pattern.to_owned()] };
         let rows = (0..self.count_rows(array)).map(|row| format!("{array}[{row}]{rest}"));
         rows.flat_map(|address| self.list_addresses(&address)).collect()
     }
 
-    /// Writes a text in a language. A text that was plain becomes one of several, in the document's own language and in this one.
+    /// Writes a text in a language. A plain text becomes a table with the document's own language
+    /// and this one.
     pub(super) fn write_translation(&mut self, field: &str, typed: &str) {
         let Some((text, language)) = split_language(field) else { return };
         if self.written_at(field) == typed {
@@ -128,7 +131,7 @@ impl EditedDocument {
         }
         if self.find_item(text).is_some_and(Item::is_table_like) {
             self.put_value(field, (!typed.is_empty()).then(|| Value::from(typed)));
-            // A text in no language is none.
+            // A table without any language is removed.
             if !text.ends_with(']')
                 && self.find_item(text).and_then(Item::as_table_like).is_some_and(TableLike::is_empty)
             {

@@ -1,7 +1,7 @@
-//! A document written in a form: its fields are read from the text and written into it, one by one. Comments, order, how a number is
-//! written and every key that nobody has changed stay as they are.
+//! Editing of documents in a form: fields are read from the text and written to it one by one.
+//! Comments, order, number formats and unchanged keys are preserved.
 //!
-//! A field has the address that an issue names: `rubric[1].full`.
+//! Fields are addressed as in issues, for example `rubric[1].full`.
 
 mod instrument;
 mod languages;
@@ -17,7 +17,7 @@ use rows::last_position;
 pub use sent::{SentForm, TypedField};
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
-/// The root's tables in the order in which people write them: a new one goes behind those before it.
+/// Usual order of the tables at the root; a new table is inserted after those before it.
 const ORDER: [&str; 15] = [
     "title",
     "intro",
@@ -36,45 +36,45 @@ const ORDER: [&str; 15] = [
     "score",
 ];
 
-/// What a field holds.
+/// Type of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FieldSort {
-    /// A text, on one line or many.
+    /// A text of one or several lines.
     Text,
-    /// A number, in the figures in which it is typed.
+    /// A number, kept in the format in which it is entered.
     Number,
-    /// Yes or no.
+    /// A boolean.
     Flag,
-    /// A metric's id, and behind an @ its version where it is not the first.
+    /// Id of a metric, followed by `@` and its version unless it is the first.
     Metric,
-    /// A table that is there or not.
+    /// Presence of a table.
     Presence,
     /// A text in one of the document's languages.
     Translation,
-    /// In which language the document is written.
+    /// The document's own language.
     OwnLanguage,
-    /// A list of ids, each a box of its own; the value of a box follows the field's address after a colon.
+    /// A list of ids with one checkbox each; the id follows the address of the field after a colon.
     Ids,
-    /// A list of texts that is there or not.
+    /// Presence of a list of texts.
     TextList,
-    /// What a table is about, which goes with it.
+    /// The subject of a table; the table is removed with it.
     Subject,
 }
 
-/// A document, changed field by field.
+/// A document that is edited field by field.
 #[derive(Clone, Debug)]
 pub struct EditedDocument {
     tree: DocumentMut,
 }
 
-/// A step on the way to a field.
+/// A step of an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum FieldStep<'p> {
     Key(&'p str),
     Row(usize),
 }
 
-/// The steps of an address; keys of our documents hold neither full stops nor brackets.
+/// Splits an address into steps. Keys of the documents contain neither full stops nor brackets.
 fn field_steps(field: &str) -> Vec<FieldStep<'_>> {
     let parts = field.split(['.', '[']).filter(|part| !part.is_empty());
     let row = |part: &str| part.strip_suffix(']').and_then(|row| row.parse().ok()).map(FieldStep::Row);
@@ -82,13 +82,13 @@ fn field_steps(field: &str) -> Vec<FieldStep<'_>> {
 }
 
 impl EditedDocument {
-    /// The document of a text; nothing where it is no TOML.
+    /// Parses a document. Returns `None` if it is not valid TOML.
     #[must_use]
     pub fn from_text(text: &str) -> Option<Self> {
         text.parse().ok().map(|tree| Self { tree })
     }
 
-    /// Its text.
+    /// Returns the text of the document.
     #[must_use]
     pub fn into_text(self) -> String {
         self.tree.to_string()
@@ -101,8 +101,8 @@ impl EditedDocument {
         })
     }
 
-    /// What stands at a field, as it is written: a text without its quotes, a number in its own figures, a yes as `yes`; empty where
-    /// nothing stands there.
+    /// Returns the value of a field as written: a text without quotes, a number in its own format,
+    /// a true boolean as `yes`. Empty if the field is missing.
     #[must_use]
     pub fn written_at(&self, field: &str) -> String {
         match self.find_item(field) {
@@ -113,27 +113,28 @@ impl EditedDocument {
         }
     }
 
-    /// The metric at a field of a row, with its version behind an @ where it is not the first.
+    /// Returns the metric in a field of a row, followed by `@` and its version unless it is the
+    /// first.
     #[must_use]
     pub fn metric_at(&self, field: &str) -> String {
         let (metric, version) = (self.written_at(field), self.written_at(&version_beside(field)));
         if version.is_empty() || version == "1" { metric } else { format!("{metric}@{version}") }
     }
 
-    /// The texts of a list.
+    /// Returns the texts of a list.
     #[must_use]
     pub fn texts_at(&self, field: &str) -> Vec<String> {
         let list = self.find_item(field).and_then(Item::as_array);
         list.into_iter().flatten().filter_map(|text| text.as_str().map(str::to_owned)).collect()
     }
 
-    /// Whether something stands at a field.
+    /// Returns whether a field exists.
     #[must_use]
     pub fn is_written(&self, field: &str) -> bool {
         self.find_item(field).is_some_and(|item| !item.is_none())
     }
 
-    /// Writes what was typed into a field. What is there already stays to the byte.
+    /// Writes an entered value to a field. An equal value is left unchanged, byte for byte.
     pub fn write_field(&mut self, field: &str, sort: FieldSort, typed: &str) {
         match sort {
             FieldSort::Metric => self.write_metric(field, typed),
@@ -174,7 +175,7 @@ impl EditedDocument {
         self.write_field(&version_beside(field), FieldSort::Number, version);
     }
 
-    /// Puts an id into a list of texts, or takes it out.
+    /// Adds an id to a list of texts, or removes it.
     pub fn tick_id(&mut self, field: &str, id: &str, is_in: bool) {
         let texts = self.texts_at(field);
         if texts.iter().any(|text| text == id) == is_in {
@@ -200,7 +201,8 @@ impl EditedDocument {
         })
     }
 
-    /// Puts a value in the place of another, with the comment behind it; or where nothing was; or takes it away.
+    /// Replaces a value and keeps the comment behind it, inserts a new value, or removes it with
+    /// `None`.
     fn put_value(&mut self, field: &str, value: Option<Value>) {
         if let Some((vector, at)) = split_row(field) {
             return self.put_component(vector, at, value);
@@ -214,7 +216,7 @@ impl EditedDocument {
         replace_value(table, last_key(field), value);
     }
 
-    /// What a field stands in.
+    /// Returns the table that contains a field.
     fn parent_mut(&mut self, field: &str) -> Option<&mut Item> {
         match field.rsplit_once('.') {
             Some((parent, _)) => self.item_mut(parent),
@@ -222,7 +224,7 @@ impl EditedDocument {
         }
     }
 
-    /// A component of a vector; where there was no vector, the others are 0, or without a text.
+    /// Writes a component of a vector. The other component of a new vector is 0 or an empty text.
     fn put_component(&mut self, vector: &str, at: usize, value: Option<Value>) {
         let Some(value) = value.filter(|_| at < 2) else { return };
         if !self.is_written(vector) {
@@ -239,9 +241,10 @@ impl EditedDocument {
         *old = with_decor_of(value, old);
     }
 
-    /// A table at the root or in another, empty where it is new, behind those that people write before it.
+    /// Creates an empty table at the root or in another table, if it is missing, in the usual
+    /// order.
     fn ensure_table(&mut self, field: &str) {
-        // A row that there is not is no table to be begun.
+        // Rows are never created here.
         if self.is_written(field) || field.ends_with(']') {
             return;
         }
@@ -255,39 +258,39 @@ impl EditedDocument {
         self.tree.insert(field, Item::Table(table));
     }
 
-    /// The place of the last table that people write before this one.
+    /// Returns the position of the last table that usually precedes this one.
     fn position_before(&self, key: &str) -> Option<isize> {
         let before = ORDER.iter().take_while(|known| **known != key);
         before.filter_map(|key| last_position(self.tree.get(key)?)).last()
     }
 }
 
-/// The id of the exercise that a line of a course means by a file: the one that the course's current revision gives that name, or else the
-/// one that the file is called after.
+/// Returns the id of the exercise that a course names by its file: the one recorded for this file
+/// in the course's current revision, or else the stem of the file name.
 #[must_use]
 pub fn find_exercise_id(files: &BTreeMap<String, String>, file: &str) -> String {
     files.get(file).cloned().unwrap_or_else(|| file.trim_end_matches(".toml").to_owned())
 }
 
-/// Puts an exercise of the school behind the others of a course.
+/// Appends an exercise of the school to a course.
 pub fn add_course_exercise(course: &mut EditedDocument, exercise_id: &str) {
     let row = course.count_rows("exercise");
     course.add_row("exercise", &[]);
     course.write_field(&format!("exercise[{row}].file"), FieldSort::Text, &format!("{exercise_id}.toml"));
 }
 
-/// The address of the version beside a metric.
+/// Returns the address of the version that belongs to a metric.
 fn version_beside(field: &str) -> String {
     let row = field.rsplit_once('.').map_or("", |(row, _)| row);
     format!("{row}.version")
 }
 
-/// The key under which a field stands in its table.
+/// Returns the key of a field within its table.
 fn last_key(field: &str) -> &str {
     field.rsplit_once('.').map_or(field, |(_, key)| key)
 }
 
-/// A vector and the place of a component in it.
+/// Splits the address of a vector's component into vector and index.
 fn split_row(field: &str) -> Option<(&str, usize)> {
     let (vector, row) = field.strip_suffix(']')?.rsplit_once('[')?;
     row.parse().ok().map(|row| (vector, row))
@@ -307,8 +310,9 @@ fn with_decor_of(mut value: Value, old: &Value) -> Value {
     value
 }
 
-/// A number in the figures in which it was typed, a comma read as the decimal point. What is no number is kept as a text, so that
-/// nothing that was typed is lost; the reader of the document will refuse it at its place.
+/// Parses an entered number and keeps its format; a single comma is a decimal point. Other text is
+/// stored as a string, so that no input is lost; the document's parser then reports an error for
+/// it.
 fn read_number(typed: &str) -> Value {
     let pointed = match typed.matches(',').count() {
         1 if !typed.contains('.') => typed.replace(',', "."),

@@ -1,10 +1,10 @@
-//! Ids of documents out of their titles.
+//! Document ids derived from titles.
 
-/// Longest id that a title gives, in characters: there is room for a number behind it.
+/// Maximum length of an id derived from a title, in characters; a number can be appended to it.
 const LONGEST: usize = 60;
 
-/// An id out of a title: its words in lower case, joined by hyphens, letters without their marks. Empty where the title has neither
-/// letters nor digits that an id may have.
+/// Returns an id derived from a title: words in lower case, joined by hyphens, without diacritics.
+/// Empty if the title contains no letters or digits permitted in ids.
 #[must_use]
 pub fn id_from_title(title: &str) -> String {
     let mut id = String::new();
@@ -22,7 +22,7 @@ pub fn id_from_title(title: &str) -> String {
     id.trim_end_matches('-').to_owned()
 }
 
-/// What stands inside a word and is left out of an id.
+/// Returns whether a character within a word is omitted from the id.
 const fn is_mark(c: char) -> bool {
     matches!(c, '\'' | '’' | '\u{300}'..='\u{36f}')
 }
@@ -53,7 +53,7 @@ const fn plain_letters(c: char) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a title gives an id that documents refuse, or two words run into one.
+    //! Checks that the ids are valid and that words stay separate.
 
     use super::*;
 

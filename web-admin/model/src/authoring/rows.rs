@@ -1,11 +1,12 @@
-//! Rows of a document: arrays of tables at its root (`item`), or in a row of another (`scale[2].option`).
+//! Rows of a document: arrays of tables at its root (`item`) or in a row of another array
+//! (`scale[2].option`).
 
 use toml_edit::{Array, ArrayOfTables, Item, Table, Value};
 
 use super::{EditedDocument, last_key, with_decor_of};
 
 impl EditedDocument {
-    /// How many rows an array of tables has.
+    /// Returns the number of rows in an array of tables.
     #[must_use]
     pub fn count_rows(&self, array: &str) -> usize {
         match self.find_item(array) {
@@ -15,7 +16,7 @@ impl EditedDocument {
         }
     }
 
-    /// Adds a row behind the others, with what stands in it first.
+    /// Appends a row with initial texts.
     pub fn add_row(&mut self, array: &str, first: &[(&str, &str)]) {
         let mut table = Table::new();
         first.iter().for_each(|(key, text)| drop(table.insert(key, toml_edit::value(*text))));
@@ -33,7 +34,7 @@ impl EditedDocument {
         }
     }
 
-    /// Puts an array without rows where there is none yet. False where it would stand in a row that there is not.
+    /// Creates an empty array. Returns false if its parent row does not exist.
     fn begin_array(&mut self, array: &str) -> bool {
         let is_inline = array.contains('.') && self.parent_mut(array).is_some_and(|parent| !parent.is_table());
         let Some(parent) = self.parent_mut(array).and_then(Item::as_table_like_mut) else { return false };
@@ -45,7 +46,7 @@ impl EditedDocument {
         true
     }
 
-    /// The place behind which the first row of an array goes.
+    /// Returns the position after which the first row of an array is inserted.
     fn position_around(&self, array: &str) -> Option<isize> {
         match array.rsplit_once('.') {
             Some((row, _)) => self.find_item(row).and_then(last_position),
@@ -53,7 +54,7 @@ impl EditedDocument {
         }
     }
 
-    /// Takes a row away.
+    /// Removes a row.
     pub fn remove_row(&mut self, array: &str, row: usize) {
         if row >= self.count_rows(array) {
             return;
@@ -68,7 +69,7 @@ impl EditedDocument {
         }
     }
 
-    /// Lets two rows change places, each with the comments above it and with what stands in it.
+    /// Swaps two rows, each with the comments above it and its content.
     pub fn swap_rows(&mut self, array: &str, row: usize, other: usize) {
         let count = self.count_rows(array);
         match self.item_mut(array).filter(|_| row.max(other) < count) {
@@ -92,7 +93,7 @@ impl EditedDocument {
     }
 }
 
-/// The place of the last table in an item.
+/// Returns the position of the last table in an item.
 pub(super) fn last_position(item: &Item) -> Option<isize> {
     let mut places = Vec::new();
     match item {
@@ -114,7 +115,7 @@ fn collect_positions(table: &Table, places: &mut Vec<isize>) {
     }
 }
 
-/// Gives a table and what stands in it the next places, in the order in which they are written.
+/// Assigns the next positions to a table and its contents, in the order in which they are written.
 fn take_positions(table: &mut Table, places: &mut impl Iterator<Item = isize>) {
     if table.position().is_some() {
         table.set_position(places.next());

@@ -1,10 +1,10 @@
-//! What a form sends of a document: which fields, what was typed into them, and where it goes.
+//! Submitted form data of a document.
 
 use super::instrument::InstrumentNames;
 use super::languages::split_language;
 use super::{EditedDocument, FieldSort};
 
-/// Every field of an exercise, a course and an instrument that a form may change, rows without their number.
+/// Fields of an exercise, course or instrument that a form can change, without row numbers.
 const FIELDS: &[(&str, FieldSort)] = &[
     ("title", FieldSort::Text),
     ("languages", FieldSort::OwnLanguage),
@@ -82,26 +82,26 @@ const FIELDS: &[(&str, FieldSort)] = &[
     ("score[].better", FieldSort::Text),
 ];
 
-/// A field and what was typed into it.
+/// A field and its entered value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TypedField {
-    /// Its address.
+    /// Address of the field.
     pub field: String,
-    /// What was typed, its lines ending as TOML ends them.
+    /// Entered value, with the line endings of TOML.
     pub typed: String,
 }
 
-/// What a form sends of a document.
+/// Submitted data of a form.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SentForm {
-    /// Its boxes, ticked or not: a browser sends nothing for one that is not.
+    /// All checkboxes of the form: browsers do not submit unchecked ones.
     pub boxes: Vec<String>,
-    /// What was typed, in the order of the form; of boxes, those that are ticked.
+    /// Entered values, in the order of the form, including checked boxes.
     pub fields: Vec<TypedField>,
 }
 
 impl SentForm {
-    /// Writes it into a document.
+    /// Writes the data to a document.
     pub fn write_into(&self, document: &mut EditedDocument) {
         let before = document.written_at("mastery.rule");
         let names = InstrumentNames::of(document);
@@ -130,7 +130,7 @@ impl SentForm {
         self.fields.iter().any(|sent| sent.field == field && !sent.typed.is_empty())
     }
 
-    /// Tables whose box stands in the form without a tick, that were there.
+    /// Returns the existing tables whose checkbox in the form is unchecked.
     fn tables_without_tick<'s>(&'s self, document: &EditedDocument) -> impl Iterator<Item = &'s str> {
         let is_table =
             |field: &&String| matches!(sort_of_field(field), Some(FieldSort::Presence | FieldSort::TextList));
@@ -141,7 +141,7 @@ impl SentForm {
 
     fn write_box(&self, document: &mut EditedDocument, field: &str) {
         if let Some((list, id)) = field.split_once(':') {
-            // What a condition asks for goes with the condition.
+            // The options of a condition are removed together with the condition.
             let is_there = list.rsplit_once('.').is_some_and(|(table, _)| document.is_written(table));
             if is_there && sort_of_field(list) == Some(FieldSort::Ids) {
                 document.tick_id(list, id, self.is_ticked(field));
@@ -152,7 +152,7 @@ impl SentForm {
     }
 }
 
-/// Takes away what another rule of mastery has and this one has not, once its author has chosen this one.
+/// Removes keys of other mastery rules after the author has chosen one.
 fn drop_keys_of_other_rules(document: &mut EditedDocument, rule: &str) {
     let others: &[&str] = match rule {
         "passes" => &["p0", "p1", "alpha", "beta", "within"],
@@ -165,7 +165,7 @@ fn drop_keys_of_other_rules(document: &mut EditedDocument, rule: &str) {
     }
 }
 
-/// What a field holds; nothing for one that no form has.
+/// Returns the type of a field, or `None` if no form has it.
 fn sort_of_field(field: &str) -> Option<FieldSort> {
     if split_language(field).is_some() {
         return Some(FieldSort::Translation);
@@ -174,7 +174,7 @@ fn sort_of_field(field: &str) -> Option<FieldSort> {
     FIELDS.iter().find(|(known, _)| *known == pattern).map(|(_, sort)| *sort)
 }
 
-/// An address with its rows' numbers left out.
+/// Returns an address without row numbers.
 pub(super) fn pattern_of_field(field: &str) -> String {
     let mut pattern = String::new();
     let mut in_row = false;

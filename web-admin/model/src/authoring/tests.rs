@@ -1,5 +1,5 @@
-//! A form loses nothing of a document. Fails when a document that nobody has changed comes back otherwise, or when a change of one
-//! field changes anything but that field.
+//! The form preserves documents. The tests check that an unchanged form reproduces a document byte
+//! for byte, and that a change of one field changes no other.
 
 use std::path::{Path, PathBuf};
 
@@ -55,7 +55,7 @@ const COLUMNS: [&str; 10] = [
     "exercise[].survey",
 ];
 
-/// Every field of a form on a document.
+/// Returns the addresses of all fields in the form of a document.
 fn fields(document: &EditedDocument) -> Vec<String> {
     let rows = COLUMNS.iter().flat_map(|column| {
         let (array, key) = column.split_once("[]").expect("a column");

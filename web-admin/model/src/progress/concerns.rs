@@ -1,47 +1,48 @@
-//! Reasons to help somebody.
+//! Reasons to help a trainee.
 
 use time::{Duration, OffsetDateTime};
 
 use super::{Course, Progress, ScoredAttempt, StepState};
 
-/// Straight fails on the current exercise that call for help.
+/// Number of consecutive fails on the current exercise that indicates a need for help.
 pub const STUCK_FAILS: usize = 3;
-/// Days without an attempt that call for help.
+/// Number of days without an attempt that indicates a need for help.
 pub const INACTIVE_DAYS: i64 = 14;
-/// Drop of the mean score between two runs of [`DECLINE_RUN`] attempts that calls for help, in points.
+/// Drop of the mean score between two runs of [`DECLINE_RUN`] attempts that indicates a need for
+/// help, in points.
 pub const DECLINE_POINTS: f64 = 10.0;
-/// Attempts in each of the two runs whose means are compared.
+/// Number of attempts in each of the two runs whose means are compared.
 pub const DECLINE_RUN: usize = 3;
 
-/// Why somebody may need help.
+/// Reason why a trainee may need help.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Concern {
-    /// Straight fails on the current exercise.
+    /// Consecutive fails on the current exercise.
     Stuck {
-        /// The exercise's title.
+        /// Title of the exercise.
         title: String,
-        /// How many.
+        /// Number of fails.
         fails: usize,
-        /// The last score, 0–100.
+        /// Last score, 0–100.
         last_score: f64,
     },
-    /// Scores on the latest exercise fall.
+    /// Declining scores on the latest exercise.
     Declining {
-        /// The exercise's title.
+        /// Title of the exercise.
         title: String,
         /// Mean of the earlier run, 0–100.
         from: f64,
         /// Mean of the later run, 0–100.
         to: f64,
     },
-    /// Competence was shown on an exercise, and too many attempts have failed since.
+    /// Too many fails on an exercise since competence was shown.
     Regressing {
-        /// The exercise's title.
+        /// Title of the exercise.
         title: String,
-        /// Since the attempt of this moment.
+        /// Time of the attempt by which competence was lost.
         since: OffsetDateTime,
     },
-    /// No attempt for long.
+    /// No attempt for a long time.
     Inactive {
         /// Whole days since the last attempt.
         days: i64,
@@ -51,7 +52,7 @@ pub enum Concern {
 }
 
 impl Concern {
-    /// Title of the exercise that it is about, if it is about one.
+    /// Returns the title of the exercise concerned, if there is one.
     #[must_use]
     pub fn exercise(&self) -> Option<&str> {
         match self {
@@ -82,7 +83,8 @@ fn stuck(course: &Course, progress: &Progress) -> Option<Concern> {
     (fails >= STUCK_FAILS).then_some(Concern::Stuck { title, fails, last_score })
 }
 
-/// Compares only attempts on one exercise: a harder one begins with lower scores, and that is no decline.
+/// Compares only attempts at the same exercise: lower initial scores on a harder one are not a
+/// decline.
 fn declining(course: &Course, progress: &Progress) -> Option<Concern> {
     let latest = (0..progress.steps.len()).max_by_key(|&i| progress.steps[i].attempts.last().map(|a| a.at))?;
     let attempts = &progress.steps[latest].attempts;

@@ -1,4 +1,4 @@
-//! What a trainee does well, and what costs points again and again.
+//! Strengths of a trainee, and habits that repeatedly cost points.
 
 use std::collections::BTreeMap;
 
@@ -6,43 +6,43 @@ use assessment::{Deduction, catalogue};
 
 use crate::count_u32;
 
-/// Attempts in which a line must have been judged before it is called a strength or a habit.
+/// Minimum number of attempts with a line of the rubric before it is called a strength or a habit.
 pub const LEAST_ATTEMPTS: usize = 3;
-/// A line that costs less than this on average is a strength, in points of 100.
+/// A line with a lower mean deduction is a strength, in points of 100.
 pub const STRENGTH_POINTS: f64 = 1.0;
-/// How many habits, and how many strengths, are named.
+/// Maximum number of habits, and of strengths, to be named.
 pub const NAMED: usize = 3;
 
 /// A line of the rubric over several attempts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RubricHabit {
-    /// Metric id.
+    /// Id of the metric.
     pub metric: String,
-    /// Its name in words.
+    /// Name of the metric.
     pub label: String,
-    /// What to do about it.
+    /// Advice.
     pub advice: &'static str,
-    /// Mean of the points lost, of 100.
+    /// Mean deduction, in points of 100.
     pub mean_points: f64,
-    /// Attempts in which it cost points.
+    /// Number of attempts with a deduction.
     pub costly: usize,
-    /// Attempts in which it was judged.
+    /// Number of attempts in which it was assessed.
     pub judged: usize,
-    /// The attempt that it cost most, by its place in the list handed over.
+    /// Index of the attempt with the largest deduction in the given list.
     pub worst: usize,
 }
 
-/// The lines that cost most, dearest first, and those that cost next to nothing.
+/// The lines with the largest deductions, and those with almost none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Habits {
-    /// Dearest first, at most [`NAMED`].
+    /// Habits, largest deduction first, at most [`NAMED`].
     pub habits: Vec<RubricHabit>,
-    /// Cheapest first, at most [`NAMED`].
+    /// Strengths, smallest deduction first, at most [`NAMED`].
     pub strengths: Vec<RubricHabit>,
 }
 
 impl Habits {
-    /// Sums up the deductions of attempts.
+    /// Computes habits and strengths from the deductions of attempts.
     #[must_use]
     pub fn of(attempts: &[&[Deduction]]) -> Self {
         let mut by_metric: BTreeMap<&str, Vec<(usize, f64)>> = BTreeMap::new();
@@ -80,7 +80,8 @@ fn line(metric: &str, lost: &[(usize, f64)]) -> RubricHabit {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a single bad attempt is called a habit, or when something costly is called a strength.
+    //! Checks that a single bad attempt is not called a habit, and that a line with deductions is
+    //! not called a strength.
 
     use super::*;
 

@@ -1,6 +1,6 @@
-//! Where a trainee stands in a course, what comes next, and whether help is needed and why.
+//! A trainee's progress in a course, the next exercise, and reasons for help.
 //!
-//! Pure: attempts and the moment go in, words come out. Only scored attempts count.
+//! Pure functions of the attempts and the current time. Only scored attempts count.
 
 mod concerns;
 mod habits;
@@ -17,137 +17,139 @@ use time::OffsetDateTime;
 
 use crate::ids::{RevisionId, SessionId};
 
-/// One scored attempt.
+/// A scored attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScoredAttempt {
-    /// The session's id.
+    /// Id of the session.
     pub session: SessionId,
-    /// The exercise's id in its document, shared by the attempts at it.
+    /// Id of the exercise, shared between the attempts at it.
     pub exercise: Arc<str>,
-    /// When it started.
+    /// Start time.
     pub at: OffsetDateTime,
-    /// 0–100.
+    /// Effective score, 0–100.
     pub score: f64,
-    /// Passed.
+    /// Passed, by the effective grade.
     pub passed: bool,
-    /// The exercise's revision, where the school published it.
+    /// Revision of the exercise, if the school published it.
     pub revision: Option<RevisionId>,
 }
 
-/// One exercise of a course.
+/// An exercise of a course.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CourseStep {
-    /// The exercise's id in its document.
+    /// Id of the exercise.
     pub exercise: String,
     /// Title shown to people.
     pub title: String,
-    /// Ids of the exercises to master first.
+    /// Ids of the exercises that must be mastered first.
     pub prerequisites: Vec<String>,
 }
 
-/// A course: exercises in order and the rule by which one counts as mastered.
+/// A course: exercises in order, and the mastery rule.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
-    /// Exercises in order.
+    /// Exercises, in order.
     pub steps: Vec<CourseStep>,
     /// Mastery rule.
     pub rule: Mastery,
 }
 
-/// How far an exercise has come.
+/// State of an exercise.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StepState {
-    /// The rule was met.
+    /// The rule is met.
     Mastered {
-        /// By the attempt of this moment.
+        /// Time of the attempt that met it.
         on: OffsetDateTime,
     },
-    /// A learning curve said competent, and says no longer. What it opened stays open.
+    /// The learning curve declared competence and has withdrawn it. Exercises opened by it stay
+    /// open.
     Regressing {
-        /// Declared by the attempt of this moment.
+        /// Time of the attempt that showed competence.
         on: OffsetDateTime,
-        /// Lost by the attempt of this moment.
+        /// Time of the attempt that lost it.
         since: OffsetDateTime,
     },
-    /// May be practised; not mastered yet.
+    /// It can be practised and is not mastered yet.
     Open {
-        /// Passes among the attempts that the rule looks at.
+        /// Number of passes among the attempts considered by the rule.
         passes: u32,
     },
-    /// Another exercise comes first.
+    /// Other exercises must be mastered first.
     Locked {
-        /// Titles of the exercises still to master.
+        /// Titles of these exercises.
         missing: Vec<String>,
     },
 }
 
-/// An exercise with what a trainee has done on it.
+/// An exercise with a trainee's attempts at it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepProgress {
-    /// How far it has come.
+    /// State.
     pub state: StepState,
-    /// Scored attempts in order of time.
+    /// Scored attempts, in order of time.
     pub attempts: Vec<ScoredAttempt>,
-    /// The learning curve over them, where the rule is one.
+    /// Learning curve over the attempts, if the rule uses one.
     pub curve: Option<LearningCurve>,
 }
 
 impl StepProgress {
-    /// Whether each attempt passed, in order of time.
+    /// Returns whether each attempt passed, in order of time.
     #[must_use]
     pub fn passed(&self) -> Vec<bool> {
         passed(&self.attempts)
     }
 
-    /// Attempts passed.
+    /// Returns the number of passed attempts.
     #[must_use]
     pub fn passes(&self) -> usize {
         self.attempts.iter().filter(|a| a.passed).count()
     }
 
-    /// The best score so far, 0–100.
+    /// Returns the best score, 0–100.
     #[must_use]
     pub fn best(&self) -> Option<f64> {
         self.attempts.iter().map(|a| a.score).max_by(f64::total_cmp)
     }
 
-    /// The rule was met, and the learning curve does not withdraw it.
+    /// Returns whether the rule is met and the learning curve has not withdrawn it.
     #[must_use]
     pub fn mastered(&self) -> bool {
         matches!(self.state, StepState::Mastered { .. })
     }
 
-    /// The attempts were made on different revisions of the exercise, so that one curve mixes two tasks.
+    /// Returns whether the attempts were made with different revisions of the exercise, so that one
+    /// curve mixes two tasks.
     #[must_use]
     pub fn mixes_revisions(&self) -> bool {
         self.attempts.windows(2).any(|pair| pair[0].revision != pair[1].revision)
     }
 
-    /// Fails since the last pass.
+    /// Returns the number of fails since the last pass.
     #[must_use]
     pub fn straight_fails(&self) -> usize {
         self.attempts.iter().rev().take_while(|a| !a.passed).count()
     }
 }
 
-/// Where a trainee stands.
+/// A trainee's progress in a course.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Progress {
-    /// One entry per step of the course, in its order.
+    /// One entry per step of the course, in order.
     pub steps: Vec<StepProgress>,
-    /// What to do next: an index into the steps. Absent when everything is mastered or nothing is open.
+    /// Index of the next step. `None` if all exercises are mastered or none is open.
     pub next: Option<usize>,
-    /// Reasons for help, the most pressing first.
+    /// Reasons for help, most pressing first.
     pub concerns: Vec<Concern>,
-    /// The latest attempt on any exercise of the course.
+    /// Time of the latest attempt at any exercise of the course.
     pub last_at: Option<OffsetDateTime>,
 }
 
 impl Progress {
-    /// Judges attempts, in any order, at a moment.
+    /// Computes the progress from attempts in any order, at a moment.
     #[must_use]
     pub fn of(course: &Course, attempts: &[ScoredAttempt], now: OffsetDateTime) -> Self {
-        // Attempts at one exercise mostly stand together: whole runs of them are passed over at once.
+        // Attempts at one exercise are mostly adjacent, so that whole runs can be skipped at once.
         let runs: Vec<&[ScoredAttempt]> = attempts.chunk_by(|a, b| a.exercise == b.exercise).collect();
         let mut steps: Vec<StepProgress> = course.steps.iter().map(|step| tried(step, &runs, &course.rule)).collect();
         lock(course, &mut steps);
@@ -158,26 +160,26 @@ impl Progress {
         progress
     }
 
-    /// How many exercises are mastered.
+    /// Returns the number of mastered exercises.
     #[must_use]
     pub fn mastered(&self) -> usize {
         self.steps.iter().filter(|s| s.mastered()).count()
     }
 
-    /// Scored attempts on the course's exercises.
+    /// Returns the number of scored attempts at the course's exercises.
     #[must_use]
     pub fn attempts(&self) -> usize {
         self.steps.iter().map(|s| s.attempts.len()).sum()
     }
 
-    /// Every exercise is mastered.
+    /// Returns whether all exercises are mastered.
     #[must_use]
     pub fn complete(&self) -> bool {
         !self.steps.is_empty() && self.mastered() == self.steps.len()
     }
 }
 
-/// A step with its attempts, judged as if nothing had to come before it.
+/// Returns a step with its attempts, without regard to prerequisites.
 fn tried(step: &CourseStep, runs: &[&[ScoredAttempt]], rule: &Mastery) -> StepProgress {
     let at_it = |run: &&&[ScoredAttempt]| run.first().is_some_and(|attempt| *attempt.exercise == step.exercise);
     let mut attempts: Vec<ScoredAttempt> = runs.iter().filter(at_it).copied().flatten().cloned().collect();
@@ -196,8 +198,8 @@ fn passed(attempts: &[ScoredAttempt]) -> Vec<bool> {
     attempts.iter().map(|attempt| attempt.passed).collect()
 }
 
-/// Locks open steps whose prerequisites are not mastered. One that is not in the course cannot be met and cannot be
-/// practised here either, so it does not lock.
+/// Locks open steps with unmastered prerequisites. A prerequisite outside the course is ignored,
+/// because it cannot be mastered in this course.
 fn lock(course: &Course, steps: &mut [StepProgress]) {
     let unmet: Vec<(&str, &str)> = course
         .steps
@@ -215,7 +217,7 @@ fn lock(course: &Course, steps: &mut [StepProgress]) {
     }
 }
 
-/// The first step that is lost again, or else the first that is open.
+/// Returns the first step that is regressing, or else the first that is open.
 fn next(steps: &[StepProgress]) -> Option<usize> {
     let first = |wanted: fn(&StepState) -> bool| steps.iter().position(|s| wanted(&s.state));
     first(|s| matches!(s, StepState::Regressing { .. })).or_else(|| first(|s| matches!(s, StepState::Open { .. })))

@@ -1,5 +1,6 @@
-//! A course of three exercises, each after the one before, mastered by 2 passes of 3. Fails when somebody is sent
-//! to a locked exercise, or when an instructor is called for no reason, or not called for a good one.
+//! A course with three exercises, each requiring the previous one; mastery takes 2 passes out of 3.
+//! The tests check that locked exercises are not suggested, and that reasons for help are reported
+//! exactly when they apply.
 
 use documents::MasteryRule;
 use time::Duration;
@@ -105,7 +106,8 @@ fn a_fall_within_one_exercise_is_a_decline_and_a_harder_exercise_is_not() {
     assert!(harder.concerns.is_empty());
 }
 
-/// Fails at 10 % are borne, at 40 % not: five successes in a row are not enough, eleven are.
+/// A fail rate of 10 % is acceptable and 40 % is not: five consecutive successes are not enough,
+/// eleven are.
 fn by_curve(within: Option<u32>) -> Course {
     let rule = MasteryRule::Cusum { within, p0: 0.1, p1: 0.4, alpha: 0.1, beta: 0.1 };
     Course { rule: Mastery::from_rule(&rule).expect("the rule has lines"), ..course() }
@@ -144,7 +146,7 @@ fn attempts_on_other_courses_change_nothing() {
     assert_eq!(progress(&[("elsewhere", 90.0)]).concerns, [Concern::NotStarted]);
 }
 
-/// The same cases hold for what the simulator tells whoever practises without a school.
+/// The same cases apply to the simulator's progress without a school.
 #[test]
 fn mastery_is_what_the_simulator_calls_mastered_without_a_school() {
     let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/mastery/cases.json");

@@ -1,16 +1,17 @@
-//! Surfaces with fewer triangles, for a browser.
+//! Simplification of surfaces for the browser.
 
 use std::collections::BTreeMap;
 
 use law::structures::Surface;
 use nalgebra::{Point3, Vector3};
 
-/// Edge of the first cells that are tried, in m, and how much larger the next are.
+/// Edge length of the first grid cells, in m, and the factor between successive grids.
 const FIRST_M: f64 = 0.5e-3;
 const LARGER: f64 = 1.3;
 
-/// A surface of at most so many triangles: as it is where it has no more, otherwise with the corners of each cell of a grid drawn together
-/// to their mean, which moves none by more than a cell's diagonal. The cells are the smallest that do.
+/// Simplifies a surface to at most `most` triangles. A smaller surface is returned unchanged;
+/// otherwise the vertices in each cell of a grid are merged at their mean, which moves none by more
+/// than the diagonal of a cell. The grid is the finest of a geometric series that suffices.
 pub(super) fn coarsen_to(corners_m: &[Point3<f64>], triangles: &[[u32; 3]], most: usize) -> Surface {
     let (mut coarse, mut cell_m) = ((corners_m.to_vec(), triangles.to_vec()), FIRST_M);
     while coarse.1.len() > most {
@@ -20,7 +21,7 @@ pub(super) fn coarsen_to(corners_m: &[Point3<f64>], triangles: &[[u32; 3]], most
     coarse
 }
 
-/// The corners of each cell drawn together, without the triangles that so lose a corner.
+/// Merges the vertices of each cell and removes degenerate triangles.
 fn draw_together(corners_m: &[Point3<f64>], triangles: &[[u32; 3]], cell_m: f64) -> Surface {
     let mut cells: BTreeMap<[i64; 3], usize> = BTreeMap::new();
     let mut sums: Vec<(Vector3<f64>, f64)> = Vec::new();
@@ -42,13 +43,14 @@ fn draw_together(corners_m: &[Point3<f64>], triangles: &[[u32; 3]], cell_m: f64)
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a mesh of any size would be sent, when a corner strays, or when a small mesh is touched.
+    //! Checks that large meshes are simplified, that vertices stay close to the surface, and that
+    //! small meshes are unchanged.
 
     use law::structures::{Shape, StructureKind, StructureSpec};
 
     use super::*;
 
-    /// A ball of 20 mm, of about a thousand triangles.
+    /// A sphere of radius 20 mm with about a thousand triangles.
     fn ball() -> Surface {
         let shape = Shape::Sphere { radius_m: 0.02 };
         let name = "ball".to_owned();

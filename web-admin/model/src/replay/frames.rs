@@ -1,4 +1,5 @@
-//! The moving part of a replay: so many pictures a second of needle and tents, small enough to be sent before play.
+//! The moving part of a replay: frames of needle and tents, small enough to be sent before
+//! playback.
 
 use attempt::{Dents, HandForces, Hub, Wounds, find_insertions, is_inserted, needle_axis, patient_thicknesses_m};
 use documents::ExerciseBundle;
@@ -7,8 +8,9 @@ use recording::{Recording, Sample};
 
 use crate::series::lateral_n;
 
-/// What each frame holds before its tents and the blood at its punctures. Lengths in mm, forces in N, times in s; the axis points from hub to
-/// tip. What is seen at the hub is as [`attempt::Hub`] has it.
+/// Columns of each frame, before those of the tents and of the blood at the punctures. Lengths in
+/// mm, forces in N, times in s; the axis points from hub to tip. The columns of the hub correspond
+/// to [`attempt::Hub`].
 pub const COLUMNS: [&str; 16] = [
     "t_s",
     "x_mm",
@@ -28,19 +30,19 @@ pub const COLUMNS: [&str; 16] = [
     "fallen_mm",
 ];
 
-/// Pictures a second where there is room: what a screen shows.
+/// Maximum frame rate, in Hz: that of a usual screen.
 const MOST_HZ: f64 = 60.0;
-/// Punctures whose blood is told.
+/// Maximum number of punctures with blood.
 const MOST_PUNCTURES: usize = 16;
-/// Room for all frames, in bytes.
+/// Maximum size of all frames, in bytes.
 const MOST_BYTES: usize = 1_200_000;
 
-/// Frames at even times, as the rows of a table of little-endian 32-bit floats.
+/// Frames at equal intervals, as rows of a table of little-endian 32-bit floats.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frames {
-    /// Number of boundaries whose tents each frame holds.
+    /// Number of boundaries, each with a column for its tent.
     boundaries: usize,
-    /// Where the punctures are whose blood each frame holds, in m, by their tracks.
+    /// Positions of the punctures with columns for their blood, in m, by track.
     entries_m: Vec<[f64; 3]>,
     bytes: Vec<u8>,
 }
@@ -56,7 +58,8 @@ struct DrawnSample<'a> {
 }
 
 impl Frames {
-    /// The frames of a recording: each is the last sample before its time, and where every boundary stands beside it.
+    /// Computes the frames of a recording: each contains the last sample before its time, and the
+    /// positions of all boundaries next to the needle.
     #[must_use]
     pub fn of(recording: &Recording, bundle: &ExerciseBundle) -> Self {
         let boundaries = bundle.scene.layers.len();
@@ -96,7 +99,7 @@ impl Frames {
 
     fn count(&self, duration_s: f64, samples: usize) -> usize {
         let room = MOST_BYTES / (4 * self.width());
-        // A duration is finite: the times of samples are.
+        // The duration is finite, because the times of samples are.
         ((duration_s * MOST_HZ).ceil() as usize + 1).min(room).min(samples)
     }
 
@@ -108,11 +111,11 @@ impl Frames {
         let hub = [f32::from(u8::from(open)), blood, plunger, drop, fallen_m * 1e3];
         let row = [sample.t_s].into_iter().chain(tip_mm).chain(axis.iter().copied()).chain(measured);
         let row = row.map(|value| value as f32).chain(hub).chain(dents_m.iter().map(|dent_m| dent_m * 1e3));
-        // A puncture that is still to come does not bleed.
+        // Punctures that come later do not bleed yet.
         let bleeding =
             wounds.punctures().iter().map(|wound| wound.blood(sample.t_s) as f32).chain(std::iter::repeat(0.0));
         let row = row.chain(bleeding.take(self.entries_m.len()));
-        // A browser draws nothing at a place that is no number, and everything else with it.
+        // A browser would draw nothing at all if one coordinate were not a number.
         let finite = row.map(|value| if value.is_finite() { value } else { 0.0 });
         self.bytes.extend(finite.flat_map(f32::to_le_bytes));
     }
@@ -121,13 +124,13 @@ impl Frames {
         COLUMNS.len() + self.boundaries + self.entries_m.len()
     }
 
-    /// Where the punctures are whose blood each frame holds, in m.
+    /// Returns the positions of the punctures with columns for their blood, in m.
     #[must_use]
     pub fn entries_m(&self) -> &[[f64; 3]] {
         &self.entries_m
     }
 
-    /// What each frame holds, in order.
+    /// Returns the names of all columns, in order.
     #[must_use]
     pub fn columns(&self) -> Vec<String> {
         let tents = (0..self.boundaries).map(|boundary| format!("tent_{boundary}_mm"));
@@ -135,14 +138,14 @@ impl Frames {
         COLUMNS.map(str::to_owned).into_iter().chain(tents).chain(blood).collect()
     }
 
-    /// As a file holds them.
+    /// Returns the content of the file.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 }
 
-/// Where each track of a recording begins on the skin, in m.
+/// Returns the entry point of each track on the skin, in m.
 fn entries_m(recording: &Recording) -> Vec<[f64; 3]> {
     let mut entries_m = Vec::new();
     for insertion in find_insertions(&recording.events, recording.samples.iter()) {
@@ -157,7 +160,8 @@ fn entries_m(recording: &Recording) -> Vec<[f64; 3]> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when an hour would not fit, a frame tells of the future, or the axis points the wrong way.
+    //! Checks that an hour-long recording fits, that frames do not anticipate later samples, and
+    //! that the axis has the right direction.
     use std::path::Path;
 
     use attempt::simulate::{Clock, simulate};
@@ -220,7 +224,7 @@ mod tests {
         assert!(numbers(&frames).len() > 12_000, "{}", frames.bytes().len());
     }
 
-    /// In past every boundary at 5 mm/s, and out.
+    /// An insertion past every boundary at 5 mm/s, and the withdrawal.
     fn attempt(bundle: &ExerciseBundle) -> Recording {
         let params = Specimen::new(bundle.specimen_spec(&Patient::nominal(&bundle.scene))).expect("a shipped scene");
         let path = documents::spec_along_path(params.spec().axial.clone(), &bundle.exercise.incidence());
@@ -235,7 +239,8 @@ mod tests {
         Recording::read(writer.finish().expect("memory").as_slice()).expect("just written")
     }
 
-    /// The largest disagreement of needle and tissue in the frames of a recording, in mm: from the columns alone, as a browser draws them.
+    /// Returns the largest deviation between needle and tissue in the frames of a recording, in mm,
+    /// from the columns alone, as a browser draws them.
     fn disagreement_mm(recording: &Recording, bundle: &ExerciseBundle) -> f64 {
         let mut dents = Dents::new(
             bundle.scene.skin_shape,
@@ -289,7 +294,7 @@ mod tests {
         }
     }
 
-    /// A needle that rests in the dural sac from 1 s on, its position confirmed at 2 s, and is out at 6 s.
+    /// A needle that rests in the dural sac from 1 s on, is confirmed at 2 s and withdrawn at 6 s.
     fn in_the_sac() -> Recording {
         let depth_m = |t_s: f64| if (1.0..6.0).contains(&t_s) { 0.0565 } else { -0.001 };
         let mut recording = recording(7, 200);

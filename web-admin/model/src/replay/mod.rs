@@ -1,5 +1,5 @@
-//! What a replay in the browser needs of a recording, made once: the stage, constant for the attempt, the frames that
-//! move on it, and the pyramid of what is plotted.
+//! Data for the replay of a recording in the browser: the stage, which is constant, the moving
+//! frames, and the pyramid for the plots.
 
 mod coarse;
 mod frames;
@@ -13,19 +13,19 @@ pub use stage::ReplayStage;
 
 use super::series::Pyramid;
 
-/// A recording, taken apart for the browser.
+/// Data for a replay.
 #[derive(Clone, Debug)]
 pub struct Replay {
-    /// What does not move.
+    /// The constant part.
     pub stage: ReplayStage,
-    /// What moves.
+    /// The moving part.
     pub frames: Frames,
-    /// What is plotted.
+    /// The plotted signals.
     pub pyramid: Pyramid,
 }
 
 impl Replay {
-    /// Takes a recording apart; `bundle` is the exercise that it carries.
+    /// Prepares a recording; `bundle` is the exercise that it contains.
     #[must_use]
     pub fn of(recording: &Recording, bundle: &ExerciseBundle) -> Self {
         let frames = Frames::of(recording, bundle);

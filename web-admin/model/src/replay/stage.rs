@@ -1,4 +1,4 @@
-//! What does not move in a replay: layers, needle, structures, events.
+//! The constant part of a replay: layers, needle, structures, events.
 
 use attempt::{AttemptCurve, CurveMark, LayerSpan, MarkKind, patient_thicknesses_m};
 use documents::ExerciseBundle;
@@ -11,40 +11,41 @@ use utoipa::ToSchema;
 use super::coarse::coarsen_to;
 use super::frames::Frames;
 
-/// Most triangles of a structure that are sent; a finer mesh is made coarser.
+/// Maximum number of triangles per structure; finer meshes are simplified.
 const MOST_TRIANGLES: usize = 2000;
-/// Most triangles of a patient's skin.
+/// Maximum number of triangles of a patient's skin.
 const MOST_OF_SKIN: usize = 6000;
 
-/// What does not move. Lengths in mm in the patient frame, +z out of the body; along the needle where that is said.
+/// The constant part of a replay. Lengths are in mm in the patient frame, with +z pointing out of
+/// the body, or along the needle where stated.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = Stage)]
 pub struct ReplayStage {
     /// Title of the exercise.
     pub title: String,
-    /// Length of the attempt, in s.
+    /// Duration of the attempt, in s.
     pub duration_s: f64,
-    /// What each frame holds, in order.
+    /// Names of the columns of each frame, in order.
     pub columns: Vec<String>,
-    /// Layers from the surface down.
+    /// Layers, from the surface downwards.
     pub layers: Vec<StageLayer>,
-    /// Where the needle should enter.
+    /// Entry point of the needle, in mm.
     pub entry_mm: [f64; 3],
-    /// Where its tip should stop.
+    /// Target point of the tip, in mm.
     pub target_mm: [f64; 3],
-    /// How far in that is, along the needle, in mm.
+    /// Depth of the target along the needle, in mm.
     pub target_depth_mm: f64,
     /// The needle.
     pub needle: StageNeedle,
     /// Structures inside the body.
     pub structures: Vec<StageStructure>,
-    /// Where each puncture whose blood a frame holds is on the skin.
+    /// Positions on the skin of the punctures whose blood the frames contain, in mm.
     pub entries_mm: Vec<[f64; 3]>,
-    /// How skin and layers bend away from z = 0, which the skin touches at the origin; none where they are flat.
+    /// Curvature of skin and layers; the skin touches z = 0 at the origin. Null if they are flat.
     pub bend: Option<StageBend>,
-    /// The skin of the whole patient, where the scene brings one.
+    /// Skin of the whole patient, if the scene contains it.
     pub skin: Option<StageMesh>,
-    /// What happened, in order of time.
+    /// Events, in order of time.
     pub events: Vec<Happening>,
 }
 
@@ -54,15 +55,15 @@ pub struct ReplayStage {
 pub struct StageLayer {
     /// Name.
     pub name: String,
-    /// The texture, which chooses its colour.
+    /// Texture, which determines the colour.
     pub texture: String,
-    /// Where it begins below the skin, in mm, straight down.
+    /// Vertical depth of its top below the skin, in mm.
     pub top_mm: f64,
-    /// Where it ends below the skin, in mm, straight down.
+    /// Vertical depth of its bottom below the skin, in mm.
     pub bottom_mm: f64,
-    /// Where it begins along the needle, in mm.
+    /// Start along the needle, in mm.
     pub along_top_mm: f64,
-    /// Where it ends along the needle, in mm.
+    /// End along the needle, in mm.
     pub along_bottom_mm: f64,
 }
 
@@ -74,64 +75,64 @@ pub struct StageNeedle {
     pub diameter_mm: f64,
     /// Length, in mm.
     pub length_mm: f64,
-    /// From the tip of the stylet to the rim of the cannula, in mm; 0 where there is no rim.
+    /// Distance from the tip of the stylet to the rim of the cannula, in mm; 0 if there is no rim.
     pub tip_to_rim_mm: f64,
-    /// What is on the hub until it is open: stylet or syringe.
+    /// Attachment that closes the hub: `stylet` or `syringe`.
     pub hub: String,
 }
 
-/// A structure.
+/// An anatomical structure.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = Structure)]
 pub struct StageStructure {
     /// Name.
     pub name: String,
-    /// target, vessel, nerve, bone or organ.
+    /// `target`, `vessel`, `nerve`, `bone` or `organ`.
     #[schema(value_type = String)]
     pub kind: StructureKind,
-    /// Its surface.
+    /// Surface.
     #[serde(flatten)]
     pub mesh: StageMesh,
 }
 
-/// A surface.
+/// A surface made of triangles.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = Mesh)]
 pub struct StageMesh {
-    /// Corners, three numbers each, in mm.
+    /// Coordinates of the vertices in mm, three numbers each.
     pub vertices_mm: Vec<f64>,
-    /// Triangles, three corners each.
+    /// Vertex indices of the triangles, three each.
     pub triangles: Vec<u32>,
 }
 
-/// A sphere, or a cylinder, that skin and layers are concentric with.
+/// A sphere or cylinder with which skin and layers are concentric.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = Bend)]
 pub struct StageBend {
     /// Radius of the skin, in mm.
     pub radius_mm: f64,
-    /// Direction of a cylinder's line in plan, of unit length; none for a sphere.
+    /// Horizontal direction of a cylinder's axis, as a unit vector; null for a sphere.
     pub line: Option<[f64; 2]>,
 }
 
 /// An event.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Happening {
-    /// contact, tip_rupture, rim_rupture, structure_hit, skin_exit or confirm.
+    /// `contact`, `tip_rupture`, `rim_rupture`, `structure_hit`, `skin_exit` or `confirm`.
     #[schema(value_type = String)]
     pub kind: MarkKind,
-    /// When, in s.
+    /// Time, in s.
     pub t_s: f64,
-    /// Where, in mm along the needle.
+    /// Advance along the needle, in mm.
     pub advance_mm: f64,
-    /// Axial force on the hand just before, in N.
+    /// Axial force on the hand just before the event, in N.
     pub force_n: f64,
-    /// The layer or structure concerned, or empty.
+    /// Layer or structure concerned, or empty.
     pub name: String,
 }
 
 impl ReplayStage {
-    /// The stage of a recording, from its curve and its frames.
+    /// Makes the stage of a recording from its curve and frames.
     #[must_use]
     pub fn of(recording: &Recording, bundle: &ExerciseBundle, curve: AttemptCurve, frames: &Frames) -> Self {
         let needle = &bundle.scene.needle;
@@ -168,7 +169,7 @@ fn bend(skin: &Skin) -> Option<StageBend> {
     skin.radius_m().map(|radius_m| StageBend { radius_mm: to_mm(radius_m), line })
 }
 
-/// To the hundredth of a millimetre, far below what a picture shows.
+/// Rounds to hundredths of a millimetre, far below the resolution of a picture.
 fn to_mm(metres: f64) -> f64 {
     (metres * 1e5).round() / 1e2
 }

@@ -1,12 +1,13 @@
-//! Numbers and times as a spreadsheet shows them by the format of their cell (ECMA-376, part 1, 18.8.30 and 18.8.31): zeros in front,
-//! percent, dates. Separators of thousands are left out: a registrar's number has none.
+//! Numbers and times in the number format of their cell (ECMA-376, part 1, 18.8.30 and 18.8.31):
+//! leading zeros, percent, dates. Thousands separators are left out, because registration numbers
+//! have none.
 
 use calamine::{ExcelDateTime, NumberFormat};
 
-/// The format that Excel shows as the short date of whoever looks, and the one with a time.
+/// Number formats that Excel shows as the user's local short date, without and with time.
 const LOCAL_DATE: u32 = 14;
 const LOCAL_DATE_TIME: u32 = 22;
-/// Most digits after the point that are shown.
+/// Maximum number of decimal places.
 const MAX_DECIMALS: usize = 30;
 
 const MONTHS: [&str; 12] = [
@@ -25,18 +26,18 @@ const MONTHS: [&str; 12] = [
 ];
 const DAYS: [&str; 7] = ["Sunday", "Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday"];
 
-/// A part of a format.
+/// A token of a number format.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum FormatToken {
-    /// Shown as it is.
+    /// Literal text.
     Literal(String),
-    /// A letter or sign with a meaning.
+    /// A character with a meaning.
     Code(char),
-    /// Within brackets.
+    /// Text in brackets.
     Bracket(String),
 }
 
-/// The sections of a format, which semicolons part.
+/// Splits a format into its sections, which are separated by semicolons.
 fn sections(code: &str) -> Vec<Vec<FormatToken>> {
     let mut sections = vec![Vec::new()];
     let mut chars = code.chars();
@@ -48,7 +49,8 @@ fn sections(code: &str) -> Vec<Vec<FormatToken>> {
             }
             '"' => FormatToken::Literal(chars.by_ref().take_while(|c| *c != '"').collect()),
             '\\' => FormatToken::Literal(chars.next().into_iter().collect()),
-            // The width of a character, or as many of it as there is room for.
+            // A space as wide as the next character, or the next character repeated to fill the
+            // cell.
             '_' | '*' => {
                 chars.next();
                 FormatToken::Literal(String::new())
@@ -64,7 +66,7 @@ fn sections(code: &str) -> Vec<Vec<FormatToken>> {
     sections
 }
 
-/// Returns a number as its format shows it. `None`: the format is "General", or one that is not read here.
+/// Returns a number in its format. `None` if the format is "General" or not supported.
 pub(super) fn show_number(number: f64, code: &str) -> Option<String> {
     let sections = sections(code);
     let at = match sections.len() {
@@ -105,7 +107,8 @@ fn places(tokens: &[FormatToken]) -> impl Iterator<Item = char> {
     })
 }
 
-/// The digits after the point, with the point. A whole number that is no share has none: "12345.00" is no number of a registrar's.
+/// Returns the decimal point and the decimal places. A whole number that is not a percentage has
+/// none: "12345.00" cannot be a registration number.
 fn show_fraction(digits: &str, places: &[char], is_share: bool) -> String {
     if !is_share && digits.bytes().all(|digit| digit == b'0') {
         return String::new();
@@ -115,7 +118,7 @@ fn show_fraction(digits: &str, places: &[char], is_share: bool) -> String {
     if kept == 0 { String::new() } else { format!(".{}", &digits[..kept]) }
 }
 
-/// Puts digits in their places, from the right; the first place takes all that are left.
+/// Fills digits into placeholders from the right; the first placeholder takes all remaining digits.
 fn fill(tokens: &[FormatToken], digits: &str) -> String {
     let mut left: Vec<char> = digits.chars().collect();
     let mut open = places(tokens).count();
@@ -137,7 +140,7 @@ fn literals(tokens: &[FormatToken]) -> String {
     let literal = |token: &FormatToken| match token {
         FormatToken::Literal(text) => text.clone(),
         FormatToken::Code('%') => "%".to_owned(),
-        // A currency, then the language it is written in.
+        // A currency symbol, followed by a locale.
         FormatToken::Bracket(text) => {
             text.strip_prefix('$').and_then(|text| text.split('-').next()).unwrap_or_default().to_owned()
         }
@@ -146,20 +149,21 @@ fn literals(tokens: &[FormatToken]) -> String {
     tokens.iter().map(literal).collect()
 }
 
-/// Returns the code by which every Excel shows a cell; none where each shows it in its reader's way.
+/// Returns the format of a cell; `None` if Excel shows it in the user's local format.
 pub(super) fn code_of(format: &NumberFormat) -> Option<String> {
     let local = matches!(format.format_id, Some(LOCAL_DATE | LOCAL_DATE_TIME));
     (!local).then(|| format.format_code.clone())
 }
 
-/// Returns a date or a time as its format shows it. Months and days are named in English; without a format it is an ISO date.
+/// Returns a date or time in its format, with English names of months and days. Without a format it
+/// is an ISO date.
 pub(super) fn show_time(time: &ExcelDateTime, code: Option<&str>) -> String {
     let clock = ShownTime::of(time);
     let shown = code.and_then(|code| clock.show(sections(code).first()?));
     shown.unwrap_or_else(|| clock.iso())
 }
 
-/// What a clock and a calendar show.
+/// Fields of a date and time.
 struct ShownTime {
     year: u16,
     month: u8,
@@ -177,7 +181,7 @@ impl ShownTime {
         Self { year, month, day, hour, minute, second, days: time.as_f64() }
     }
 
-    /// The date where there is one, and the time where it is not midnight.
+    /// Returns the date, if there is one, and the time, unless it is midnight.
     fn iso(&self) -> String {
         let date = format!("{:04}-{:02}-{:02}", self.year, self.month, self.day);
         let time = format!("{:02}:{:02}", self.hour, self.minute);
@@ -216,7 +220,8 @@ impl ShownTime {
     }
 
     fn letters(&self, letter: char, width: usize) -> Option<String> {
-        // The epoch's day 1 was a Sunday, by Excel's count of a 29 February 1900 that never was.
+        // Day 1 of the epoch counts as a Sunday, because Excel counts 29 February 1900, which did
+        // not exist.
         let weekday = DAYS[(self.days.floor() as i64 - 1).rem_euclid(7) as usize];
         Some(match (letter, width) {
             ('y', 1 | 2) => format!("{:02}", self.year % 100),
@@ -255,7 +260,7 @@ fn padded(number: u8, width: usize) -> String {
     format!("{number:0>width$}", width = width.min(2))
 }
 
-/// What a format of a time shows, letter runs together.
+/// A part of a time format, with runs of equal letters combined.
 enum FormatRun {
     Text(String),
     Letters(char, usize),
@@ -284,7 +289,7 @@ fn runs(section: &[FormatToken]) -> Vec<FormatRun> {
                     _ => runs.push(FormatRun::Letters(letter, 1)),
                 }
             }
-            // Thousandths of seconds, and what is for text.
+            // Fractions of seconds, and the placeholder for text.
             FormatToken::Code('0' | '@') => {}
             FormatToken::Code('.') if section.get(at) == Some(&FormatToken::Code('0')) => {}
             FormatToken::Code(c) => runs.push(FormatRun::Text(c.to_string())),
@@ -303,7 +308,7 @@ fn runs(section: &[FormatToken]) -> Vec<FormatRun> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a number or a time is read otherwise than the spreadsheet shows it.
+    //! Checks that numbers and times are read as the spreadsheet shows them.
 
     use calamine::ExcelDateTimeType;
 

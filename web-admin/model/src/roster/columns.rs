@@ -1,38 +1,40 @@
-//! What the columns of a roster are called: in Moodle, Canvas, Stud.IP, HISinOne, OneRoster and by hand, in English and German.
+//! Headings of roster columns in Moodle, Canvas, Stud.IP, HISinOne, OneRoster and hand-written
+//! lists, in English and German.
 
 use serde::{Deserialize, Serialize};
 
-/// What a column tells.
+/// Meaning of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RosterColumn {
-    /// The address.
+    /// Email address.
     Email,
-    /// What somebody signs in with elsewhere; an address in some systems.
+    /// User name in another system; in some systems an email address.
     Login,
-    /// The whole name.
+    /// Full name.
     Name,
-    /// The given name.
+    /// Given name.
     Given,
-    /// The family name.
+    /// Family name.
     Family,
-    /// The number that the registrar knows somebody by.
+    /// Registration number.
     RegistrarId,
-    /// The cohort, or several.
+    /// One or more cohorts.
     Cohort,
     /// Trainee or instructor.
     Role,
     /// Active or deleted.
     Status,
-    /// Whether the account may be used: true or false.
+    /// The account is enabled: true or false.
     Enabled,
-    /// Whether the account is suspended: 1 or 0.
+    /// The account is suspended: 1 or 0.
     Suspended,
-    /// Whether the account is deleted: 1 or 0.
+    /// The account is deleted: 1 or 0.
     Deleted,
 }
 
-/// Headings in plain form: lower case, letters and digits only. Of two columns that tell the same, the one of the earlier list counts.
+/// Normalized headings: lower case, letters and digits only. If two columns have the same meaning,
+/// the one in the earlier list takes precedence.
 const HEADINGS: [(RosterColumn, &[&[&str]]); 12] = [
     (
         RosterColumn::Email,
@@ -117,12 +119,12 @@ const HEADINGS: [(RosterColumn, &[&[&str]]); 12] = [
     (RosterColumn::Deleted, &[&["deleted", "isdeleted", "gelöscht"]]),
 ];
 
-/// A heading in plain form.
+/// Normalizes a heading.
 fn plain(heading: &str) -> String {
     heading.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect()
 }
 
-/// What a heading means, if anything, and how little it is sure: 0 is the surest.
+/// Returns the meaning of a heading, if it is known, and its rank: 0 is the most certain.
 #[must_use]
 pub fn meaning(heading: &str) -> Option<(RosterColumn, usize)> {
     let plain = plain(heading);
@@ -132,13 +134,14 @@ pub fn meaning(heading: &str) -> Option<(RosterColumn, usize)> {
     })
 }
 
-/// Whether a heading says that a field holds several groups.
+/// Returns whether a heading indicates several groups per field.
 #[must_use]
 pub(super) fn is_plural(heading: &str) -> bool {
     ["groups", "gruppen", "cohorts", "kohorten"].contains(&plain(heading).as_str())
 }
 
-/// Whether the headings are those of Canvas's gradebook, which lists the sections of a student in a sentence.
+/// Returns whether the headings are those of Canvas's gradebook, which lists a student's sections
+/// as a sentence.
 #[must_use]
 pub(super) fn is_canvas_gradebook(headings: &[String]) -> bool {
     let has = |wanted: &str| headings.iter().any(|heading| plain(heading) == wanted);

@@ -1,4 +1,4 @@
-//! What a roster would change.
+//! Changes that a roster would make.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,104 +16,105 @@ use crate::line::tidy;
 pub struct SchoolPerson {
     /// Id.
     pub id: PersonId,
-    /// What the registrar knows them by.
+    /// Registration number.
     pub registrar_id: Option<String>,
-    /// In lower case.
+    /// Email address, in lower case.
     pub email: String,
-    /// As it is shown.
+    /// Name.
     pub name: String,
-    /// What they are.
+    /// Role.
     pub role: Role,
-    /// May sign in.
+    /// The account is enabled.
     pub enabled: bool,
-    /// Names of their cohorts.
+    /// Names of the cohorts.
     pub cohorts: Vec<String>,
 }
 
-/// What is asked of an import.
+/// Options of an import.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RosterRequest {
-    /// The cohort of everybody for whom the file names none.
+    /// Cohort of people for whom the file names none.
     pub cohort: Option<String>,
-    /// Trainees who are not in the file leave the cohorts that it fills.
+    /// Remove trainees who are not in the file from the cohorts that it contains.
     pub remove_missing: bool,
-    /// Which column tells what; absent until somebody has said it.
+    /// Meanings of the columns; `None` until they have been confirmed.
     #[serde(default)]
     pub mapping: Option<RosterMapping>,
 }
 
-/// One thing that changes.
+/// A change to a person.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum RosterChange {
-    /// The name, from what.
+    /// Another name; contains the previous one.
     Name(String),
-    /// The address, from what.
+    /// Another email address; contains the previous one.
     Email(String),
-    /// The registrar's number, from what.
+    /// Another registration number; contains the previous one.
     RegistrarId(Option<String>),
-    /// They join a cohort.
+    /// Membership of another cohort.
     Joins(String),
-    /// They may sign in again.
+    /// The account is enabled.
     Enabled,
-    /// They may no longer sign in.
+    /// The account is disabled.
     Disabled,
 }
 
-/// What comes of a line.
+/// Outcome of a line.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum RosterOutcome {
-    /// Somebody is added.
+    /// A person is added.
     New,
-    /// Somebody is changed.
+    /// A person is changed.
     Changed {
-        /// Who.
+        /// The person.
         person: PersonId,
-        /// In what.
+        /// Changes.
         changes: Vec<RosterChange>,
     },
-    /// Everything is so already.
+    /// Nothing changes.
     Unchanged,
-    /// It is about the person of an earlier line, and was read together with it.
+    /// The line concerns the person of an earlier line, whose number is given, and was merged with
+    /// it.
     Together(u64),
-    /// The line is left out.
+    /// The line is refused.
     Refused(Refusal),
 }
 
-/// A line and what comes of it.
+/// A line and its outcome.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LineOutcome {
-    /// In the file, from 1.
+    /// Line number in the file, from 1.
     pub line: u64,
-    /// What is shown of it.
+    /// Text that identifies the line.
     pub shown: String,
-    /// Who it is about; absent where it could not be read.
+    /// The person described; `None` if the line could not be read.
     pub entry: Option<RosterEntry>,
-    /// What comes of it.
+    /// Outcome.
     pub outcome: RosterOutcome,
 }
 
-/// Somebody who leaves a cohort since the file does not name them.
+/// A person who is removed from a cohort because the file does not contain them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Leaving {
-    /// Who.
+    /// The person.
     pub person: PersonId,
-    /// Their name.
+    /// Name of the person.
     pub name: String,
-    /// The cohort.
+    /// Name of the cohort.
     pub cohort: String,
 }
 
-/// What a roster would change.
+/// Changes that a roster would make.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RosterDifference {
-    /// Every line.
+    /// All lines.
     pub lines: Vec<LineOutcome>,
-    /// Who leaves a cohort.
+    /// People to be removed from cohorts.
     pub leaving: Vec<Leaving>,
 }
 
 impl RosterOutcome {
-    /// Whether the line asks for nothing that is not so already, or that an earlier line does not ask for.
+    /// Returns whether the line causes no change of its own.
     #[must_use]
     pub const fn changes_nothing(&self) -> bool {
         matches!(self, Self::Unchanged | Self::Together(_))
@@ -121,7 +122,8 @@ impl RosterOutcome {
 }
 
 impl RosterDifference {
-    /// Compares a roster with the people of a school. `unusable` holds the addresses that cannot be used here.
+    /// Compares a roster with the people of a school. `unusable` contains email addresses that
+    /// cannot be used at this school.
     #[must_use]
     pub fn of(roster: &Roster, known: &[SchoolPerson], unusable: &BTreeSet<String>, wanted: &RosterRequest) -> Self {
         let index = Index::new(known, unusable);
@@ -152,7 +154,7 @@ impl RosterDifference {
         Self { lines, leaving }
     }
 
-    /// How many lines add, change, leave as it is, and are refused.
+    /// Returns the numbers of lines that add, change, leave unchanged, and are refused.
     #[must_use]
     pub fn counts(&self) -> [usize; 4] {
         let count = |which: fn(&RosterOutcome) -> bool| self.lines.iter().filter(|line| which(&line.outcome)).count();
@@ -164,7 +166,7 @@ impl RosterDifference {
         ]
     }
 
-    /// Nothing would happen.
+    /// Returns whether the roster would change nothing.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         let [new, changed, ..] = self.counts();
@@ -172,7 +174,7 @@ impl RosterDifference {
     }
 }
 
-/// The people of a school, to be found.
+/// Index of the people of a school.
 struct Index<'a> {
     by_email: BTreeMap<String, &'a SchoolPerson>,
     by_number: BTreeMap<String, &'a SchoolPerson>,
@@ -241,13 +243,13 @@ fn changes(entry: &RosterEntry, person: &SchoolPerson) -> Vec<RosterChange> {
     changes
 }
 
-/// Whom the lines of a file name, right or wrong.
+/// People mentioned in the lines of a file, including refused lines.
 #[derive(Default)]
 struct NamedPeople {
     emails: BTreeSet<String>,
     numbers: BTreeSet<String>,
     names: BTreeSet<String>,
-    /// Of addresses that are wrong, what stands before the @.
+    /// Local parts of the email addresses in refused lines.
     users: BTreeSet<String>,
 }
 
@@ -257,7 +259,7 @@ impl NamedPeople {
         self.numbers.extend(entry.registrar_id.as_deref().map(look_alike_key));
     }
 
-    /// A refused line may be wrong in whatever it says, so each thing that it says is enough.
+    /// Any field of a refused line may be wrong, so that one matching field is sufficient.
     fn add_mention(&mut self, mention: &LineMention) {
         self.emails.insert(mention.email.clone());
         self.numbers.extend(mention.registrar_id.as_deref().map(look_alike_key));
@@ -276,7 +278,7 @@ impl NamedPeople {
     }
 }
 
-/// Trainees in the cohorts that the roster fills whom no line names, not even a refused one.
+/// Returns the trainees in the cohorts of the roster whom no line mentions, not even a refused one.
 fn leaving<'a>(
     lines: &[LineOutcome],
     mentions: impl Iterator<Item = &'a LineMention>,

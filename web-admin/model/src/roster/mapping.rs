@@ -1,4 +1,4 @@
-//! Which column of a roster tells what: recognised by its heading and by what stands in it, or said by somebody.
+//! Meanings of the columns of a roster: detected from headings and contents, or chosen by the user.
 
 use std::collections::BTreeMap;
 
@@ -8,26 +8,26 @@ use super::columns::{is_canvas_gradebook, is_plural, meaning};
 use super::{RosterColumn, RosterTable, role, standing};
 use crate::folding::look_alike_key;
 
-/// How a field names several groups.
+/// Notation of several groups in one field.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GroupSplit {
-    /// It names one.
+    /// A field contains one group.
     #[default]
     One,
-    /// A comma stands between them.
+    /// Groups are separated by commas.
     Comma,
-    /// A semicolon stands between them.
+    /// Groups are separated by semicolons.
     Semicolon,
-    /// They are listed in a sentence: "A and B", "A, B, and C".
+    /// Groups are listed in a sentence: "A and B", "A, B, and C".
     Sentence,
 }
 
-/// What stands before the last of several groups in a sentence, in English and German.
+/// Conjunctions before the last group of a sentence, in English and German.
 const AND: [&str; 2] = [" and ", " und "];
 
 impl GroupSplit {
-    /// The groups that a field names.
+    /// Returns the groups in a field, without repetitions.
     pub(super) fn groups(self, field: &str) -> Vec<String> {
         let names: Vec<&str> = match self {
             Self::One => vec![field],
@@ -48,60 +48,61 @@ impl GroupSplit {
     }
 }
 
-/// Which column tells what, by its place from 0.
+/// Meanings of the columns, by their index from 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RosterMapping {
-    /// The columns that are read.
+    /// Columns that are read.
     pub columns: BTreeMap<RosterColumn, usize>,
-    /// How a field names several groups.
+    /// Notation of several groups in one field.
     pub split: GroupSplit,
-    /// What follows the @ where an address has none.
+    /// Domain to be appended to addresses without one.
     pub domain: Option<String>,
 }
 
-/// Why somebody has to say which column tells what.
+/// Reason why the user has to choose the columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MappingDoubt {
-    /// No column has addresses.
+    /// No column contains email addresses.
     NoEmail,
-    /// No column has names.
+    /// No column contains names.
     NoName,
-    /// Two columns may tell the same: their headings.
+    /// Two columns may have the same meaning; contains their headings.
     Alike(String, String),
-    /// A column is called so, and holds nothing that is known.
+    /// The contents of this column do not match its heading.
     Unclear(String),
 }
 
-/// What the columns seem to mean.
+/// Detected meanings of the columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MappingGuess {
-    /// Which column tells what.
+    /// The mapping.
     pub mapping: RosterMapping,
-    /// What is not certain; nothing: it can be read as it is.
+    /// Uncertainties; the mapping can be used without confirmation if this is empty.
     pub doubts: Vec<MappingDoubt>,
 }
 
 impl RosterMapping {
-    /// Whether a column is read.
+    /// Returns whether a column is read.
     #[must_use]
     pub fn reads(&self, index: usize) -> bool {
         self.columns.values().any(|read| *read == index)
     }
 
-    /// Whether a name can be told.
+    /// Returns whether the mapping provides names.
     #[must_use]
     pub fn names(&self) -> bool {
         let has = |column| self.columns.contains_key(&column);
         has(RosterColumn::Name) || has(RosterColumn::Given) && has(RosterColumn::Family)
     }
 
-    /// Whether an address can be told.
+    /// Returns whether the mapping provides email addresses.
     #[must_use]
     pub fn addresses(&self) -> bool {
         self.columns.contains_key(&RosterColumn::Email) || self.columns.contains_key(&RosterColumn::Login)
     }
 
-    /// Whether it can be used for a table of so many columns: nothing needed is missing, and no column tells two things.
+    /// Returns whether the mapping can be used for a table with this number of columns: nothing
+    /// required is missing, and no column has two meanings.
     #[must_use]
     pub fn fits(&self, columns: usize) -> bool {
         let mut places: Vec<usize> = self.columns.values().copied().collect();
@@ -112,7 +113,7 @@ impl RosterMapping {
 }
 
 impl RosterTable {
-    /// What the columns seem to mean, and what is not certain about it.
+    /// Detects the meanings of the columns, with uncertainties.
     #[must_use]
     pub fn guess(&self) -> MappingGuess {
         let (mut columns, mut doubts) = self.recognise();
@@ -124,7 +125,7 @@ impl RosterTable {
             doubts.push(MappingDoubt::NoName);
         }
         let login = mapping.columns.get(&RosterColumn::Login);
-        // A course's test student has a name to sign in with, and no address.
+        // The test student of a course has a login and no email address.
         let addresses = |at: &usize| {
             let (all, whole) = (self.column(*at).count(), self.column(*at).filter(|text| text.contains('@')).count());
             2 * whole > all
@@ -135,7 +136,8 @@ impl RosterTable {
         MappingGuess { mapping, doubts }
     }
 
-    /// By the headings: of two columns that tell the same the surer one that is not empty.
+    /// Detects meanings from the headings. Of two columns with the same meaning, the more certain
+    /// one that is not empty is used.
     fn recognise(&self) -> (BTreeMap<RosterColumn, usize>, Vec<MappingDoubt>) {
         let mut found: BTreeMap<RosterColumn, Vec<(bool, usize, usize)>> = BTreeMap::new();
         for (index, heading) in self.headings.iter().enumerate() {
@@ -155,7 +157,7 @@ impl RosterTable {
         (columns, doubts)
     }
 
-    /// Stud.IP calls it status what somebody may do in a course.
+    /// In Stud.IP, a column "status" contains the role in a course.
     fn settle_status(&self, columns: &mut BTreeMap<RosterColumn, usize>, doubts: &mut Vec<MappingDoubt>) {
         let Some(&at) = columns.get(&RosterColumn::Status) else { return };
         let count = |known: fn(&str) -> bool| self.column(at).filter(|text| known(text)).count();
@@ -172,7 +174,8 @@ impl RosterTable {
         }
     }
 
-    /// Beside a given name, what is called "Name" in German is the family's, unless the given name stands in it.
+    /// Next to a given name, the German heading "Name" means the family name, unless the column
+    /// contains the given name.
     fn settle_names(&self, columns: &mut BTreeMap<RosterColumn, usize>) {
         let (Some(&given), Some(&name), None) =
             (columns.get(&RosterColumn::Given), columns.get(&RosterColumn::Name), columns.get(&RosterColumn::Family))

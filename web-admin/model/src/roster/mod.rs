@@ -1,7 +1,8 @@
-//! A roster as registrars send it: read, checked line by line, and compared with the people of the school.
+//! Rosters as exported by registrars: parsed, validated line by line, and compared with the people
+//! of the school.
 //!
-//! Pure: bytes and people go in, a [`RosterDifference`] comes out. Nothing is removed because a file does not name it, unless
-//! that is asked for.
+//! Pure functions of the file and the people, which return a [`RosterDifference`]. People who are
+//! not in the file are removed from cohorts only on request.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -31,61 +32,61 @@ pub use mapping::{GroupSplit, MappingDoubt, MappingGuess, RosterMapping};
 pub use sheet::{WorkbookSheet, is_workbook};
 pub use table::RosterTable;
 
-/// Most lines taken at once.
+/// Maximum number of lines per file.
 pub const MAX_ROWS: usize = 20_000;
-/// Most columns of a file.
+/// Maximum number of columns per file.
 pub const MAX_COLUMNS: usize = 500;
-/// Longest name, number or cohort, in characters.
+/// Maximum length of a name, number or cohort, in characters.
 const MAX_CHARS: usize = 120;
 
-/// Why a file is refused whole.
+/// Reason why a whole file is refused.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Unreadable {
-    /// It has no line but the heading, or not even that.
+    /// It contains no line other than the headings.
     #[error("{}", tr!("the file has no people in it"))]
     Empty,
-    /// It has too many lines.
+    /// It contains too many lines.
     #[error("{}", tr!("the file has more than {most} people; send it in parts", most = MAX_ROWS))]
     TooLong,
-    /// It has too many columns.
+    /// It contains too many columns.
     #[error("{}", tr!("the file has more than {most} columns; delete those that tell nothing about people", most = MAX_COLUMNS))]
     TooWide,
-    /// A workbook unpacks to more than is read.
+    /// The unpacked workbook exceeds the size limit.
     #[error("{}", tr!("the workbook is too large: leave the list of people alone in it, or save it as CSV"))]
     TooMuch,
-    /// A workbook is broken, or its sheet has no table.
+    /// The workbook is corrupt, or its sheet has no table.
     #[error("{}", tr!("the workbook cannot be read: save it anew as .xlsx, or as CSV"))]
     NotSheet,
-    /// Every sheet of a workbook is hidden or holds no cells.
+    /// All sheets of the workbook are hidden or contain no cells.
     #[error("{}", tr!("every sheet of the workbook is hidden or a chart: show the sheet with the list of people, and save the workbook"))]
     NoVisibleSheet,
-    /// A workbook in Excel's binary format.
+    /// It is a workbook in Excel's binary format.
     #[error("{}", tr!("this is a binary workbook (.xlsb): save it as .xlsx, or as CSV"))]
     BinaryExcel,
-    /// A sheet of LibreOffice.
+    /// It is an OpenDocument spreadsheet.
     #[error("{}", tr!("this is an OpenDocument sheet (.ods): save it as .xlsx, or as CSV"))]
     OpenDocument,
-    /// A workbook that a password seals.
+    /// The workbook is encrypted with a password.
     #[error("{}", tr!("a password protects the workbook: save it without one, or as CSV"))]
     Sealed,
-    /// An archive of other files; the one that may hold the people.
+    /// It is an archive of other files; contains the name of the one that may be the roster.
     #[error("{}", say_archive(.0.as_deref()))]
     Archive(Option<String>),
-    /// A quotation mark opens a field that is not closed where it should be.
+    /// A quoted field is not closed at its end.
     #[error("{}", tr!("line {line}: a quotation mark opens a field and is not closed at the field’s end, so the lines after it cannot be told apart. Correct the line, and send the file again", line = .line))]
     OpenQuote {
-        /// From 1.
+        /// Line number, from 1.
         line: u64,
     },
-    /// A workbook of before 2007.
+    /// It is a workbook from before 2007.
     #[error("{}", tr!("this is an Excel file of the old kind (.xls): save it as .xlsx, or as CSV"))]
     OldExcel,
-    /// It is not CSV.
+    /// It is not valid CSV.
     #[error("{}", tr!("line {line}: {why}", line = .line, why = .why))]
     NotCsv {
-        /// From 1.
+        /// Line number, from 1.
         line: u64,
-        /// What the reader says.
+        /// Error of the CSV parser.
         why: String,
     },
 }
@@ -98,92 +99,93 @@ fn say_archive(people: Option<&str>) -> String {
     }
 }
 
-/// Why a line is refused.
+/// Reason why a line is refused.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Refusal {
-    /// There is no address.
+    /// The email address is missing.
     NoEmail,
-    /// This is no address.
+    /// The email address is invalid.
     BadEmail(String),
-    /// This is an address without a domain, or only the beginning of one.
+    /// The email address has no domain, or an incomplete one.
     NoDomain(String),
-    /// A line of points in a gradebook.
+    /// A gradebook line with the maximum points.
     PointsPossible,
-    /// The student that a course invents to be tried.
+    /// The test student of a course.
     TestStudent,
-    /// Nothing that is read stands in the line.
+    /// All columns that are read are empty.
     NobodyNamed,
-    /// Deleted where the file comes from, and nobody here.
+    /// The person is marked as deleted in the file and does not exist here.
     GoneElsewhere,
-    /// There is no name.
+    /// The name is missing.
     NoName,
-    /// A spreadsheet would run this.
+    /// A spreadsheet would execute this text as a formula.
     Formula(String),
-    /// This is longer than allowed, or has characters that cannot be shown.
+    /// The text is too long, or contains characters that cannot be shown.
     BadText(String),
-    /// Neither trainee nor instructor.
+    /// The role is neither trainee nor instructor.
     BadRole(String),
-    /// Neither active nor deleted.
+    /// The status is neither active nor deleted.
     BadStatus(String),
-    /// The formula of this column has no result.
+    /// The formula in this column has no stored result.
     Unsolved(String),
-    /// This line and an earlier one are about one person: they are read together.
+    /// The line concerns the same person as an earlier line and was merged with it.
     SamePerson(u64),
-    /// An earlier line has this address, and says something else of the person.
+    /// An earlier line has the same email address and contradictory data.
     SameEmail(u64),
-    /// An earlier line has this number.
+    /// An earlier line has the same registration number.
     SameRegistrarId(u64),
-    /// Somebody else of the school has this address.
+    /// Another person of the school has this email address.
     EmailOfAnother,
-    /// The address cannot be used at this school.
+    /// The email address cannot be used at this school.
     EmailUnusable,
-    /// The person is something else here, and a roster changes no roles.
+    /// The person has another role here; a roster changes no roles.
     OtherRole(Role),
 }
 
-/// Whether somebody is to be able to sign in.
+/// Status of an account.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum AccountStanding {
-    /// Yes.
+    /// The account is to be enabled.
     Active,
-    /// No.
+    /// The account is to be disabled.
     Gone,
 }
 
-/// A line that says who somebody is.
+/// A valid line.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RosterEntry {
-    /// In lower case.
+    /// Email address, in lower case.
     pub email: String,
-    /// As it is shown.
+    /// Name.
     pub name: String,
-    /// What the registrar knows them by.
+    /// Registration number.
     pub registrar_id: Option<String>,
-    /// The cohorts they are to be in.
+    /// Names of the cohorts to join.
     pub cohorts: Vec<String>,
-    /// What they are to be, where the file says so.
+    /// Role, if given.
     pub role: Option<Role>,
-    /// Whether they are to sign in, where the file says so.
+    /// Status of the account, if given.
     pub standing: Option<AccountStanding>,
 }
 
 /// A line of a roster.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RosterRow {
-    /// Its line in the file, from 1.
+    /// Line number in the file, from 1.
     pub line: u64,
-    /// Who, or why not.
+    /// The person, or the reason for refusing the line.
     pub entry: Result<RosterEntry, Box<RefusedLine>>,
 }
 
 /// A line that is not imported.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RefusedLine {
-    /// What is shown of it.
+    /// Text that identifies the line.
     pub shown: String,
-    /// Why.
+    /// Reason.
     pub refusal: Refusal,
-    /// Whom it is about: whoever stands in the file does not leave for being missing from it.
+    /// Identity in the line: a person mentioned in the file is not removed from a cohort as
+    /// missing.
     pub mention: LineMention,
 }
 
@@ -194,14 +196,14 @@ impl RefusedLine {
     }
 }
 
-/// What a line says of whom it is about, right or wrong.
+/// The identity given in a line, correct or not.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LineMention {
-    /// The address.
+    /// Email address.
     pub email: String,
-    /// The name.
+    /// Name.
     pub name: String,
-    /// The registrar's number.
+    /// Registration number.
     pub registrar_id: Option<String>,
 }
 
@@ -215,18 +217,19 @@ impl LineMention {
     }
 }
 
-/// A roster that was read.
+/// A parsed roster.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Roster {
-    /// Its lines.
+    /// Lines.
     pub rows: Vec<RosterRow>,
-    /// Headings that mean nothing here.
+    /// Headings of columns that are not read.
     pub ignored: Vec<String>,
 }
 
 impl Roster {
-    /// Writes cohorts that differ only in case, spaces or composition from one of the school's, or from an earlier one of the file, as that
-    /// one is written. `cohort` is the one for lines that name none.
+    /// Unifies cohort names that differ only in case, spaces or composition: uses the spelling of
+    /// the school's cohort, or else the first one in the file. `cohort` is the cohort for lines
+    /// that name none.
     pub fn spell_cohorts(&mut self, known: impl IntoIterator<Item = String>, cohort: &mut Option<String>) {
         let mut spellings: BTreeMap<String, String> = BTreeMap::new();
         let exact: BTreeSet<String> = known.into_iter().collect();
@@ -246,16 +249,16 @@ impl Roster {
     }
 }
 
-/// Reads a roster by what its columns seem to mean.
+/// Parses a roster with the detected meanings of its columns.
 ///
 /// # Errors
-/// When it is refused whole, saying why.
+/// If the whole file is refused, with the reason.
 pub fn read(bytes: &[u8]) -> Result<Roster, Unreadable> {
     let table = RosterTable::read(bytes)?;
     Ok(table.people(&table.guess().mapping))
 }
 
-/// What stands in a line, by what its columns mean.
+/// Fields of a line, by the meaning of the columns.
 struct LineFields<'a> {
     record: &'a StringRecord,
     mapping: &'a RosterMapping,
@@ -270,7 +273,7 @@ impl<'a> LineFields<'a> {
         Some(self.of(column)).filter(|text| !text.is_empty())
     }
 
-    /// The name, given name first.
+    /// Returns the name, with the given name first.
     fn name(&self) -> String {
         let whole = format!("{} {}", self.of(RosterColumn::Given), self.of(RosterColumn::Family)).trim().to_owned();
         if whole.is_empty() { turn_name(self.of(RosterColumn::Name)) } else { whole }
@@ -281,7 +284,8 @@ impl<'a> LineFields<'a> {
         self.given(RosterColumn::Role).map(read).transpose()
     }
 
-    /// Whether they are to sign in. Whatever says that they are not outweighs what says that they are; "not deleted" says neither.
+    /// Returns the status of the account. A negative statement in any column outweighs positive
+    /// ones; "not deleted" by itself is neither.
     fn standing(&self) -> Result<Option<AccountStanding>, Refusal> {
         let refused = |text: &str| Refusal::BadStatus(text.to_owned());
         let word = |column| self.given(column).map(|text| standing(text).ok_or_else(|| refused(text))).transpose();
@@ -295,7 +299,8 @@ impl<'a> LineFields<'a> {
     }
 }
 
-/// Reads a line. `unsolved` is the heading of a column whose formula has no result in it.
+/// Parses a line. `unsolved` is the heading of a column whose formula has no stored result in this
+/// line.
 fn entry(
     record: &StringRecord,
     mapping: &RosterMapping,
@@ -336,7 +341,7 @@ fn entry(
     })
 }
 
-/// "Family, Given" as "Given Family"; what follows a name as a degree stays behind it.
+/// Converts "Family, Given" to "Given Family"; a degree after the name stays behind it.
 fn turn_name(name: &str) -> String {
     let Some((family, given)) = name.split_once(',').map(|(family, given)| (family.trim(), given.trim())) else {
         return name.to_owned();
@@ -349,7 +354,7 @@ fn turn_name(name: &str) -> String {
     format!("{given} {family}")
 }
 
-/// The address in lower case. What somebody signs in with stands for an address that is missing, where it is one.
+/// Returns the email address in lower case. A login that is an address replaces a missing address.
 fn address_of(email: Option<&str>, login: Option<&str>, mapping: &RosterMapping) -> String {
     let has_emails = mapping.columns.contains_key(&RosterColumn::Email);
     let login = login.filter(|login| !has_emails || login.contains('@') || mapping.domain.is_some());
@@ -362,7 +367,7 @@ fn address_of(email: Option<&str>, login: Option<&str>, mapping: &RosterMapping)
     }
 }
 
-/// Lines of a gradebook that are about nobody.
+/// Refuses gradebook lines that do not concern a person.
 fn check_person(record: &StringRecord, name: &str) -> Result<(), Refusal> {
     let first = record.get(0).unwrap_or_default().to_lowercase();
     if ["points possible", "punkte möglich", "mögliche punkte"].contains(&first.as_str()) {
@@ -386,8 +391,8 @@ fn check_email(email: &str) -> Result<(), Refusal> {
     Err(if bare && !spoilt { Refusal::NoDomain(email.to_owned()) } else { Refusal::BadEmail(email.to_owned()) })
 }
 
-/// A text that may be kept: neither a formula, which a spreadsheet would run when the name comes out in an export, nor
-/// too long, nor with characters that cannot be shown.
+/// Checks that a text is not a formula, which a spreadsheet would execute when it opens an export,
+/// is not too long, and contains no characters that cannot be shown.
 fn check_text(text: &str) -> Result<(), Refusal> {
     if text.starts_with(['=', '+', '-', '@']) {
         return Err(Refusal::Formula(text.to_owned()));
@@ -398,13 +403,14 @@ fn check_text(text: &str) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Whether a name may be given to somebody or something.
+/// Returns whether a text is permitted as a name.
 #[must_use]
 pub fn is_name(text: &str) -> bool {
     !text.trim().is_empty() && check_text(text).is_ok()
 }
 
-/// A word in plain form: lower case, letters only. "Tutor/-innen" and "tutorinnen" are one.
+/// Normalizes a word: lower case, letters and digits only. "Tutor/-innen" and "tutorinnen" are
+/// equal.
 fn plain_word(text: &str) -> String {
     text.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect()
 }
@@ -461,7 +467,7 @@ fn role(text: &str) -> Option<Role> {
     is(&INSTRUCTOR).then_some(Role::Instructor)
 }
 
-/// A word of a column that is called after what it says: yes or no.
+/// Parses the value of a boolean column.
 fn flag(text: &str) -> Option<bool> {
     match plain_word(text).as_str() {
         "1" | "true" | "yes" | "y" | "ja" | "wahr" | "x" => Some(true),

@@ -1,20 +1,22 @@
-//! Quotation marks of a CSV file. The reader takes whatever stands between two of them for one field: a mark too many swallows lines.
+//! Checks of the quotation marks in a CSV file. The parser treats everything between two marks as
+//! one field, so that a superfluous mark swallows lines.
 
 use crate::email::{is_email, normalize_email};
 
 use super::Unreadable;
 
-/// Refuses a text with a quoted field that is not closed where it ends, or that holds another person's line. `skipped` lines were taken off
-/// its head.
+/// Refuses a text in which a quoted field is not closed at its end, or contains another person's
+/// line. `skipped` is the number of lines removed from the start of the text.
 pub(super) fn check_quotes(text: &str, separator: u8, skipped: u64) -> Result<(), Unreadable> {
     let separator = char::from(separator);
     let (mut rest, mut line) = (text, 1 + skipped);
-    // Each turn takes a field and what follows it.
+    // Each iteration consumes a field and its separator.
     while !rest.is_empty() {
         let end = if let Some(quoted) = rest.strip_prefix('"') {
             let (inside, after) = split_quoted(quoted).ok_or(Unreadable::OpenQuote { line })?;
             let tail = after.find([separator, '\n']).unwrap_or(after.len());
-            // On one line a wrong mark spoils that line alone, as it is shown: a nickname in quotes within a name.
+            // Within one line a wrong mark affects only this line, which is shown to the user, for
+            // example a nickname in quotes within a name.
             let is_spoilt = !after[..tail].trim().is_empty() || swallows_a_line(inside, separator);
             if inside.contains('\n') && is_spoilt {
                 return Err(Unreadable::OpenQuote { line });
@@ -31,7 +33,8 @@ pub(super) fn check_quotes(text: &str, separator: u8, skipped: u64) -> Result<()
     Ok(())
 }
 
-/// What stands before the closing mark, and after it; a doubled mark stands for one and closes nothing.
+/// Splits a text at the closing mark. A doubled mark represents one mark and does not close the
+/// field.
 fn split_quoted(text: &str) -> Option<(&str, &str)> {
     let mut from = 0;
     loop {
@@ -43,7 +46,8 @@ fn split_quoted(text: &str) -> Option<(&str, &str)> {
     }
 }
 
-/// Whether a field of several lines holds an address as a field of its own: then a mark is missing before it.
+/// Returns whether a multi-line field contains an email address as a separate field, which
+/// indicates a missing mark before it.
 fn swallows_a_line(inside: &str, separator: char) -> bool {
     let later = inside.split('\n').skip(1).filter(|line| line.contains(separator));
     later.flat_map(|line| line.split(separator)).any(|field| is_email(&normalize_email(field)))
@@ -51,7 +55,7 @@ fn swallows_a_line(inside: &str, separator: char) -> bool {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a mark swallows a person, or a field that is quoted rightly is refused.
+    //! Checks that no mark swallows a person, and that correctly quoted fields are accepted.
 
     use proptest::prelude::*;
 

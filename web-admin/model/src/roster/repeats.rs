@@ -1,12 +1,13 @@
-//! Lines about one person: joined where they agree, since some lists have a line for each membership, and refused where they do not.
+//! Several lines about one person: merged if they agree, since some lists have one line per
+//! membership, and otherwise refused.
 
 use std::collections::BTreeMap;
 
 use super::{Refusal, RefusedLine, RosterEntry, RosterRow};
 use crate::folding::look_alike_key;
 
-/// Adds the cohorts of a later line about the same person to the earlier one's, and refuses a line whose address or number an earlier line
-/// has for somebody else.
+/// Merges the cohorts of a later line into the earlier line about the same person, and refuses
+/// lines whose email address or registration number belongs to another person's line.
 pub(super) fn join_or_refuse(rows: &mut [RosterRow]) {
     let mut by_email: BTreeMap<String, usize> = BTreeMap::new();
     let mut by_number: BTreeMap<String, usize> = BTreeMap::new();
@@ -39,7 +40,7 @@ pub(super) fn join_or_refuse(rows: &mut [RosterRow]) {
     }
 }
 
-/// Whether two lines say the same of a person, but for cohorts and what only one of them says.
+/// Returns whether two lines about a person are compatible, apart from cohorts and missing values.
 fn agree(one: &RosterEntry, other: &RosterEntry) -> bool {
     let number = |entry: &RosterEntry| entry.registrar_id.as_deref().map(look_alike_key);
     look_alike_key(&one.name) == look_alike_key(&other.name)

@@ -1,5 +1,6 @@
-//! The first visible sheet of an Excel workbook, cell by cell, as a spreadsheet shows it. What the workbook unpacks to is measured before anything reads it: a small file may
-//! unpack to more than there is memory, or announce more strings than there are.
+//! The first visible sheet of an Excel workbook, with each cell as a spreadsheet shows it. The
+//! unpacked size is checked before anything is parsed: a small file may unpack to more than the
+//! available memory, or declare more strings than it contains.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Read};
@@ -13,56 +14,57 @@ use super::cell_format::{code_of, show_number, show_time};
 use super::{MAX_COLUMNS, MAX_ROWS, Unreadable};
 use crate::line::tidy;
 
-/// Most bytes that a workbook may unpack to.
+/// Maximum size of an unpacked workbook, in bytes.
 const MAX_UNPACKED: usize = 64_000_000;
-/// Most cells that are read.
+/// Maximum number of cells.
 const MAX_CELLS: usize = 1_000_000;
-/// Most parts of a workbook.
+/// Maximum number of parts in a workbook.
 const MAX_PARTS: usize = 1000;
-/// Most digits of the number of strings that a workbook announces: room is made for so many.
+/// Maximum number of digits of a workbook's declared string count, for which the parser reserves
+/// memory.
 const MAX_DIGITS: usize = 6;
 
 /// The first visible sheet of a workbook.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WorkbookSheet {
-    /// Its rows that are not empty, each with its number from 1.
+    /// Rows that are not empty, with their number from 1.
     pub(super) rows: Vec<(u64, Vec<String>)>,
-    /// Rows, from 1, and columns, from 0, of formulas whose result the workbook does not hold.
+    /// Cells with formulas whose result is not stored: row, from 1, and column, from 0.
     pub(super) unsolved: BTreeSet<(u64, usize)>,
 }
 
 impl WorkbookSheet {
-    /// Reads a workbook. What the library allocates is not bounded by the size of the file, so untrusted files are read in a process
-    /// with a limit of memory.
+    /// Parses a workbook. The library's memory use is not bounded by the size of the file, so that
+    /// untrusted files are parsed in a process with a memory limit.
     ///
     /// # Errors
-    /// When the file is no workbook or is too large.
+    /// If the file is not a workbook, or is too large.
     pub fn read(bytes: &[u8]) -> Result<Self, Unreadable> {
         measure(bytes)?;
-        // A panic of the library on a broken workbook is a refusal.
+        // A panic of the library on a corrupt workbook is turned into an error.
         panic::catch_unwind(|| read_sheet(bytes)).unwrap_or(Err(Unreadable::NotSheet))
     }
 }
 
-/// Whether a file is an archive, as workbooks are since 2007.
+/// Returns whether a file is a zip archive, like workbooks since 2007.
 #[must_use]
 pub fn is_workbook(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04")
 }
 
-/// Whether a file is a workbook of before 2007.
+/// Returns whether a file is a workbook from before 2007.
 pub(super) fn is_old_workbook(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0xD0, 0xCF, 0x11, 0xE0])
 }
 
-/// Whether a file is a workbook that a password seals: Excel puts the sealed package into the container of the old kind, whose
-/// directory is written in UTF-16.
+/// Returns whether a file is an encrypted workbook: Excel stores the encrypted package in the older
+/// container format, whose directory is in UTF-16.
 pub(super) fn is_sealed_workbook(bytes: &[u8]) -> bool {
     let name: Vec<u8> = "EncryptedPackage".encode_utf16().flat_map(u16::to_le_bytes).collect();
     is_old_workbook(bytes) && bytes.windows(name.len()).any(|window| window == name)
 }
 
-/// Refuses an archive that is no workbook, saying what it is.
+/// Refuses an archive that is not a workbook, with an error that names its kind.
 fn check_kind(archive: &ZipArchive<Cursor<&[u8]>>) -> Result<(), Unreadable> {
     let names: Vec<String> = archive.file_names().filter_map(|name| Some(name.ok()?.into_owned())).collect();
     let has = |wanted: &str| names.iter().any(|name| name.eq_ignore_ascii_case(wanted));
@@ -83,7 +85,7 @@ fn check_kind(archive: &ZipArchive<Cursor<&[u8]>>) -> Result<(), Unreadable> {
     Err(Unreadable::Archive(people.map(|name| name.chars().take(80).collect())))
 }
 
-/// Unpacks every part, keeps none, and refuses what is too large.
+/// Unpacks all parts without keeping them, and refuses a workbook that is too large.
 fn measure(bytes: &[u8]) -> Result<(), Unreadable> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|_| Unreadable::NotSheet)?;
     check_kind(&archive)?;
@@ -103,7 +105,7 @@ fn measure(bytes: &[u8]) -> Result<(), Unreadable> {
     Ok(())
 }
 
-/// Whether a part says that it has more strings than any roster.
+/// Returns whether a part declares more strings than any roster has.
 fn announces_too_many(part: &[u8]) -> bool {
     // In UTF-16 every other byte is zero.
     let text: Vec<u8> = part.iter().copied().filter(|byte| *byte != 0).collect();
@@ -124,7 +126,7 @@ fn read_sheet(bytes: &[u8]) -> Result<WorkbookSheet, Unreadable> {
     let merged = book.merge_cells_by_sheet_name(&name).map_err(|_| Unreadable::NotSheet)?;
     let unsolved = find_unsolved(&mut book, &name)?;
     let mut rows = read_cells(&mut book, &name)?;
-    // A row of unsolved formulas alone is a row, too.
+    // A row that contains only formulas without a result also counts as a row.
     for (line, column) in &unsolved {
         cell_mut(rows.entry(*line).or_default(), *column);
     }
@@ -141,7 +143,8 @@ fn read_sheet(bytes: &[u8]) -> Result<WorkbookSheet, Unreadable> {
     Ok(WorkbookSheet { rows: rows.into_iter().collect(), unsolved })
 }
 
-/// Finds formulas without a result: a program has written them, and no spreadsheet has computed them yet.
+/// Returns the formulas without a stored result: they were written by a program and have not been
+/// computed by a spreadsheet yet.
 fn find_unsolved(book: &mut Book<'_>, name: &str) -> Result<BTreeSet<(u64, usize)>, Unreadable> {
     let mut cells = book.worksheet_cells_reader(name).map_err(|_| Unreadable::NotSheet)?;
     let (mut unsolved, mut count) = (BTreeSet::new(), 0);
@@ -192,8 +195,9 @@ fn cell_mut(row: &mut Vec<String>, column: usize) -> &mut String {
     &mut row[column]
 }
 
-/// Gives every row of a merged range the text of its first cell, which a reader sees beside all of them. The range's other columns show
-/// nothing. Returns how many rows there were, and at least 1.
+/// Copies the text of a merged range's first cell to all its rows, because a reader sees it next to
+/// all of them. The other columns of the range are cleared. Returns the number of rows plus 1, as a
+/// measure of the work.
 fn spread_down(range: &Dimensions, rows: &mut BTreeMap<u64, Vec<String>>) -> usize {
     let (first, last) = (u64::from(range.start.0) + 1, u64::from(range.end.0) + 1);
     let (left, right) = (range.start.1 as usize, range.end.1 as usize);
@@ -212,7 +216,7 @@ fn spread_down(range: &Dimensions, rows: &mut BTreeMap<u64, Vec<String>>) -> usi
     touched
 }
 
-/// What a spreadsheet shows in a cell, on one line.
+/// Returns the text that a spreadsheet shows in a cell, on one line.
 fn show_value(value: &DataRef<'_>, code: Option<&str>) -> String {
     let number = |number: f64| code.and_then(|code| show_number(number, code));
     match value {
@@ -227,7 +231,7 @@ fn show_value(value: &DataRef<'_>, code: Option<&str>) -> String {
     }
 }
 
-/// A cell's lines, which Alt and Enter part, on one.
+/// Joins the lines of a cell, which Alt+Enter separates.
 fn one_line(text: &str) -> String {
     tidy(&text.replace("_x000D_", " ").replace(['\r', '\n'], " "))
 }

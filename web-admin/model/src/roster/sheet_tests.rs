@@ -1,5 +1,6 @@
-//! Workbooks as spreadsheets and programs write them. Fails when somebody of a hidden sheet is read, when a cell is read otherwise than it
-//! is shown, or when whoever sends what is no workbook is told the wrong thing.
+//! Workbooks as written by spreadsheets and programs. The tests check that hidden sheets are not
+//! read, that cells are read as they are shown, and that files that are not workbooks get the right
+//! error.
 
 use std::io::{Cursor, Write};
 
@@ -8,7 +9,7 @@ use zip::write::SimpleFileOptions;
 
 use super::*;
 
-/// An archive of files.
+/// Makes a zip archive.
 fn archive(files: &[(&str, String)]) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let stored = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
@@ -22,7 +23,8 @@ fn archive(files: &[(&str, String)]) -> Vec<u8> {
 const MAIN: &str = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
 const RELATIONS: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
 
-/// A workbook of sheets, each with its state and its XML from `<sheetData>` on. Style n of a cell is format n of `formats`, from 1.
+/// Makes a workbook of sheets, each with its state and its XML from `<sheetData>` on. Cell style n
+/// refers to format n of `formats`, from 1.
 fn workbook(sheets: &[(&str, &str)], formats: &[&str]) -> Vec<u8> {
     let root = format!(
         r#"<Relationships><Relationship Id="r" Type="{RELATIONS}/officeDocument" Target="xl/workbook.xml"/></Relationships>"#
@@ -57,7 +59,7 @@ fn workbook(sheets: &[(&str, &str)], formats: &[&str]) -> Vec<u8> {
     archive(&files)
 }
 
-/// A cell's XML: text, or what begins with `<` as it is.
+/// Makes the XML of a sheet: cells with text, or with the given XML if it begins with `<`.
 fn sheet(rows: &[&[&str]]) -> String {
     let cell = |text: &&str| match text.strip_prefix('<') {
         Some(_) => (*text).to_owned(),

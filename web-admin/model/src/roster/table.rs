@@ -1,4 +1,4 @@
-//! A roster as a table: headings, and rows that say where they stand in the file.
+//! A roster as a table: headings, and rows with their line numbers in the file.
 
 use std::collections::BTreeSet;
 
@@ -10,27 +10,27 @@ use super::sheet::WorkbookSheet;
 use super::{MAX_COLUMNS, MAX_ROWS, Roster, RosterMapping, RosterRow, Unreadable, entry, repeats, sheet, text};
 use crate::line::tidy;
 
-/// How many rows may stand above the headings.
+/// Maximum number of rows above the headings.
 const MAX_ABOVE: usize = 20;
-/// What HIS writes above and below a list.
+/// Marker lines that HIS writes above and below a list.
 const MARKS: [&str; 2] = ["startHISsheet", "endHISsheet"];
 
-/// A file whose columns may mean anything yet.
+/// A table whose columns have no assigned meaning yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RosterTable {
-    /// What stands above the columns.
+    /// Headings of the columns.
     pub headings: Vec<String>,
-    /// Lines of the file, from 1, and what stands in them.
+    /// Line numbers in the file, from 1, and fields.
     pub(super) rows: Vec<(u64, StringRecord)>,
-    /// Lines and columns of formulas without a result.
+    /// Lines and columns of formulas without a stored result.
     unsolved: BTreeSet<(u64, usize)>,
 }
 
 impl RosterTable {
-    /// Reads CSV in any usual encoding, or the first visible sheet of an Excel workbook.
+    /// Parses CSV in any common encoding, or the first visible sheet of an Excel workbook.
     ///
     /// # Errors
-    /// When it is refused whole, saying why.
+    /// If the whole file is refused, with the reason.
     pub fn read(bytes: &[u8]) -> Result<Self, Unreadable> {
         if sheet::is_sealed_workbook(bytes) {
             return Err(Unreadable::Sealed);
@@ -45,16 +45,16 @@ impl RosterTable {
         }
     }
 
-    /// The table of a workbook's first visible sheet.
+    /// Makes the table of a workbook's first visible sheet.
     ///
     /// # Errors
-    /// When it is refused whole, saying why.
+    /// If the whole file is refused, with the reason.
     pub fn of_sheet(WorkbookSheet { rows, unsolved }: WorkbookSheet) -> Result<Self, Unreadable> {
         let table = Self::of_rows(rows.into_iter().map(|(line, cells)| (line, StringRecord::from(cells))).collect())?;
         Ok(Self { unsolved, ..table })
     }
 
-    /// Finds the headings, and leaves out what is empty.
+    /// Finds the headings and removes marker lines.
     fn of_rows(rows: Vec<(u64, StringRecord)>) -> Result<Self, Unreadable> {
         let known = |row: &StringRecord| {
             let columns: BTreeSet<_> = row.iter().filter_map(meaning).map(|(column, _)| column).collect();
@@ -76,18 +76,18 @@ impl RosterTable {
         Ok(Self { headings: headings.iter().map(str::to_owned).collect(), rows, unsolved: BTreeSet::new() })
     }
 
-    /// What stands in a column, row by row.
+    /// Returns the fields of a column that are not empty.
     pub(super) fn column(&self, index: usize) -> impl Iterator<Item = &str> {
         self.rows.iter().filter_map(move |(_, row)| row.get(index)).filter(|text| !text.is_empty())
     }
 
-    /// The first thing that stands in a column.
+    /// Returns the first field of a column that is not empty.
     #[must_use]
     pub fn sample_of(&self, index: usize) -> Option<&str> {
         self.column(index).next()
     }
 
-    /// The table with no more than so many rows, to be looked at.
+    /// Returns the first rows of the table, for a preview.
     #[must_use]
     pub fn head(&self, rows: usize) -> Self {
         Self {
@@ -97,7 +97,7 @@ impl RosterTable {
         }
     }
 
-    /// The people in it, by what its columns are said to mean.
+    /// Parses the lines of the table with the given meanings of its columns.
     #[must_use]
     pub fn people(&self, mapping: &RosterMapping) -> Roster {
         let read = |(line, row): &(u64, StringRecord)| RosterRow {
@@ -110,7 +110,8 @@ impl RosterTable {
         Roster { rows, ignored: ignored.map(|(_, heading)| heading.clone()).filter(|h| !h.is_empty()).collect() }
     }
 
-    /// The heading of a column that is read, whose formula has no result in a line.
+    /// Returns the heading of the first column to be read whose formula in this line has no stored
+    /// result.
     fn unsolved_heading(&self, line: u64, mapping: &RosterMapping) -> Option<String> {
         let column = mapping.columns.values().find(|column| self.unsolved.contains(&(line, **column)))?;
         self.headings.get(*column).cloned()
@@ -143,8 +144,8 @@ fn read_csv(bytes: &[u8]) -> Result<Vec<(u64, StringRecord)>, Unreadable> {
     Ok(rows)
 }
 
-/// The line that a record stands in, from 1. The reader is still before what ends the last line, and before empty ones, when it tells
-/// where the next record begins.
+/// Returns the line number of a record, from 1. The position reported by the csv crate may precede
+/// the end of the previous line and empty lines.
 fn line_of(at: &csv::Position, body: &str) -> u64 {
     let rest = usize::try_from(at.byte()).ok().and_then(|byte| body.as_bytes().get(byte..)).unwrap_or_default();
     let before = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));

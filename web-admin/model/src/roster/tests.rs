@@ -1,5 +1,5 @@
-//! Rosters as they come. Fails when a file that a registrar would call fine is refused, when one that is not slips
-//! through, or when a difference tells of a change that is none, or keeps one quiet.
+//! Rosters from practice. The tests check that files that a registrar considers valid are accepted,
+//! that invalid ones are refused, and that the difference contains exactly the actual changes.
 
 use std::collections::BTreeSet;
 
@@ -87,7 +87,7 @@ fn several_groups_stand_in_one_field() {
     assert_eq!(groups("email,name,Section\na@b.c,A,G 1; G 2; G 1\n"), ["G 1", "G 2"]);
 }
 
-/// A file of the real column names of other systems, with people who were invented.
+/// Returns a file with real column names of other systems and invented people.
 fn shipped(name: &str) -> Vec<u8> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/rosters");
     std::fs::read(folder.join(name)).unwrap()

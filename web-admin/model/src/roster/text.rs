@@ -1,28 +1,28 @@
-//! From the bytes of a file to its text: what spreadsheets and student systems save as "CSV".
+//! Decoding of a file to text: the variants of "CSV" that spreadsheets and student systems write.
 
 use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
 
-/// Separators that are looked for.
+/// Possible separators.
 const SEPARATORS: [u8; 4] = *b";,\t|";
 
-/// A file as text, with the separator of its fields.
+/// A decoded file and the separator of its fields.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct RosterText {
-    /// What stands in it, without mark of order or hint for spreadsheets; lines end in LF alone.
+    /// Text without byte order mark and separator line; lines end in LF.
     pub body: String,
-    /// Between fields.
+    /// Separator of the fields.
     pub separator: u8,
-    /// Lines that were taken off its head.
+    /// Number of lines removed from the start.
     pub skipped: u64,
 }
 
-/// Reads UTF-8 and UTF-16 by their marks, UTF-16 without one by its zeros, and anything that is none of them as Windows'
-/// western code page, which German and French Excel still write.
+/// Decodes UTF-8 and UTF-16 by their byte order marks, UTF-16 without one by its zero bytes, and
+/// everything else that is not UTF-8 as Windows-1252, which German and French Excel still write.
 pub(super) fn read(bytes: &[u8]) -> RosterText {
     let (decoded, _) = encoding(bytes).decode_with_bom_removal(bytes);
-    // The reader of CSV counts a line that ends in CR LF when it reads on, so that every line is told one too early.
+    // With CR LF line ends, the csv crate would report line numbers that are one too small.
     let body = decoded.replace("\r\n", "\n").replace('\r', "\n");
-    // Excel writes and obeys a first line that names the separator.
+    // Excel writes and recognizes a first line that names the separator.
     let (head, rest) = body.split_once('\n').unwrap_or((body.as_str(), ""));
     if let Some(separator) = head.trim_end().strip_prefix("sep=").and_then(|s| s.bytes().next()) {
         return RosterText { body: rest.to_owned(), separator, skipped: 1 };
@@ -42,7 +42,7 @@ fn encoding(bytes: &[u8]) -> &'static Encoding {
     }
 }
 
-/// The separator that the heading has most of, outside quotes.
+/// Returns the most frequent separator in the headings, outside quotes.
 fn separator(heading: &str) -> u8 {
     let count = |separator: u8| {
         let mut quoted = false;
@@ -52,7 +52,7 @@ fn separator(heading: &str) -> u8 {
         });
         outside.count()
     };
-    // The first of equals wins: a heading of one column has none of any.
+    // Ties go to the first separator, for example if there is only one column.
     SEPARATORS.into_iter().rev().max_by_key(|separator| count(*separator)).unwrap_or(b',')
 }
 

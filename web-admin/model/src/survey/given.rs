@@ -1,23 +1,23 @@
-//! Answers as the fields of a form bring them.
+//! Answers submitted with a form.
 
 use std::collections::BTreeMap;
 
 use documents::instrument::Item;
 use serde::Deserialize;
 
-/// What the field of an item is called in a form.
+/// Returns the name of an item's field in the form.
 #[must_use]
 pub fn name_of_field(item: &Item) -> String {
     format!("q.{}", item.id)
 }
 
-/// What was typed into the fields of a form, by their names. Which there are depends on the instrument; a question with several
-/// answers sends its field several times.
+/// Values of a form's fields, by name. The fields depend on the instrument; a question with several
+/// answers submits its field several times.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(transparent)]
 pub struct GivenAnswers(BTreeMap<String, FieldTexts>);
 
-/// The texts of a field. A form does not say whether there may be several.
+/// Values of a field. The encoding of a form does not distinguish fields that can repeat.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(untagged)]
 enum FieldTexts {
@@ -25,20 +25,20 @@ enum FieldTexts {
     Several(Vec<String>),
 }
 
-/// What the box is called by which an item is left without an answer on purpose.
+/// Returns the name of the checkbox by which an item is deliberately left unanswered.
 #[must_use]
 pub fn name_of_leaving(item: &Item) -> String {
     format!("leave.{}", item.id)
 }
 
 impl GivenAnswers {
-    /// Whether an item was left without an answer on purpose.
+    /// Returns whether an item was deliberately left unanswered.
     #[must_use]
     pub fn is_left_out(&self, item: &Item) -> bool {
         matches!(self.0.get(&name_of_leaving(item)), Some(FieldTexts::One(text)) if text == "yes")
     }
 
-    /// What was typed for an item, in the order in which it was sent.
+    /// Returns the values submitted for an item, in order.
     #[must_use]
     pub fn texts_for(&self, item: &Item) -> Vec<&str> {
         let texts = match self.0.get(&name_of_field(item)) {

@@ -1,24 +1,26 @@
-//! Groups of answers, small ones hidden.
+//! Groups of responses, with small groups hidden.
 //!
-//! A group of fewer than five is shown to nobody but the survey's owner. One that is hidden alone could be had by taking
-//! the others from the whole, so the smallest that would be shown goes with it.
+//! A group with fewer than five responses is shown only to the survey's owner. If the hidden
+//! responses are fewer than five in total, they could be inferred by subtracting the others from
+//! the total; therefore the smallest shown group is hidden, too.
 
 use std::collections::BTreeMap;
 
-/// Fewest answers of a group that is shown to everybody.
+/// Minimum size of a group that is shown to everyone.
 pub const LEAST: usize = 5;
 
-/// Groups by name, and how many answers are in those that are hidden.
+/// Shown groups by name, and the number of responses in hidden groups.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResponseGroups<'a, T> {
-    /// Name and answers.
+    /// Name and responses.
     pub shown: Vec<(String, Vec<&'a T>)>,
-    /// Answers in hidden groups.
+    /// Number of responses in hidden groups.
     pub hidden: usize,
 }
 
 impl<'a, T> ResponseGroups<'a, T> {
-    /// Answers by a name that each has; those without one are left out. `whole` hides nothing.
+    /// Groups responses by a name; responses without one are left out. With `whole`, nothing is
+    /// hidden.
     pub fn new(rows: &[&'a T], name: impl Fn(&T) -> Option<String>, whole: bool) -> Self {
         let mut named: BTreeMap<String, Vec<&'a T>> = BTreeMap::new();
         for row in rows {
@@ -40,7 +42,7 @@ impl<'a, T> ResponseGroups<'a, T> {
         Self { shown, hidden }
     }
 
-    /// Every answer of the groups that are shown.
+    /// Returns all responses of the shown groups.
     #[must_use]
     pub fn all(&self) -> Vec<&'a T> {
         self.shown.iter().flat_map(|(_, rows)| rows.iter().copied()).collect()
@@ -49,7 +51,7 @@ impl<'a, T> ResponseGroups<'a, T> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a group of four can be seen, or be had as the difference of what can.
+    //! Checks that a group of four is not shown and cannot be inferred as a difference.
 
     use super::*;
 

@@ -1,7 +1,8 @@
-//! What a survey found: distributions, scores, reliability, agreement and content validity, group by group.
+//! Results of a survey: distributions, scores, reliability, agreement and content validity, by
+//! group.
 //!
-//! Answers of different roles are never pooled into one mean. Only what measures the instrument itself (α, agreement,
-//! content validity) is computed over all groups, too.
+//! Answers of different roles are never pooled into one mean. Only properties of the instrument
+//! itself (α, agreement, content validity) are also computed over all groups.
 
 use assessment::questionnaire::{self, Answer, Scorer};
 use assessment::statistics::{self, NotComputable};
@@ -15,20 +16,20 @@ use super::scales;
 pub use super::scales::{Alpha, AlphaRemark, FEWEST_FOR_ALPHA, RaterAgreement, ScaleItem};
 use crate::ids::ResponseId;
 
-/// A response, as it is analysed.
+/// A response for the analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResponseRow<'a> {
-    /// The response: random, and all that is known of an anonymous one.
+    /// Random id of the response, the only identification of an anonymous one.
     pub id: ResponseId,
     /// `professional`, or the person's role.
     pub role: &'a str,
-    /// The attempt's exercise, device and simulator.
+    /// Exercise, device and simulator version of the attempt.
     pub attempt: [Option<&'a str>; 3],
-    /// Year and month in which it was sent.
+    /// Year and month of the submission.
     pub month: String,
-    /// In the order of the instrument's items.
+    /// Answers, in the order of the instrument's items.
     pub answers: &'a [Option<Answer>],
-    /// In the order of the instrument's scores.
+    /// Scores, in the order of the instrument's scores.
     pub scores: Vec<Option<f64>>,
 }
 
@@ -38,15 +39,15 @@ impl ResponseRow<'_> {
     }
 }
 
-/// A figure, or why there is none.
+/// A figure, or the reason why it cannot be computed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum SurveyFigure<T> {
-    /// It.
+    /// The figure.
     Value(T),
-    /// Why there is none.
+    /// It cannot be computed.
     None {
-        /// In words.
+        /// Reason, as text.
         not_computable: Phrase,
     },
 }
@@ -59,7 +60,7 @@ impl<T> SurveyFigure<T> {
         }
     }
 
-    /// The figure, where there is one.
+    /// Returns the figure, if there is one.
     #[must_use]
     pub const fn value(&self) -> Option<&T> {
         match self {
@@ -80,16 +81,16 @@ pub struct Quartiles {
     pub upper: f64,
 }
 
-/// A value with its 95 % interval.
+/// A value with its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ConfidenceInterval {
-    /// The value.
+    /// Value.
     pub value: f64,
-    /// Lower end.
+    /// Lower limit.
     pub low: f64,
-    /// Upper end.
+    /// Upper limit.
     pub high: f64,
-    /// How many it rests on.
+    /// Number of observations.
     pub n: usize,
 }
 
@@ -107,109 +108,113 @@ fn quartiles(values: &[f64]) -> SurveyFigure<Quartiles> {
     })
 }
 
-/// The group of those who judge content: whoever knows the procedure (Lynn 1986; Polit and Beck 2006).
+/// Name of the group that judges content validity: people who know the procedure (Lynn 1986; Polit
+/// and Beck 2006).
 pub const EXPERTS: &str = "experts";
 
-/// The roles that make it up.
+/// Roles in this group.
 const EXPERT_ROLES: [&str; 3] = ["expert", "professional", "instructor"];
 
-/// What was found.
+/// Results of a survey.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Results {
-    /// Roles and how many answered.
+    /// Roles and numbers of responses.
     pub groups: Vec<(String, usize)>,
-    /// Answers in groups that are hidden.
+    /// Number of responses in hidden groups.
     pub hidden: usize,
-    /// Every item but texts.
+    /// All items except texts.
     pub items: Vec<ItemResult>,
-    /// Every score.
+    /// All scores.
     pub scores: Vec<ScoreResult>,
-    /// Mean of the items' content validity (S-CVI/Ave): of the experts alone, then of every other group; empty where no item is
-    /// judged for it.
+    /// Mean content validity of the items (S-CVI/Ave): first of the experts alone, then of each
+    /// other group. Empty if no item is rated for relevance.
     pub scale_content_validity: Vec<GroupValidity>,
 }
 
-/// How an item was answered.
+/// Results of an item.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ItemResult {
-    /// Its id.
+    /// Id.
     pub id: String,
-    /// Its short name, or the question.
+    /// Short name, or the question.
     pub name: String,
     /// The question.
     pub text: String,
-    /// How it is answered.
+    /// Kind of scale.
     pub kind: &'static str,
-    /// Its section's heading.
+    /// Heading of its section.
     pub section: String,
-    /// What can be answered, where that is a list.
+    /// Possible answers, if they are a list.
     pub labels: Vec<String>,
-    /// Role by role.
+    /// Results by role.
     pub groups: Vec<ItemGroup>,
-    /// Share that calls it relevant (I-CVI): of the experts alone, then of every other group; empty where it is not judged for it.
+    /// Proportion that rates it relevant (I-CVI): first of the experts alone, then of each other
+    /// group. Empty if it is not rated for relevance.
     pub content_validity: Vec<GroupValidity>,
 }
 
-/// Content validity as a group judged it.
+/// Content validity as judged by one group.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GroupValidity {
     /// [`EXPERTS`], or the role.
     pub group: String,
-    /// The share with Wilson's interval; of a whole instrument the mean of its shares, without one.
+    /// Proportion with Wilson's interval; for a whole instrument the mean proportion, without
+    /// interval.
     pub validity: SurveyFigure<ConfidenceInterval>,
 }
 
-/// How a group answered an item.
+/// Answers of a group to an item.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ItemGroup {
-    /// The role.
+    /// Role.
     pub group: String,
-    /// Answers.
+    /// Number of answers.
     pub n: usize,
-    /// People who left it out.
+    /// Number of responses without an answer.
     pub missing: usize,
-    /// How often each label was given.
+    /// Count of each possible answer.
     pub counts: Vec<usize>,
-    /// Of answers that are numbers.
+    /// Quartiles of numeric answers.
     pub quartiles: SurveyFigure<Quartiles>,
 }
 
-/// How a score came out.
+/// Results of a score.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ScoreResult {
-    /// Its id.
+    /// Id.
     pub id: String,
-    /// Its title.
+    /// Title.
     pub title: String,
-    /// The least and the largest it can be.
+    /// Smallest and largest possible value.
     pub range: (f64, f64),
-    /// Role by role.
+    /// Results by role.
     pub groups: Vec<ScoreGroup>,
-    /// Cronbach's α: of each role, then of all.
+    /// Cronbach's α of each role, then of all.
     pub alpha: Vec<(String, SurveyFigure<Alpha>)>,
-    /// What each item does to the scale, over all shown.
+    /// Item analysis, over all shown responses.
     pub scale_items: SurveyFigure<Vec<ScaleItem>>,
-    /// Agreement of all who answered every item about the items.
+    /// Agreement about the items between all people who answered every item.
     pub agreement: SurveyFigure<RaterAgreement>,
 }
 
-/// The scores of a group.
+/// Scores of a group.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ScoreGroup {
-    /// The role, or what else the group is.
+    /// Role, or name of another group.
     pub group: String,
-    /// Scores.
+    /// Number of scores.
     pub n: usize,
-    /// Responses without a score.
+    /// Number of responses without a score.
     pub without: usize,
-    /// Mean with its interval.
+    /// Mean with its confidence interval.
     pub mean: SurveyFigure<ConfidenceInterval>,
     /// Median and quartiles.
     pub quartiles: SurveyFigure<Quartiles>,
 }
 
 impl Results {
-    /// What the rows of a survey say, small groups hidden unless the reader may see the whole.
+    /// Computes the results of a survey. Small groups are hidden unless the reader may see
+    /// everything.
     #[must_use]
     pub fn new(instrument: &Instrument, rows: &[&ResponseRow<'_>], whole: bool) -> Self {
         let groups = ResponseGroups::new(rows, |row: &ResponseRow<'_>| Some(row.role.to_owned()), whole);
@@ -231,7 +236,7 @@ impl Results {
     }
 }
 
-/// What can be answered, where that is a list: id and label.
+/// Returns the possible answers, if they are a list: id and label.
 #[must_use]
 pub fn answers_of(instrument: &Instrument, item: &Item) -> Vec<(String, String)> {
     match instrument.scale(item) {
@@ -260,7 +265,7 @@ pub fn answers_of(instrument: &Instrument, item: &Item) -> Vec<(String, String)>
     }
 }
 
-/// The item's distribution; none for a text.
+/// Returns the distribution of an item; `None` for a text.
 fn item(
     instrument: &Instrument,
     at: usize,
@@ -300,7 +305,7 @@ fn item_group(name: &str, rows: &[&ResponseRow<'_>], at: usize, ids: &[&str]) ->
         match answer {
             Answer::Number(number) => {
                 numbers.push(*number);
-                // Points count from 1; what is no list has no counts.
+                // Points count from 1; scales without a list of answers have no counts.
                 if let Some(count) = counts.get_mut((*number as usize).wrapping_sub(1)) {
                     *count += 1;
                 }
@@ -325,12 +330,12 @@ fn relevant_from(scale: &ScaleKind) -> Option<f64> {
     }
 }
 
-/// Ratings as the index counts them: 4 for relevant, 1 for not.
+/// Returns ratings in the form expected by the index: 4 for relevant, 1 for not relevant.
 fn ratings(rows: &[&ResponseRow<'_>], at: usize, from: f64) -> Vec<Option<u8>> {
     rows.iter().map(|row| row.number_at(at).map(|number| if number >= from { 4 } else { 1 })).collect()
 }
 
-/// A share with Wilson's interval.
+/// Returns a proportion with Wilson's interval.
 fn interval_of_share(share: f64, n: usize) -> ConfidenceInterval {
     let relevant = (share * n as f64).round() as usize;
     match statistics::wilson(relevant, n) {
@@ -339,7 +344,7 @@ fn interval_of_share(share: f64, n: usize) -> ConfidenceInterval {
     }
 }
 
-/// A figure of the experts alone, and of every other group for itself.
+/// Returns a figure of the experts alone, and of each other group.
 fn validity_by_group(
     groups: &ResponseGroups<'_, ResponseRow<'_>>,
     validity: impl Fn(&[&ResponseRow<'_>]) -> SurveyFigure<ConfidenceInterval>,
@@ -364,7 +369,7 @@ fn scale_content_validity(instrument: &Instrument, groups: &ResponseGroups<'_, R
     }
     validity_by_group(groups, |rows| {
         let items: Vec<Vec<Option<u8>>> = judged.iter().map(|(at, from)| ratings(rows, *at, *from)).collect();
-        // A mean of shares: it has no interval of its own.
+        // A mean of proportions has no interval of its own.
         SurveyFigure::of(statistics::scale_content_validity(&items), |found| ConfidenceInterval {
             value: found.value,
             low: found.value,
@@ -397,7 +402,7 @@ fn score(
     }
 }
 
-/// The scores of a group, by the place of the score in the instrument.
+/// Returns the scores of a group, by the index of the score in the instrument.
 #[must_use]
 pub fn score_group(name: &str, rows: &[&ResponseRow<'_>], at: usize) -> ScoreGroup {
     let values: Vec<f64> = rows.iter().filter_map(|row| row.scores[at]).collect();
@@ -410,7 +415,7 @@ pub fn score_group(name: &str, rows: &[&ResponseRow<'_>], at: usize) -> ScoreGro
     }
 }
 
-/// Spearman's ρ of scores with a figure of the attempts behind them.
+/// Returns Spearman's ρ between scores and a metric of their attempts.
 #[must_use]
 pub fn correlation(pairs: &[(f64, f64)]) -> SurveyFigure<ConfidenceInterval> {
     SurveyFigure::of(statistics::rank_correlation(pairs), ConfidenceInterval::from)

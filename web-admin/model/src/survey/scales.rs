@@ -1,4 +1,4 @@
-//! How well the items of a score hang together, and how far people agree about them.
+//! Internal consistency of scores, and agreement between people.
 
 use assessment::questionnaire::Scorer;
 use assessment::statistics;
@@ -8,31 +8,32 @@ use serde::Serialize;
 
 use super::results::{ResponseRow, SurveyFigure};
 
-/// An item against the others of its scale.
+/// An item in comparison with the others of its scale.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ScaleItem {
-    /// Its id.
+    /// Id.
     pub id: String,
-    /// Its short name, or the question.
+    /// Short name, or the question.
     pub name: String,
-    /// Its correlation with the sum of the others.
+    /// Correlation with the sum of the other items.
     pub rest_correlation: SurveyFigure<f64>,
-    /// α of the scale without it.
+    /// α of the scale without this item.
     pub alpha_without: SurveyFigure<f64>,
 }
 
-/// What to know before relying on an α.
+/// Limitation of an α.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AlphaRemark {
-    /// It is below zero: items work against each other.
+    /// It is negative: items contradict each other.
     Negative,
-    /// It rests on fewer responses than [`FEWEST_FOR_ALPHA`].
+    /// It is based on fewer than [`FEWEST_FOR_ALPHA`] responses.
     FewResponses,
 }
 
-/// From as many complete responses an α is no longer remarked on (Yurdugül 2008, "Minimum sample size for Cronbach's coefficient
-/// alpha", Hacettepe Journal of Education 35, 397–405: 30 where items hang together well).
+/// Number of complete responses from which an α has no remark (Yurdugül 2008, "Minimum sample size
+/// for Cronbach's coefficient alpha", Hacettepe Journal of Education 35, 397–405: 30 for scales
+/// with high internal consistency).
 pub const FEWEST_FOR_ALPHA: usize = 30;
 
 /// Cronbach's α.
@@ -40,45 +41,45 @@ pub const FEWEST_FOR_ALPHA: usize = 30;
 pub struct Alpha {
     /// α.
     pub alpha: f64,
-    /// Lower end of its 95 % interval.
+    /// Lower limit of the 95 % confidence interval.
     pub low: f64,
-    /// Upper end of its 95 % interval.
+    /// Upper limit of the 95 % confidence interval.
     pub high: f64,
-    /// The gravest thing to know about it.
+    /// Most serious limitation.
     pub remark: Option<AlphaRemark>,
-    /// Items.
+    /// Number of items.
     pub items: usize,
-    /// Complete responses.
+    /// Number of complete responses.
     pub n: usize,
-    /// Responses that are not.
+    /// Number of incomplete responses.
     pub missing: usize,
 }
 
-/// Intraclass correlations: items as objects, people as raters.
+/// Intraclass correlations with items as objects and people as raters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RaterAgreement {
     /// ICC(2,1).
     pub icc_2_1: f64,
-    /// ICC(2,k), where it can be computed.
+    /// ICC(2,k), if it can be computed.
     pub icc_2_k: Option<f64>,
     /// ICC(3,1).
     pub icc_3_1: f64,
     /// ICC(3,k).
     pub icc_3_k: f64,
-    /// Items.
+    /// Number of items.
     pub items: usize,
-    /// People who answered all of them.
+    /// Number of people who answered all items.
     pub raters: usize,
-    /// People who did not.
+    /// Number of people who did not.
     pub missing: usize,
 }
 
-/// What each response counts for each item of a score.
+/// Returns the value of each response for each item of a score.
 fn counts_table(scorer: &Scorer<'_>, rows: &[&ResponseRow<'_>]) -> Vec<Vec<Option<f64>>> {
     rows.iter().map(|row| scorer.item_counts(row.answers)).collect()
 }
 
-/// Every item of a score against the others.
+/// Computes the item analysis of a score.
 pub(super) fn scale_items(
     instrument: &Instrument,
     key: &ScoreKey,
@@ -102,7 +103,7 @@ pub(super) fn scale_items(
     })
 }
 
-/// Cronbach's α of a score.
+/// Computes Cronbach's α of a score.
 pub(super) fn alpha_of(scorer: &Scorer<'_>, rows: &[&ResponseRow<'_>]) -> SurveyFigure<Alpha> {
     SurveyFigure::of(statistics::cronbach_alpha(&counts_table(scorer, rows)), |found| Alpha {
         alpha: found.alpha,
@@ -119,7 +120,7 @@ pub(super) fn alpha_of(scorer: &Scorer<'_>, rows: &[&ResponseRow<'_>]) -> Survey
     })
 }
 
-/// Agreement of people about the items of a score.
+/// Computes the agreement of people about the items of a score.
 pub(super) fn agreement_of_people(
     scorer: &Scorer<'_>,
     items: usize,

@@ -1,4 +1,4 @@
-//! Who is calling, settled before anything else of a request is read.
+//! Authenticates the caller of the API before anything else of a request is read.
 
 use acts::error::{Error, tell_in_full};
 use acts::secret;
@@ -21,12 +21,12 @@ use store::tokens::{self, Token};
 use store::uploads::UploadOwner;
 use tower_sessions::Session;
 
-/// Who is calling.
+/// The authenticated caller.
 #[derive(Clone, Debug)]
 pub(super) enum Caller {
-    /// A person, by their own token or signed in.
+    /// A person, by their own token or by a signed-in session.
     Person(CurrentPerson),
-    /// A training station, which uploads for whoever the recording names.
+    /// A training station, which uploads for the trainee named in the recording.
     Station(CallingStation),
 }
 
@@ -45,7 +45,7 @@ impl Caller {
         }
     }
 
-    /// For the log of refusals.
+    /// Returns the caller's identity for the log of refused requests.
     fn asker(&self) -> KnownAsker {
         match self {
             Self::Person(person) => person.into(),
@@ -53,7 +53,7 @@ impl Caller {
         }
     }
 
-    /// The person; a station is nobody in particular.
+    /// Returns the person; an error for a station, which acts for no particular person.
     pub(super) const fn person(&self) -> Result<&CurrentPerson, Error> {
         match self {
             Self::Person(person) => Ok(person),
@@ -61,7 +61,7 @@ impl Caller {
         }
     }
 
-    /// The station; a person is none.
+    /// Returns the station; an error for a person.
     pub(super) const fn station(&self) -> Result<&CallingStation, Error> {
         match self {
             Self::Station(station) => Ok(station),
@@ -69,7 +69,7 @@ impl Caller {
         }
     }
 
-    /// As the owner of an upload in pieces.
+    /// Returns the caller as the owner of an upload in pieces.
     pub(super) fn owner(&self) -> UploadOwner {
         let (person_id, station_id) = match self {
             Self::Person(person) => (Some(person.id), None),
@@ -79,8 +79,8 @@ impl Caller {
     }
 }
 
-/// Lets callers with a valid token pass, and the signed-in where nothing is changed: a cookie goes along with any
-/// request a browser makes, also one that another site made it make.
+/// Admits callers with a valid token, and signed-in people for requests that change nothing:
+/// browsers attach the cookie to every request, also to those forged by another site.
 pub(super) async fn require_caller(
     State(state): State<AppState>,
     session: Session,
@@ -102,7 +102,7 @@ pub(super) async fn require_caller(
     Ok(answer)
 }
 
-/// Whose token this is. One that is nobody's, or is good no more, is written down.
+/// Returns the owner of a token. An unknown or expired token is logged.
 async fn caller_of_request(state: &AppState, token: &str, asked: &RequestFacts) -> Result<Caller, Error> {
     let found = caller_of_token(state, token).await.and_then(|caller| caller.ok_or(Error::Unauthorized));
     if let Err(Error::Unauthorized | Error::Expired(_)) = &found {
@@ -111,7 +111,7 @@ async fn caller_of_request(state: &AppState, token: &str, asked: &RequestFacts) 
     found
 }
 
-/// The bearer token of a request.
+/// Returns the bearer token of a request.
 #[must_use]
 pub fn bearer_token(headers: &HeaderMap) -> Option<&str> {
     let (scheme, token) = headers.get(AUTHORIZATION)?.to_str().ok()?.split_once(' ')?;
@@ -127,7 +127,7 @@ async fn caller_of_token(state: &AppState, token: &str) -> Result<Option<Caller>
         return Err(Error::Expired(why));
     }
     if let Some(id) = token.person_id {
-        // Whoever only reads is not kept from it by a disk that takes no writes.
+        // A disk that accepts no writes must not keep anyone from reading.
         if let Err(error) = acts::stations::note_token_use(state, &token).await {
             tracing::warn!(cause = tell_in_full(&error), "the use of a token was not noted");
         }

@@ -1,4 +1,4 @@
-//! What was said about an attempt.
+//! Comments on an attempt.
 
 use acts::comments as said;
 use acts::error::Error;
@@ -18,13 +18,13 @@ use crate::caller::Caller;
 use crate::sessions::find_session;
 use crate::{ApiId, ApiJson};
 
-/// Comments by their moment, then answers by the time they were given.
+/// Comments in the order of their moments, each followed by its answers in the order of their time.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct Comments {
     comments: Vec<CommentRecord>,
 }
 
-/// What was said about an attempt.
+/// Lists the comments on an attempt.
 #[utoipa::path(get, path = "/sessions/{id}/comments", tag = "comments", operation_id = "list_comments", params(("id" = Uuid, Path)),
     responses((status = 200, body = Comments), (status = 404, body = ProblemDocument)))]
 pub(super) async fn list_comments(
@@ -41,11 +41,11 @@ pub(super) async fn list_comments(
 pub(super) struct NewComment {
     /// praise, error, question or teaching.
     kind: String,
-    /// The moment, or the beginning of the interval, in s since the start of the attempt.
+    /// The moment, or the start of the interval, in s since the start of the attempt.
     from_s: f64,
     /// The end of the interval, in s.
     to_s: Option<f64>,
-    /// What is said.
+    /// Text of the comment.
     body: String,
 }
 

@@ -1,6 +1,7 @@
-//! Uploads from a browser, by pages of another origin that the service or a school allows.
+//! Cross-origin uploads from browsers, for origins that the service or a school allows.
 //!
-//! Such a page brings a token. No cookie is ever taken from it: `Access-Control-Allow-Credentials` is never said.
+//! Such a page authenticates with a token. Cookies are never accepted from it:
+//! `Access-Control-Allow-Credentials` is never sent.
 
 use axum::extract::{Request, State};
 use axum::http::{HeaderName, HeaderValue, header};
@@ -9,7 +10,7 @@ use axum::response::Response;
 use routes_base::AppState;
 use store::origins;
 
-/// What a page may be told of an allowed origin.
+/// Headers sent to pages of an allowed origin.
 const SHARED: [(HeaderName, &str); 4] = [
     (header::ACCESS_CONTROL_ALLOW_METHODS, "POST, HEAD, PATCH, DELETE"),
     (
@@ -25,7 +26,8 @@ const SHARED: [(HeaderName, &str); 4] = [
     (header::ACCESS_CONTROL_MAX_AGE, "600"),
 ];
 
-/// Lets pages of the allowed origins read the answer. What a browser asks before it sends, `OPTIONS`, is answered to anybody.
+/// Lets pages of the allowed origins read the response. Preflight requests (`OPTIONS`) need no
+/// authentication.
 pub(super) async fn share_with_origin(State(state): State<AppState>, request: Request, next: Next) -> Response {
     let origin = request.headers().get(header::ORIGIN).cloned();
     let is_shared = match &origin {
@@ -44,7 +46,8 @@ pub(super) async fn share_with_origin(State(state): State<AppState>, request: Re
     response
 }
 
-/// Whether the service or any school allows an origin. A database that cannot be asked allows none.
+/// Whether the service or any school allows an origin. If the database is unavailable, only the
+/// origins of the configuration are allowed.
 async fn is_allowed_origin(state: &AppState, origin: &HeaderValue) -> bool {
     let Ok(origin) = origin.to_str() else { return false };
     state.config.allowed_origins.iter().any(|allowed| allowed == origin)

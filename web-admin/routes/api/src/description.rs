@@ -1,4 +1,5 @@
-//! The OpenAPI description: what handlers say of themselves, and what is the same for all of them.
+//! The OpenAPI description: the descriptions of the handlers, completed with the parts common to
+//! all of them.
 
 use routes_base::error::ProblemDocument;
 use utoipa::OpenApi;
@@ -9,11 +10,11 @@ use utoipa::openapi::schema::{KnownFormat, ObjectBuilder, SchemaFormat, Type};
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
 use utoipa::openapi::{OpenApi as Description, Ref, RefOr, Required};
 
-/// How refusals are sent (RFC 9457).
+/// Media type of errors (RFC 9457).
 const PROBLEM: &str = "application/problem+json";
-/// How recordings and frames are sent.
+/// Media type of recordings and frames.
 const BYTES: &str = "application/octet-stream";
-/// How a piece of an upload is sent.
+/// Media type of a piece of an upload.
 const PIECE: &str = "application/offset+octet-stream";
 
 #[derive(OpenApi)]
@@ -25,8 +26,8 @@ const PIECE: &str = "application/offset+octet-stream";
 )]
 struct ApiDescription;
 
-/// The description of endpoints that describe themselves, with what holds for every one of them: who has to say who they are, how
-/// refusals are sent, and what a status means.
+/// Returns the description of the endpoints, completed with the parts common to all of them:
+/// authentication, the form of errors, and the meaning of each status.
 pub(super) fn describe_api(endpoints: Description) -> Description {
     let mut description = ApiDescription::openapi();
     description.merge(endpoints);
@@ -45,7 +46,7 @@ fn operations_of_path(item: &mut PathItem) -> impl Iterator<Item = &mut Operatio
 }
 
 fn complete_operation(operation: &mut Operation, answers_head: bool) {
-    // An operation with a list of its own asks for nothing.
+    // An operation with a `security` list of its own needs no token.
     let needs_token = operation.security.is_none();
     let responses = &mut operation.responses.responses;
     if needs_token {
@@ -71,7 +72,7 @@ fn describe_refusal() -> RefOr<Response> {
     RefOr::T(ResponseBuilder::new().content(PROBLEM, content).build())
 }
 
-/// Says what a status means where its handler does not, and how its body is sent.
+/// Adds the meaning of a status unless its handler describes it, and the media type of its body.
 fn finish_description(status: &str, response: &mut Response) {
     if response.description.is_empty() {
         meaning_of_status(status).clone_into(&mut response.description);
@@ -88,7 +89,7 @@ fn finish_description(status: &str, response: &mut Response) {
     response.content.iter_mut().for_each(|(media_type, content)| show_bytes(media_type, content));
 }
 
-/// Bytes are a schema, too: a generator makes a file of it.
+/// Gives binary bodies a schema, too, so that client generators produce a file.
 fn show_bytes(media_type: &str, content: &mut RefOr<Content>) {
     if let RefOr::T(content) = content
         && content.schema.is_none()
@@ -100,7 +101,7 @@ fn show_bytes(media_type: &str, content: &mut RefOr<Content>) {
     }
 }
 
-/// What a status means, as `acts::error::Error` has it.
+/// Returns the meaning of a status, as in `acts::error::Error`.
 const fn meaning_of_status(status: &str) -> &'static str {
     match status.as_bytes() {
         b"200" => "Done",

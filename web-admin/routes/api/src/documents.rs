@@ -1,4 +1,4 @@
-//! What to train, and the documents to train it with.
+//! Exercises to train, and the documents needed for them.
 
 use std::collections::BTreeSet;
 
@@ -27,11 +27,11 @@ use utoipa::ToSchema;
 
 use crate::caller::Caller;
 
-/// What the caller may train now.
+/// The exercises that the caller may train now.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct Assignments {
-    /// Exercises that are not mastered and whose prerequisites are: those that were assigned first, by their due date,
-    /// then course by course.
+    /// Exercises that are not mastered and whose prerequisites are: assigned ones first, by due
+    /// date, then course by course.
     assignments: Vec<Assignment>,
 }
 
@@ -42,35 +42,36 @@ struct Assignment {
     curriculum_title: String,
     exercise_id: String,
     title: String,
-    /// The one to do first in its course.
+    /// Whether it is the first one to do in its course.
     next: bool,
-    /// Passes among the last attempts that the mastery rule looks at; 0 where it is a learning curve.
+    /// Passes among the most recent attempts that the mastery rule considers; 0 if the rule is a
+    /// learning curve.
     passes: u32,
     /// Passes needed …
     passes_needed: u32,
-    /// … of how many of the last attempts. Where the rule is a learning curve, both are the straight successes still
-    /// needed.
+    /// … out of this many most recent attempts. If the rule is a learning curve, both are the
+    /// number of consecutive successes still needed.
     of: u32,
-    /// `competent`, `not_yet` or `regressing`, where the mastery rule is a learning curve.
+    /// `competent`, `not_yet` or `regressing`, if the mastery rule is a learning curve.
     #[schema(value_type = Option<String>)]
     standing: Option<Standing>,
-    /// The assignment that asks for it, where there is one.
+    /// The assignment of this exercise, if there is one.
     assigned: Option<AssignedView>,
 }
 
-/// What an instructor asked for.
+/// An assignment by an instructor.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 struct AssignedView {
     #[schema(value_type = Uuid)]
     assignment_id: AssignmentId,
-    /// Until when, with the offset of the school's clock.
+    /// Due date, with the UTC offset of the school's time zone.
     due_at: Option<String>,
     overdue: bool,
-    /// Attempts that count.
+    /// Maximum number of attempts that count.
     attempt_limit: Option<u32>,
-    /// Of them, those that are left.
+    /// Number of those attempts that are left.
     attempts_left: Option<u32>,
-    /// Under an instructor's eyes.
+    /// Whether attempts must be supervised by an instructor.
     supervised: bool,
 }
 
@@ -89,7 +90,7 @@ impl AssignedView {
     }
 }
 
-/// Notes which of the exercises were assigned, and puts those first, by their due date.
+/// Adds the assignments of the exercises, and sorts assigned exercises first, by due date.
 fn assigned_views(mut open: Vec<Assignment>, standings: &[assignment::AssignmentStanding]) -> Vec<Assignment> {
     let place = |of: &Assignment| {
         standings.iter().position(|standing| match &standing.assigned.task {
@@ -109,7 +110,8 @@ fn assigned_views(mut open: Vec<Assignment>, standings: &[assignment::Assignment
     open
 }
 
-/// An assigned exercise that no course asks for now: it was mastered before it was assigned, or is in none.
+/// Returns an assigned exercise that no course lists now: it was mastered before it was assigned,
+/// or belongs to no course.
 fn mastered_before(standing: &assignment::AssignmentStanding, open: &[Assignment]) -> Option<Assignment> {
     let AssignmentTask::Exercise(exercise_id) = &standing.assigned.task else { return None };
     let listed = open.iter().any(|assignment| assignment.exercise_id == *exercise_id);
@@ -128,7 +130,8 @@ fn mastered_before(standing: &assignment::AssignmentStanding, open: &[Assignment
     })
 }
 
-/// What the caller may train now: not yet mastered, prerequisites honoured.
+/// Lists the exercises that the caller may train now: not mastered yet, with all prerequisites
+/// mastered.
 #[utoipa::path(get, path = "/me/assignments", tag = "documents", operation_id = "list_assignments",
     responses((status = 200, body = Assignments), (status = 401, body = ProblemDocument)))]
 pub(super) async fn list_assignments(
@@ -139,7 +142,7 @@ pub(super) async fn list_assignments(
     Ok(Json(Assignments { assignments: due_of_exercise(&state, person.school_id, person.id).await? }))
 }
 
-/// What a person may train now, course by course.
+/// Returns the exercises that a person may train now, course by course.
 async fn due_of_exercise(state: &AppState, school: SchoolId, person: PersonId) -> Result<Vec<Assignment>, Error> {
     let mut assignments = Vec::new();
     for (curriculum, course, progress) in courses_of_person(state, school, person).await? {
@@ -148,7 +151,7 @@ async fn due_of_exercise(state: &AppState, school: SchoolId, person: PersonId) -
     Ok(assigned_views(assignments, &teaching::standings(state, school, person).await?))
 }
 
-/// Exercises that a person has mastered, by id.
+/// Returns the ids of the exercises that a person has mastered.
 async fn mastered_exercises(state: &AppState, school: SchoolId, person: PersonId) -> Result<BTreeSet<String>, Error> {
     let courses = courses_of_person(state, school, person).await?;
     let steps = courses.iter().flat_map(|(_, course, progress)| course.steps.iter().zip(&progress.steps));
@@ -156,7 +159,7 @@ async fn mastered_exercises(state: &AppState, school: SchoolId, person: PersonId
     Ok(mastered.map(|(step, _)| step.exercise.clone()).collect())
 }
 
-/// Every course that is taught, and how far a person has come in it.
+/// Returns every course that is taught, with the person's progress in it.
 async fn courses_of_person(
     state: &AppState,
     school: SchoolId,
@@ -194,7 +197,7 @@ fn open_exercises(curriculum: &TaughtCurriculum, course: &Course, progress: &Pro
     assigned.collect()
 }
 
-/// Passes so far, passes needed, and among how many attempts.
+/// Returns the passes so far, the passes needed, and the number of attempts considered.
 fn count_passes(rule: &Mastery, done: &StepProgress) -> (u32, u32, u32) {
     let so_far = if let StepState::Open { passes } = done.state { passes } else { 0 };
     match (rule, &done.curve) {
@@ -204,7 +207,7 @@ fn count_passes(rule: &Mastery, done: &StepProgress) -> (u32, u32, u32) {
     }
 }
 
-/// The school's exercises, what is due first.
+/// The exercises of the school, those due first.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct ExerciseList {
     exercises: Vec<ListedExercise>,
@@ -219,20 +222,20 @@ pub(super) struct ListedExercise {
     difficulty: u8,
     exercise_sha256: String,
     scene_sha256: String,
-    /// The trainee may train it now: it is not mastered, and its prerequisites are.
+    /// Whether the trainee may train it now: it is not mastered, and its prerequisites are.
     due: bool,
-    /// The trainee has mastered it in a course that is taught.
+    /// Whether the trainee has mastered it in a course that is taught.
     mastered: bool,
-    /// The one to do first in its course.
+    /// Whether it is the first one to do in its course.
     next: bool,
-    /// An instructor asked for it.
+    /// Whether an instructor has assigned it.
     assigned: bool,
-    /// Until when they asked for it, with the offset of the school's clock.
+    /// Due date of the assignment, with the UTC offset of the school's time zone.
     due_at: Option<String>,
 }
 
-/// The school's exercises in the revisions that trainees are given: what the caller is to do first comes first. To a
-/// station, which is nobody in particular, nothing is due.
+/// Lists the school's exercises in their current revisions, in the order in which the caller is to
+/// do them. For a station, which acts for no particular person, no exercise is due.
 #[utoipa::path(get, path = "/exercises", tag = "documents", operation_id = "list_exercises",
     responses((status = 200, body = ExerciseList), (status = 401, body = ProblemDocument)))]
 pub(super) async fn list_exercises(
@@ -243,7 +246,7 @@ pub(super) async fn list_exercises(
     Ok(Json(ExerciseList { exercises: listed_exercises(&state, caller.school_id(), person).await? }))
 }
 
-/// The exercises of a school in the order in which a person is to do them.
+/// Returns the exercises of a school in the order in which a person is to do them.
 pub(super) async fn listed_exercises(
     state: &AppState,
     school: SchoolId,
@@ -278,7 +281,7 @@ pub(super) async fn listed_exercises(
     Ok(listed)
 }
 
-/// What a guest practises: the exercises of their study, in the order of all, each to be done now.
+/// Returns the exercises of a guest's study, in the order of the school's list, all of them due.
 pub(super) async fn studied_exercises(
     state: &AppState,
     school: SchoolId,
@@ -292,7 +295,7 @@ pub(super) async fn studied_exercises(
     Ok(listed)
 }
 
-/// An exercise in the revision that trainees are given.
+/// The current revision of an exercise.
 #[derive(Debug, Serialize, ToSchema)]
 #[schema(as = ExerciseView)]
 pub(super) struct ExerciseDocument {
@@ -319,18 +322,18 @@ pub(super) struct ExerciseDocument {
 /// A picture of a briefing.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct BriefingPicture {
-    /// Its name in the exercise document, which says what it shows.
+    /// Its file name in the exercise document, which also contains its description.
     file: String,
-    /// Where it is.
+    /// Its address.
     href: String,
     sha256: String,
-    /// Pixels.
+    /// In pixels.
     width: u32,
-    /// Pixels.
+    /// In pixels.
     height: u32,
 }
 
-/// An exercise in the revision that trainees are given.
+/// Returns the current revision of an exercise.
 #[utoipa::path(get, path = "/exercises/{id}", tag = "documents", operation_id = "show_exercise", params(("id" = String, Path)),
     responses((status = 200, body = ExerciseDocument), (status = 404, body = ProblemDocument)))]
 pub(super) async fn show_exercise(
@@ -359,7 +362,7 @@ pub(super) async fn show_exercise(
         exercise_sha256: revision.exercise_sha256,
         scene_sha256: revision.scene_sha256,
         published_at: revision.published_at,
-        // Only documents that were read as TOML are ever published, and TOML is UTF-8.
+        // Published documents were parsed as TOML, so they are UTF-8.
         exercise_toml: String::from_utf8_lossy(&exercise).into_owned(),
         scene_toml: String::from_utf8_lossy(&scene).into_owned(),
         meshes: meshes.into_iter().map(|(name, _)| name).collect(),
@@ -367,7 +370,8 @@ pub(super) async fn show_exercise(
     }))
 }
 
-/// The file of a picture of an exercise's briefing, by its number from 1: PNG or JPEG, as its name in the exercise document says.
+/// Returns a picture of an exercise's briefing, by its number from 1: PNG or JPEG, according to its
+/// file name in the exercise document.
 #[utoipa::path(get, path = "/exercises/{id}/pictures/{number}", tag = "documents", operation_id = "show_picture",
     params(("id" = String, Path), ("number" = String, Path)),
     responses((status = 200, content_type = "application/octet-stream"), (status = 404, body = ProblemDocument)))]

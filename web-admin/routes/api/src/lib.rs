@@ -1,6 +1,7 @@
-//! `/api/v1`: JSON for programs, by bearer token.
+//! `/api/v1`: JSON for programs, authenticated by a bearer token.
 //!
-//! Whatever asks the database fails when the database does; a function says only what else it refuses.
+//! Functions that query the database fail when the database does; `# Errors` sections list only the
+//! other causes.
 
 use acts::error::Error;
 use axum::Json;
@@ -31,7 +32,7 @@ mod upload;
 
 pub use caller::bearer_token;
 
-/// The endpoints of callers with a token.
+/// Returns the endpoints that require a token.
 fn caller_endpoints() -> OpenApiRouter<AppState> {
     OpenApiRouter::default()
         .routes(routes!(upload::upload_recording, sessions::list_sessions))
@@ -55,12 +56,13 @@ fn caller_endpoints() -> OpenApiRouter<AppState> {
         .routes(routes!(stations::sign_in_at_station))
 }
 
-/// The endpoints for anybody. A station that joins has no token yet: its code lets it in.
+/// Returns the public endpoints. A station that joins has no token yet: its code authenticates it.
 fn open_endpoints() -> OpenApiRouter<AppState> {
     OpenApiRouter::default().routes(routes!(stations::pair_station))
 }
 
-/// The API. Who is calling is settled by a layer that also covers addresses that do not exist.
+/// Returns the routes of the API. Callers are authenticated by a layer that also covers addresses
+/// that do not exist.
 #[must_use]
 pub fn api_routes(state: &AppState) -> Routes {
     Routes::described(caller_endpoints())
@@ -70,18 +72,18 @@ pub fn api_routes(state: &AppState) -> Routes {
         })
         .merge(tus::upload_routes(state))
         .merge(Routes::described(open_endpoints()))
-        // Describes what is public knowledge anyway: no token needed.
+        // Contains only public information, so no token is needed.
         .route("/openapi.json", get(async || Json(description())))
 }
 
-/// The OpenAPI description.
+/// Returns the OpenAPI description.
 #[must_use]
 pub fn description() -> Description {
     let tus = tus::caller_endpoints().merge(tus::open_endpoints());
     description::describe_api(caller_endpoints().merge(tus).merge(open_endpoints()).into_openapi())
 }
 
-/// The id in a path. What cannot be an id names nothing: 404, as an id of nothing.
+/// The id in a path. A malformed id is answered like an unknown one, with 404.
 struct ApiId<T>(T);
 
 impl<T: DeserializeOwned + Send, S: Send + Sync> FromRequestParts<S> for ApiId<T> {
@@ -93,7 +95,7 @@ impl<T: DeserializeOwned + Send, S: Send + Sync> FromRequestParts<S> for ApiId<T
     }
 }
 
-/// A JSON body, refused as a problem.
+/// A JSON body; a malformed one is answered with a problem document.
 struct ApiJson<T>(T);
 
 impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for ApiJson<T> {

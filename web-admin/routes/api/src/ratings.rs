@@ -1,4 +1,5 @@
-//! The replay of an attempt that somebody is asked to rate, by the id of the rating: without the attempt's own.
+//! The replay of an attempt for its raters, addressed by the rating's id so that the attempt's id
+//! is not disclosed.
 
 use acts::error::Error;
 use acts::ratings::attempt;
@@ -23,7 +24,8 @@ async fn find_rated_attempt(state: &AppState, caller: &Caller, id: RatingId) -> 
     attempt(state, caller.person()?, id).await
 }
 
-/// When a file was written is when the attempt was scored: neither is it told, nor can it be found out by asking on condition.
+/// Serves a part of the replay without its modification time, which is the time of scoring: neither
+/// a header nor a conditional request may disclose it.
 async fn show_blindly(
     state: &AppState,
     session: &Session,
@@ -40,7 +42,7 @@ async fn show_blindly(
     Ok(response)
 }
 
-/// An attempt to be rated over time, as `/sessions/{id}/series`.
+/// Returns an attempt to be rated over time, as `/sessions/{id}/series` does.
 #[utoipa::path(get, path = "/ratings/{id}/series", tag = "ratings", operation_id = "show_rated_series",
     params(("id" = Uuid, Path, description = "a rating of the caller"), ("points" = Option<usize>, Query),
            ("from_s" = Option<f64>, Query), ("to_s" = Option<f64>, Query)),
@@ -54,7 +56,8 @@ pub(super) async fn show_rated_series(
     replay::series_of_spans(&state, &find_rated_attempt(&state, &caller, id).await?, query).await
 }
 
-/// What does not move in the replay of an attempt to be rated, as `/sessions/{id}/replay`.
+/// Returns the static part of the replay of an attempt to be rated, as `/sessions/{id}/replay`
+/// does.
 #[utoipa::path(get, path = "/ratings/{id}/replay", tag = "ratings", operation_id = "show_rated_replay_stage",
     params(("id" = Uuid, Path, description = "a rating of the caller")),
     responses((status = 200, body = ReplayStage), (status = 404, body = ProblemDocument)))]
@@ -67,7 +70,8 @@ pub(super) async fn show_rated_stage(
     show_blindly(&state, &find_rated_attempt(&state, &caller, id).await?, request, replay::STAGE).await
 }
 
-/// What moves in the replay of an attempt to be rated, as `/sessions/{id}/replay/frames`.
+/// Returns the moving part of the replay of an attempt to be rated, as
+/// `/sessions/{id}/replay/frames` does.
 #[utoipa::path(get, path = "/ratings/{id}/replay/frames", tag = "ratings", operation_id = "download_rated_replay_frames",
     params(("id" = Uuid, Path, description = "a rating of the caller")),
     responses((status = 200, content_type = "application/octet-stream"),

@@ -1,4 +1,4 @@
-//! What a replay draws: the stage, the frames, and what is plotted over time.
+//! The data of a replay: the stage, the frames, and the series plotted over time.
 
 use acts::error::Error;
 use acts::{replay_files, replays};
@@ -22,7 +22,7 @@ use crate::ApiId;
 use crate::caller::Caller;
 use crate::sessions::find_session;
 
-/// What is asked for, as it was typed: each refusal names its field.
+/// Raw query parameters, so that each refusal names its field.
 #[derive(Deserialize)]
 pub(super) struct SeriesQuery {
     points: Option<String>,
@@ -37,7 +37,8 @@ pub(super) struct Series {
     spans: Vec<TimeSpan>,
 }
 
-/// Smallest and largest values over `points` spans of time, of the whole attempt or of a stretch of it.
+/// Returns the minima and maxima over `points` spans of time, of the whole attempt or of a part of
+/// it.
 #[utoipa::path(get, path = "/sessions/{id}/series", tag = "replay", operation_id = "show_series",
     params(("id" = Uuid, Path), ("points" = Option<usize>, Query, description = "1 to 10000; 1000 by default"),
            ("from_s" = Option<f64>, Query, description = "where the stretch begins, in s; the start by default"),
@@ -54,7 +55,7 @@ pub(super) async fn show_series(
     series_of_spans(&state, &session, query).await
 }
 
-/// The spans of a session that somebody may see.
+/// Returns the spans of a session that the caller may see.
 pub(super) async fn series_of_spans(
     state: &AppState,
     session: &Session,
@@ -88,7 +89,7 @@ fn round_seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error>
     }
 }
 
-/// What does not move in a replay: layers, needle, structures, events.
+/// Returns the static part of a replay: layers, needle, structures, events.
 #[utoipa::path(get, path = "/sessions/{id}/replay", tag = "replay", operation_id = "show_replay_stage", params(("id" = Uuid, Path)),
     responses((status = 200, body = ReplayStage), (status = 404, body = ProblemDocument),
               (status = 410, body = ProblemDocument), (status = 503, body = ProblemDocument)))]
@@ -101,7 +102,8 @@ pub(super) async fn show_stage(
     serve_part(&state, &find_session(&state, &caller, id).await?, request, STAGE).await
 }
 
-/// What moves in a replay: rows of little-endian 32-bit floats, whole or a range of bytes. The stage names the columns.
+/// Returns the moving part of a replay: rows of little-endian 32-bit floats, whole or as a byte
+/// range. The stage names the columns.
 #[utoipa::path(get, path = "/sessions/{id}/replay/frames", tag = "replay", operation_id = "download_replay_frames", params(("id" = Uuid, Path)),
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 416),
@@ -116,14 +118,14 @@ pub(super) async fn show_frames(
     serve_part(&state, &find_session(&state, &caller, id).await?, request, FRAMES).await
 }
 
-/// A file of a replay and its media type.
+/// File name and media type of a part of a replay.
 pub(super) type SeriesPart = (&'static str, &'static str);
-/// What does not move.
+/// The static part.
 pub(super) const STAGE: SeriesPart = (replay_files::STAGE, "application/json");
-/// What moves.
+/// The moving part.
 pub(super) const FRAMES: SeriesPart = (replay_files::FRAMES, "application/octet-stream");
 
-/// A part of the replay of a session that somebody may see.
+/// Serves a part of the replay of a session that the caller may see.
 pub(super) async fn serve_part(
     state: &AppState,
     session: &Session,

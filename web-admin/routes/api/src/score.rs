@@ -1,4 +1,4 @@
-//! What an attempt scored.
+//! The score of an attempt.
 
 use acts::error::Error;
 use assessment::{Assessment, RubricRef};
@@ -19,45 +19,45 @@ use crate::ApiId;
 use crate::caller::Caller;
 use crate::sessions::find_session;
 
-/// Where the score stands while there is none.
+/// State of the score while there is none.
 #[derive(Debug, Serialize, ToSchema)]
 #[schema(as = Waiting)]
 struct WaitingDocument {
     state: SessionState,
 }
 
-/// A computed score, and what somebody has put in its place.
+/// A computed score, and the override that replaces it.
 #[derive(Serialize, ToSchema)]
 #[schema(as = Graded)]
 struct GradedDocument {
     #[serde(flatten)]
     #[schema(value_type = ScoreDocument)]
     computed: Assessment,
-    /// What counts in place of the computed score, where somebody has put another there.
+    /// The score that counts instead of the computed one; absent unless the score was overridden.
     #[serde(rename = "override", skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     overridden: Option<OverrideView>,
-    /// Why the attempt counts nowhere; absent where it counts.
+    /// Reason why the attempt does not count; absent if it counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     uncounted: Option<Uncounted>,
-    /// What is proved of the attempt.
+    /// Evidence for the authenticity of the attempt.
     proof: Proof,
 }
 
-/// A score in the form of `stylet score --json`.
+/// A score in the format of `stylet score --json`.
 #[derive(ToSchema)]
 #[expect(dead_code, reason = "describes `Assessment`, whose crate knows of no API; a test holds answers against it")]
 struct ScoreDocument {
     /// 0–100.
     score: f64,
-    /// At or above the pass mark, and no hard fail.
+    /// At or above the pass mark, without a hard fail.
     passed: bool,
     /// Every metric of the catalogue.
     metrics: Vec<MetricDocument>,
-    /// Points lost, a line for each of the rubric's.
+    /// Points lost, one entry per line of the rubric.
     deductions: Vec<DeductionDocument>,
-    /// Why it failed whatever its points.
+    /// Reasons why the attempt failed regardless of its points.
     hard_fails: Vec<FailureDocument>,
     rubric: RubricDocument,
     /// Version of the simulator that recorded the attempt.
@@ -77,14 +77,15 @@ struct MetricDocument {
     value: Option<f64>,
     /// `count` for a count, `1` for a pure number.
     unit: String,
-    /// Which is better: `lower`, `higher`, or near 0 in a `range`.
+    /// Which values are better: `lower`, `higher`, or near 0 in a `range`.
     direction: String,
-    /// The metric applies to this attempt.
+    /// Whether the metric applies to this attempt.
     applies: bool,
-    /// Its name in words.
+    /// Display name.
     label: String,
-    /// Why it does not apply, where it does not: `untouched`, `not_inside`, `layer_not_reached`, `no_rupture`, `never_stopped`,
-    /// `no_ledger`, `too_short`, `not_finite` or `of_another_version`.
+    /// Why it does not apply: `untouched`, `not_inside`, `layer_not_reached`, `no_rupture`,
+    /// `never_stopped`, `no_ledger`, `too_short`, `not_finite` or `of_another_version`; absent if
+    /// it applies.
     #[schema(nullable = false)]
     absent: Option<String>,
 }
@@ -95,9 +96,9 @@ struct MetricDocument {
 struct DeductionDocument {
     /// The metric's id.
     metric: String,
-    /// Version of the metric's definition that the rubric asks for.
+    /// Version of the metric's definition that the rubric requires.
     version: u32,
-    /// Points lost, of 100.
+    /// Points lost, out of 100.
     points: f64,
     cause: DeductionCauseDocument,
     /// The cause in English.
@@ -110,19 +111,21 @@ struct DeductionDocument {
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[expect(dead_code, reason = "as `ScoreDocument`")]
 enum DeductionCauseDocument {
-    /// The metric has a value: nothing is lost from `full` on, everything from `zero` on. All in the metric's unit.
+    /// The metric has a value: no points are lost at `full`, all points are lost at `zero`. All in
+    /// the metric's unit.
     Measured { value: f64, full: f64, zero: f64 },
-    /// It has none; the reason as in a metric's `absent`.
+    /// The metric has no value; the reason as in a metric's `absent`.
     Absent { reason: String },
-    /// Nothing is earned, for something that is required did not happen: `reached`, `within`, `confirmed` or `withdrawn`.
+    /// No points are earned, because a requirement was not met: `reached`, `within`, `confirmed` or
+    /// `withdrawn`.
     Required { unmet: String },
     /// The scene has no such metric.
     NoSuchMetric,
-    /// Stored before there were causes: its words.
+    /// Stored before causes were recorded as data: the text that was stored.
     Worded { words: String },
 }
 
-/// Why an attempt failed whatever its points.
+/// Why an attempt failed regardless of its points.
 #[derive(ToSchema)]
 #[expect(dead_code, reason = "as `ScoreDocument`")]
 struct FailureDocument {
@@ -137,15 +140,16 @@ struct FailureDocument {
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[expect(dead_code, reason = "as `ScoreDocument`")]
 enum FailureCauseDocument {
-    /// Something that is required did not happen: `reached`, `within`, `confirmed` or `withdrawn`.
+    /// A requirement was not met: `reached`, `within`, `confirmed` or `withdrawn`.
     Required { unmet: String },
-    /// A metric is above its limit, with the author's words. Both in the metric's unit.
+    /// A metric exceeds its limit; `words` is the author's explanation. Both numbers are in the
+    /// metric's unit.
     Limit { words: String, metric: String, version: u32, value: f64, limit: f64 },
-    /// Stored before there were causes: its words.
+    /// Stored before causes were recorded as data: the text that was stored.
     Worded { words: String },
 }
 
-/// Which rubric judged.
+/// The rubric that was applied.
 #[derive(ToSchema)]
 #[expect(dead_code, reason = "as `ScoreDocument`")]
 struct RubricDocument {
@@ -154,7 +158,7 @@ struct RubricDocument {
     sha256: String,
 }
 
-/// What counts in place of the computed score.
+/// An override of the computed score.
 #[derive(Serialize, ToSchema)]
 struct OverrideView {
     /// 0–100.
@@ -172,8 +176,9 @@ impl OverrideView {
     }
 }
 
-/// The newest computed score, in the form of `stylet score --json`; where somebody has put another in its place,
-/// `override` holds it. 202 while the recording waits to be scored.
+/// Returns the newest computed score, in the format of `stylet score --json`; if the score was
+/// overridden, `override` contains the score that counts. 202 while the recording waits to be
+/// scored.
 #[utoipa::path(get, path = "/sessions/{id}/score", tag = "score", operation_id = "show_score", params(("id" = Uuid, Path)),
     responses((status = 200, body = GradedDocument), (status = 202, body = WaitingDocument),
               (status = 404, body = ProblemDocument, description = "No such attempt, or one that cannot be scored")))]

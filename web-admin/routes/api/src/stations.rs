@@ -1,4 +1,4 @@
-//! Training stations: joining a school by a code, and signing a trainee in by theirs.
+//! Training stations: pairing with a school by a code, and signing in trainees by theirs.
 
 use acts::brakes;
 use acts::stations::{self, StationVisit, TypedCode};
@@ -23,15 +23,15 @@ use crate::documents::ListedExercise;
 use crate::surveys::StationSurvey;
 use crate::{ApiJson, documents, surveys};
 
-/// A station that wants to join.
+/// A station that requests to join.
 #[derive(Deserialize, ToSchema)]
 pub(super) struct PairRequest {
-    /// The code from the administrator's page; case, spaces and hyphens do not matter.
+    /// The code from the administrator's page; case, spaces and hyphens are ignored.
     code: String,
-    /// What the station is called at its school, 1 to 60 characters.
+    /// Name of the station at its school, 1 to 60 characters.
     name: String,
-    /// The station's Ed25519 public key, 64 hexadecimal digits: the recordings that it signs are known by it. Without
-    /// one, nothing recorded at the station is proved to be.
+    /// The station's Ed25519 public key, 64 hexadecimal digits, which verifies the recordings that
+    /// the station signs. Without it, no recording is proved to come from the station.
     #[schema(nullable = false)]
     public_key: Option<String>,
 }
@@ -44,11 +44,11 @@ pub(super) struct PairedView {
     name: String,
     /// The school's name.
     school: String,
-    /// The bearer token, shown this once.
+    /// The bearer token, shown only once.
     token: String,
 }
 
-/// Joins a station to a school. The code is good once, for ten minutes.
+/// Joins a station to a school. The code is valid once, for ten minutes.
 #[utoipa::path(post, path = "/stations/pair", tag = "stations", operation_id = "pair_station", request_body = PairRequest, security(()),
     responses((status = 201, body = PairedView), (status = 400, body = ProblemDocument),
               (status = 403, body = ProblemDocument, description = "The code is unknown, used or expired"),
@@ -75,7 +75,7 @@ pub(super) struct StationView {
     school: String,
 }
 
-/// The calling station: whether its token is still good, and for which school.
+/// Returns the calling station: whether its token is still valid, and for which school.
 #[utoipa::path(get, path = "/stations/me", tag = "stations", operation_id = "show_station",
     responses((status = 200, body = StationView), (status = 401, body = ProblemDocument), (status = 403, body = ProblemDocument)))]
 pub(super) async fn show_station(State(state): State<AppState>, caller: Caller) -> Result<Json<StationView>, ApiError> {
@@ -84,21 +84,22 @@ pub(super) async fn show_station(State(state): State<AppState>, caller: Caller) 
     Ok(Json(StationView { station_id: station.id, name: station.name.clone(), school }))
 }
 
-/// Somebody at a station.
+/// A request to sign in at a station.
 #[derive(Deserialize, ToSchema)]
 pub(super) struct SignInRequest {
-    /// The code from one's own page, or a guest's of a study; case, spaces and hyphens do not matter.
+    /// The code from the person's own page, or a guest's code of a study; case, spaces and hyphens
+    /// are ignored.
     #[serde(alias = "pin")]
     code: String,
-    /// The `revision` of what a guest has read at the station and agreed to.
+    /// The `revision` of the terms that a guest has read at the station and agreed to.
     #[schema(nullable = false)]
     consent: Option<String>,
 }
 
-/// Who sits at the station now.
+/// The person signed in at the station.
 #[derive(Serialize, ToSchema)]
 pub(super) struct SignedInView {
-    /// The pseudonym that recordings carry as `trainee`.
+    /// The pseudonym that recordings contain as `trainee`.
     trainee: String,
     /// For the station's screen; never for a recording.
     display_name: String,
@@ -106,28 +107,29 @@ pub(super) struct SignedInView {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     language: Option<String>,
-    /// They take part in a study: `exercises` are its own, and nothing else is theirs to practise.
+    /// Whether they are a guest of a study: `exercises` are those of the study, and no others may
+    /// be practised.
     guest: bool,
-    /// What there is to train, what is due first.
+    /// The exercises to train, those due first.
     exercises: Vec<ListedExercise>,
-    /// What they may be asked after an attempt.
+    /// Surveys that may be asked after an attempt.
     surveys: Vec<StationSurvey>,
 }
 
-/// What a guest of a study has to agree to before they practise.
+/// The terms that a guest of a study must agree to before practising.
 #[derive(Serialize, ToSchema)]
 pub(super) struct ConsentAskedView {
     /// Title of the study.
     study: String,
-    /// What its participants agree to, as whoever runs it has written it.
+    /// The text that participants agree to, as written by the study's owner.
     consent: String,
-    /// Who answers for the data.
+    /// The controller of the data.
     controller: String,
-    /// Whom to ask.
+    /// The contact person.
     contact: String,
-    /// How long its data are kept after it has ended, in months.
+    /// Retention of the data after the study has ended, in months.
     kept_months: u32,
-    /// To be sent as `consent` with the code by whoever agrees: the SHA-256 of all of that.
+    /// Revision to be sent as `consent` with the code to agree: the SHA-256 of all these terms.
     revision: String,
 }
 
@@ -144,8 +146,9 @@ impl From<&Study> for ConsentAskedView {
     }
 }
 
-/// Signs somebody of the station's school in, or a guest of a study, whose code is good once. A guest is first asked for their
-/// consent: until they agree, nothing is kept of them and their code stays as good as it was. After 20 wrong codes in an hour the station is locked for the rest of it.
+/// Signs in a person of the station's school, or a guest of a study, whose code is valid once. A
+/// guest is first asked for consent: until they agree, nothing is stored about them and their code
+/// remains valid. After 20 wrong codes in an hour the station is locked for the rest of the hour.
 #[utoipa::path(post, path = "/stations/sign-in", tag = "stations", operation_id = "sign_in_at_station", request_body = SignInRequest,
     responses((status = 200, body = SignedInView),
               (status = 202, body = ConsentAskedView, description = "A guest has to agree first: nobody is signed in yet"),

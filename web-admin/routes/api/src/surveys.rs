@@ -1,4 +1,4 @@
-//! What is asked after an attempt, and what was answered.
+//! Surveys after an attempt, and their answers.
 
 use std::collections::BTreeMap;
 
@@ -23,36 +23,38 @@ use utoipa::ToSchema;
 use crate::caller::Caller;
 use crate::{ApiId, ApiJson};
 
-/// The surveys that are asked after an attempt.
+/// The surveys to be answered after an attempt.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct SurveysAfter {
-    /// None where nothing is asked, or everything was answered.
+    /// Empty if there is no survey, or all of them are answered.
     surveys: Vec<SurveyAfter>,
 }
 
-/// A survey that is asked after an attempt.
+/// A survey to be answered after an attempt.
 #[derive(Debug, Serialize, ToSchema)]
 struct SurveyAfter {
     #[serde(flatten)]
     questions: Questions,
-    /// Where the trainee answers it, signed in: a path of this service.
+    /// Path of this service where the signed-in trainee answers the survey.
     path: String,
 }
 
-/// A survey with all that it takes to ask it.
+/// A survey with everything that is needed to ask it.
 #[derive(Debug, Serialize, ToSchema)]
 struct Questions {
     #[schema(value_type = Uuid)]
     survey_id: SurveyId,
     title: String,
-    /// How long it takes, in min.
+    /// Estimated duration, in min.
     duration_min: f64,
-    /// `anonymous`, `pseudonymous` or `named`: whether answers lead to who gave them.
+    /// `anonymous`, `pseudonymous` or `named`: whether answers can be traced to the person who gave
+    /// them.
     #[schema(value_type = String)]
     identity: Identity,
     /// Codes of the languages in which it can be answered, its own first.
     languages: Vec<String>,
-    /// By language, paragraph by paragraph: what somebody must be told before they agree to answer.
+    /// The terms by language, as paragraphs, which must be shown before the person agrees to
+    /// answer.
     terms: BTreeMap<String, Vec<String>>,
     /// The instrument's document: questions, scales, conditions.
     instrument_toml: String,
@@ -63,15 +65,16 @@ struct Questions {
 pub(super) struct StationSurvey {
     #[serde(flatten)]
     questions: Questions,
-    /// After which exercises; none: after all.
+    /// Exercises after which it is asked; empty for all exercises.
     exercises: Vec<String>,
-    /// A study asks it: at the station, however long it takes.
+    /// Whether it belongs to a study: it is then asked at the station regardless of its duration.
     study: bool,
-    /// From the how-manieth attempt at those exercises on, counted from this sign-in: a study may ask after the last one.
+    /// Number of the attempt at those exercises from which it is asked, counted from this sign-in:
+    /// a study may ask after the last attempt.
     from_attempt: u32,
 }
 
-/// Whether somebody takes part in a study without an account.
+/// Whether a person is a guest: a study participant without an account.
 async fn is_guest(state: &AppState, person: PersonId) -> Result<bool, Error> {
     Ok(people::find_person(state.db.reader(), person).await?.is_some_and(|found| found.role == Role::Guest))
 }
@@ -88,12 +91,13 @@ async fn questions_of_survey(state: &AppState, survey: Survey, guest: bool) -> R
         title: survey.title,
         duration_min: instrument.duration_min,
         languages: instrument.languages,
-        // Only documents that were read as TOML are ever published, and TOML is UTF-8.
+        // Published documents were parsed as TOML, so they are UTF-8.
         instrument_toml: String::from_utf8_lossy(&document).into_owned(),
     })
 }
 
-/// What somebody may be asked at a station after whatever they practise there, though the station lose the service.
+/// Returns the surveys that a station may have to ask a person after any exercise, so that it can
+/// ask them while offline.
 pub(super) async fn surveys_at_station(
     state: &AppState,
     school: SchoolId,
@@ -120,7 +124,8 @@ pub(super) async fn surveys_at_station(
     Ok(asked)
 }
 
-/// What the trainee of an attempt is asked after it, and has not answered. A station may ask, too, for its debriefing.
+/// Lists the unanswered surveys for the trainee after an attempt. A station may request them, too,
+/// for its debriefing.
 #[utoipa::path(get, path = "/sessions/{id}/survey", tag = "surveys", operation_id = "list_surveys_after", params(("id" = Uuid, Path)),
     responses((status = 200, body = SurveysAfter), (status = 404, body = ProblemDocument)))]
 pub(super) async fn list_surveys_after(
@@ -142,7 +147,8 @@ pub(super) async fn list_surveys_after(
     Ok(Json(SurveysAfter { surveys: asked }))
 }
 
-/// An attempt, for the trainee themselves or a station of their school: it learns only what is asked.
+/// Returns an attempt for the trainee themselves, or for a station of their school, which is only
+/// shown the surveys.
 async fn find_own_session(state: &AppState, caller: &Caller, id: SessionId) -> Result<Session, Error> {
     let session = sessions::find_session(state.db.reader(), caller.school_id(), id).await?;
     let may_ask = |session: &Session| caller.person().map_or(true, |person| person.id == session.trainee_id);
@@ -153,21 +159,22 @@ async fn find_own_session(state: &AppState, caller: &Caller, id: SessionId) -> R
 #[derive(Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct GivenAnswers {
-    /// 64 hexadecimal digits that the sender has drawn at random: the same answers can be sent again with them, and their
-    /// giver finds them at `/survey/{secret}` to go on or to take them back.
+    /// 64 hexadecimal digits drawn at random by the sender: with them the same answers can be sent
+    /// again, and the respondent finds them at `/survey/{secret}` to continue or to withdraw them.
     secret: String,
-    /// In which of the survey's languages they were given.
+    /// The language of the survey in which they were given.
     language: String,
-    /// The person was told the terms, and agrees.
+    /// Whether the person has seen the terms and agrees.
     consent: bool,
-    /// By item: a number, a text, or a list of options. An item that is left out was not answered.
+    /// By item: a number, a text, or a list of options. An omitted item was not answered.
     #[schema(value_type = Object)]
     answers: BTreeMap<String, Value>,
-    /// They are final. Until then they can be sent again, changed; what is final is never changed.
+    /// Whether they are final. Until then they can be changed and sent again; final answers never
+    /// change.
     sent: bool,
 }
 
-/// How far a response has come.
+/// The state of a response.
 #[derive(Serialize, ToSchema)]
 pub(super) struct TakenAnswers {
     /// `begun`, `submitted` or `withdrawn`.
@@ -175,8 +182,8 @@ pub(super) struct TakenAnswers {
     state: ResponseState,
 }
 
-/// Takes answers in: from the trainee, or from a station for them, also when the survey has closed since the attempt. Sent
-/// again with the same secret they are taken once.
+/// Stores answers from the trainee, or from a station on their behalf, also if the survey has
+/// closed since the attempt. Idempotent: answers sent again with the same secret are stored once.
 #[utoipa::path(put, path = "/sessions/{id}/survey/{survey}", tag = "surveys", operation_id = "answer_survey", params(("id" = Uuid, Path), ("survey" = Uuid, Path)),
     request_body = GivenAnswers,
     responses((status = 200, body = TakenAnswers), (status = 400, body = ProblemDocument),
@@ -209,7 +216,7 @@ pub(super) async fn take_answers(
     Ok(Json(TakenAnswers { state: asking::take(&state, &sheet).await? }))
 }
 
-/// An answer as a form would send it.
+/// Converts an answer to the values that a form would send.
 fn values_of_answers(item: &str, value: Value) -> Result<Vec<String>, Error> {
     let one = |value: Value| match value {
         Value::String(text) => Some(text),

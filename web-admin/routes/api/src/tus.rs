@@ -1,4 +1,6 @@
-//! `/api/v1/uploads`: tus 1.0.0 with creation, creation-with-upload, checksum, expiration and termination.
+//! `/api/v1/uploads`: tus 1.0.0 with creation, creation-with-upload, checksum, expiration and
+//! termination.
+//!
 //! <https://tus.io/protocols/resumable-upload>
 
 use acts::checksum::Checksum;
@@ -31,7 +33,7 @@ const VERSION: &str = "1.0.0";
 const EXTENSIONS: &str = "creation,creation-with-upload,checksum,expiration,termination";
 /// Media type of a piece.
 const PIECE: &str = "application/offset+octet-stream";
-/// A date as HTTP writes it (RFC 9110, 5.6.7).
+/// An HTTP date (RFC 9110, 5.6.7).
 const HTTP_DATE: &[BorrowedFormatItem<'_>] =
     format_description!("[weekday repr:short], [day] [month repr:short] [year] [hour]:[minute]:[second] GMT");
 
@@ -44,25 +46,27 @@ const CONCAT: HeaderName = HeaderName::from_static("upload-concat");
 const EXPIRES: HeaderName = HeaderName::from_static("upload-expires");
 const CHECKSUM: HeaderName = HeaderName::from_static("upload-checksum");
 const OVERRIDE: HeaderName = HeaderName::from_static("x-http-method-override");
-/// Ours: the attempt that a whole upload has become. Without it, nothing has been acknowledged.
+/// Not part of tus: the attempt created from a complete upload. Without this header, no recording
+/// has been acknowledged.
 const SESSION: HeaderName = HeaderName::from_static("stylet-session");
 
-/// Most bytes of `Upload-Metadata`, which is stored with the upload.
+/// Maximum size of `Upload-Metadata`, in bytes; it is stored with the upload.
 const MOST_METADATA_BYTES: usize = 4096;
 
-/// The endpoints of callers with a token.
+/// Returns the endpoints that require a token.
 pub(super) fn caller_endpoints() -> OpenApiRouter<AppState> {
     OpenApiRouter::default().routes(routes!(create_upload)).routes(routes!(show_upload, append_piece, terminate_upload))
 }
 
-/// The endpoints for anybody. What is spoken here is no secret, and asked before anybody has a reason to sign in.
+/// Returns the public endpoints. The capabilities of the server are public, and clients query them
+/// before they authenticate.
 pub(super) fn open_endpoints() -> OpenApiRouter<AppState> {
     OpenApiRouter::default().routes(routes!(describe_server))
 }
 
-/// The addresses of tus. Who is calling is settled before the version is looked at.
+/// Returns the routes of tus. Authentication precedes the check of the version.
 pub(super) fn upload_routes(state: &AppState) -> Routes {
-    // What other endpoints do, under another method or at another address, is described there.
+    // Aliases under another method or path are described at the endpoint that they call.
     let with_token =
         Routes::described(caller_endpoints()).route("/uploads/{id}", post(override_method)).around(|routes| {
             routes.layer(from_fn(require_tus_version)).layer(from_fn_with_state(state.clone(), require_caller))
@@ -74,10 +78,11 @@ pub(super) fn upload_routes(state: &AppState) -> Routes {
     )
 }
 
-/// Every answer says which version it is in.
+/// Adds the version of tus to every response.
 async fn answer_with_version(request: Request, next: Next) -> Response {
     let mut response = next.run(request).await;
     response.headers_mut().insert(RESUMABLE, HeaderValue::from_static(VERSION));
+    // tus requires it with 412, which refuses another version.
     if response.status() == StatusCode::PRECONDITION_FAILED {
         response.headers_mut().insert(SPOKEN, HeaderValue::from_static(VERSION));
     }
@@ -91,7 +96,7 @@ async fn require_tus_version(request: Request, next: Next) -> Result<Response, A
     Ok(next.run(request).await)
 }
 
-/// What of tus is spoken here.
+/// Describes the supported version, extensions and limits of tus.
 #[utoipa::path(options, path = "/uploads", tag = "tus", operation_id = "describe_uploads", security(()),
     responses((status = 204, description = "Tus-Version, Tus-Extension, Tus-Max-Size, Tus-Checksum-Algorithm")))]
 pub(super) async fn describe_server(State(state): State<AppState>) -> impl IntoResponse {
@@ -104,7 +109,7 @@ pub(super) async fn describe_server(State(state): State<AppState>) -> impl IntoR
     (StatusCode::NO_CONTENT, headers)
 }
 
-/// Begins an upload, with its first piece where one is sent along.
+/// Creates an upload, with its first piece if the request has a body.
 #[utoipa::path(post, path = "/uploads", tag = "tus", operation_id = "begin_upload",
     params(("Tus-Resumable" = String, Header), ("Upload-Length" = u64, Header, description = "In bytes"),
            ("Upload-Metadata" = Option<String>, Header),
@@ -147,7 +152,8 @@ pub(super) async fn create_upload(
     Ok(response)
 }
 
-/// How far an upload has come, and the session it has become. Whoever still writes to it gives way.
+/// Returns the offset of an upload, and the session created from it. A request that is still
+/// writing to it is interrupted.
 #[utoipa::path(head, path = "/uploads/{id}", tag = "tus", operation_id = "show_upload", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
     responses((status = 200, description = "Upload-Offset, Upload-Length, Upload-Metadata, Upload-Expires; \
                                             Stylet-Session once it is an attempt"),
@@ -166,7 +172,8 @@ pub(super) async fn show_upload(
     Ok(response)
 }
 
-/// Adds a piece. With the last one the upload becomes an attempt, once, and `Stylet-Session` says which.
+/// Appends a piece. The last one turns the upload into an attempt, exactly once, named by
+/// `Stylet-Session`.
 #[utoipa::path(patch, path = "/uploads/{id}", tag = "tus", operation_id = "append_upload", request_body(content_type = "application/offset+octet-stream"),
     params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header),
            ("Upload-Offset" = u64, Header, description = "Where the piece begins, in bytes"),
@@ -191,7 +198,7 @@ pub(super) async fn append_piece(
     Ok(tell_offset(StatusCode::NO_CONTENT, &upload)?)
 }
 
-/// Ends an upload. The attempt that it has become stays.
+/// Terminates an upload. The attempt created from it remains.
 #[utoipa::path(delete, path = "/uploads/{id}", tag = "tus", operation_id = "end_upload", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
     responses((status = 204), (status = 404, body = ProblemDocument), (status = 410, body = ProblemDocument),
               (status = 412, body = ProblemDocument), (status = 423, body = ProblemDocument)))]
@@ -205,7 +212,7 @@ pub(super) async fn terminate_upload(
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// For clients whose network lets only GET and POST pass.
+/// Handles method overrides, for clients whose network allows only GET and POST.
 async fn override_method(
     state: State<AppState>,
     caller: Caller,
@@ -221,7 +228,7 @@ async fn override_method(
     }
 }
 
-/// A piece as the headers tell of it.
+/// Returns a piece as described by the headers.
 fn receive_piece(headers: &HeaderMap, offset: u64, body: Body) -> Result<UploadPiece, Error> {
     if header_text(headers, &CONTENT_TYPE) != Some(PIECE) {
         return Err(Error::UnsupportedMedia("Content-Type: only application/offset+octet-stream is allowed"));
@@ -234,7 +241,8 @@ fn receive_piece(headers: &HeaderMap, offset: u64, body: Body) -> Result<UploadP
     Ok(UploadPiece { offset, checksum, announced, body: receive_recording(body).chunks })
 }
 
-/// `Upload-Metadata`: nothing, or keys without spaces and commas, each once, each with a value in base64 or none.
+/// Validates `Upload-Metadata`: empty, or unique keys without spaces and commas, each with a base64
+/// value or none.
 fn parse_metadata(headers: &HeaderMap) -> Result<String, Error> {
     let Some(header) = headers.get(METADATA) else { return Ok(String::new()) };
     let refused = || {
@@ -248,7 +256,7 @@ fn parse_metadata(headers: &HeaderMap) -> Result<String, Error> {
             "Upload-Metadata: {length} bytes; at most {MOST_METADATA_BYTES} are allowed"
         )));
     }
-    // Clients send it empty where they have nothing to say.
+    // Clients without metadata send an empty header.
     if header.trim().is_empty() {
         return Ok(String::new());
     }
@@ -269,13 +277,13 @@ fn header_text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str>
 
 fn header_number(headers: &HeaderMap, name: &HeaderName) -> Result<u64, Error> {
     let given = header_text(headers, name).unwrap_or_default();
-    // `parse` alone would take a plus sign.
+    // `parse` alone would accept a plus sign.
     let digits = given.bytes().all(|byte| byte.is_ascii_digit());
     let parsed = given.parse().ok().filter(|_| digits);
     parsed.ok_or_else(|| Error::BadRequest(format!("{name}: \"{given}\"; a number of bytes is needed")))
 }
 
-/// An answer that says where an upload stands.
+/// Returns a response with the offset and expiry of an upload, and its session once there is one.
 fn tell_offset(status: StatusCode, upload: &Upload) -> Result<Response, Error> {
     let mut response = status.into_response();
     put_header(&mut response, OFFSET, &upload.received.to_string())?;

@@ -1,4 +1,4 @@
-//! Uploading a recording: acknowledged only when the file and its row are on the disk.
+//! Uploads of whole recordings: acknowledged only after the file and its row are durably stored.
 
 use acts::checksum::Checksum;
 use acts::error::Error;
@@ -22,8 +22,9 @@ use time::format_description::well_known::Rfc3339;
 use crate::caller::Caller;
 use crate::sessions::SessionView;
 
-/// Takes in a recording. The same one again is acknowledged again; another one under its id is refused, and so is one that
-/// names the pseudonym of somebody else. What `uncounted` says is kept and counts nowhere.
+/// Stores a recording. Uploading the same one again is acknowledged again; a different one with the
+/// same id is refused, and so is one with the pseudonym of another person. A recording with
+/// `uncounted` set is stored but does not count.
 #[utoipa::path(post, path = "/sessions", tag = "upload", operation_id = "upload_recording", request_body(content_type = "application/octet-stream"),
     params(("Content-Digest" = Option<String>, Header, description = "sha-256=:HASH:, the hash in base64 (RFC 9530)"),
            ("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339: a wrong clock is corrected")),
@@ -52,7 +53,8 @@ pub(super) async fn upload_recording(
     }
     let received = recordings::receive(&state, receive_recording(body), digest).await?;
     let bearer = Bearer { ahead_us, ..bearer_of_caller(&caller) };
-    // A task of its own: the server drops a handler whose client has gone, and a try that was begun must be ended.
+    // A separate task: the server drops a handler when its client disconnects, and a processing
+    // attempt that was recorded as started must be recorded as finished.
     let taken = tokio::spawn(async move { intake::take_in(&state, &bearer, received).await });
     Ok(match taken.await?? {
         RecordingReceipt::Now(session) => (StatusCode::CREATED, Json(session.into())),
@@ -60,13 +62,13 @@ pub(super) async fn upload_recording(
     })
 }
 
-/// A body, as acts take it.
+/// Converts a request body to the form expected by `acts`.
 pub(super) fn receive_recording(body: Body) -> Arriving {
     let announced_bytes = body.size_hint().lower();
     Arriving { announced_bytes, chunks: body.into_data_stream().map_err(anyhow::Error::from).boxed() }
 }
 
-/// What the body must hash to, where its sender says so.
+/// Returns the expected hash of the body, if the sender states one.
 fn content_digest(headers: &HeaderMap) -> Result<Option<Checksum>, Error> {
     let Some(header) = headers.get("content-digest") else { return Ok(None) };
     Checksum::of_content(header.to_str().unwrap_or_default())
@@ -77,7 +79,7 @@ fn bearer_of_caller(caller: &Caller) -> Bearer {
     Bearer { school_id, trainee_id: person_id, station_id, actor: caller.actor(), ahead_us: None }
 }
 
-/// How far the sender's clock is ahead of ours, in µs, where the header tells it.
+/// Returns how far the sender's clock is ahead of the server's, in µs, if the header is present.
 pub(super) fn read_clock_ahead(headers: &HeaderMap, now: Moment) -> Result<Option<i64>, Error> {
     let Some(told) = headers.get("stylet-clock") else { return Ok(None) };
     let told = told.to_str().unwrap_or_default();
@@ -86,7 +88,7 @@ pub(super) fn read_clock_ahead(headers: &HeaderMap, now: Moment) -> Result<Optio
     Ok(Some(Moment::from(clock).micros().saturating_sub(now.micros())))
 }
 
-/// Refuses what can be refused before a byte of the body is read.
+/// Performs all checks that need no byte of the body.
 fn check_upload_headers(headers: &HeaderMap, limit_bytes: u64) -> Result<(), Error> {
     let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
     let media_type = text(CONTENT_TYPE).unwrap_or_default().split(';').next().unwrap_or_default().trim();

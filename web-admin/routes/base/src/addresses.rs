@@ -1,4 +1,4 @@
-//! Addresses: ids in them, texts in them, and the address of the service.
+//! Addresses: ids and text in them, and the public address of the service.
 
 use acts::error::Error;
 use axum::extract::{FromRequestParts, Path};
@@ -10,13 +10,14 @@ use serde::de::DeserializeOwned;
 use crate::AppState;
 use crate::error::PageError;
 
-/// A text as a part of an address: nothing in it ends its place.
+/// Encodes a text for use in a query: every reserved character is escaped.
 #[must_use]
 pub fn encode_in_query(text: &str) -> PercentEncode<'_> {
     utf8_percent_encode(text, NON_ALPHANUMERIC)
 }
 
-/// How this service is called from outside: as it was told, or else as the visitor calls it.
+/// Returns the public address of this service: the configured one, else that of the visitor's
+/// request.
 #[must_use]
 pub fn own_address(state: &AppState, headers: &HeaderMap) -> String {
     if let Some(told) = &state.config.public_url {
@@ -27,7 +28,7 @@ pub fn own_address(state: &AppState, headers: &HeaderMap) -> String {
     format!("{scheme}://{host}")
 }
 
-/// The id in an address. What is no id names nothing: 404, as an id that nobody has.
+/// The id in an address. A malformed id is answered like an unknown one, with 404.
 #[derive(Clone, Copy, Debug)]
 pub struct PathId<T>(pub T);
 

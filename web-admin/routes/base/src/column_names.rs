@@ -1,16 +1,17 @@
-//! Names of columns that statistical programs take.
+//! Column names that are valid in statistical programs.
 
 use std::collections::BTreeSet;
 
-/// Most bytes of a name: SPSS takes 64.
+/// Maximum length of a name, in bytes: the limit of SPSS.
 const LONGEST: usize = 64;
-/// Room that is left for a number behind a name.
+/// Bytes reserved for a number after a name.
 const FOR_NUMBER: usize = 4;
-/// Words of SPSS that name nothing else.
+/// Reserved words of SPSS.
 const RESERVED: [&str; 13] = ["all", "and", "by", "eq", "ge", "gt", "le", "lt", "ne", "not", "or", "to", "with"];
 
-/// Returns a name for each column that R and SPSS take, no two of which differ in case alone. What is legal keeps its name, the first of
-/// equals; what is not is changed, and numbered where its name is taken.
+/// Returns a name for each column that is valid in R and SPSS, unique regardless of case. A valid
+/// name is kept, for the first of several equal ones; all others are changed, and numbered if the
+/// name is taken.
 #[must_use]
 pub fn name_columns(wanted: &[String]) -> Vec<String> {
     let mut taken = BTreeSet::new();
@@ -28,7 +29,8 @@ pub fn name_columns(wanted: &[String]) -> Vec<String> {
     named.collect()
 }
 
-/// A letter, then letters, digits and underscores, and no word of SPSS's.
+/// Returns a name of a letter, then letters, digits and underscores, that is not a reserved word of
+/// SPSS.
 fn make_legal(name: &str) -> String {
     let safe: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     let begins = safe.starts_with(|c: char| c.is_ascii_alphabetic());
@@ -37,14 +39,14 @@ fn make_legal(name: &str) -> String {
     shorten(&legal, LONGEST).to_owned()
 }
 
-/// What is ASCII may be cut anywhere.
+/// The name is ASCII, so it can be cut at any byte.
 fn shorten(legal: &str, most: usize) -> &str {
     &legal[..legal.len().min(most)]
 }
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a name is refused by SPSS, or two columns have one.
+    //! Fails when SPSS would refuse a name, or two columns have the same name.
 
     use super::*;
 

@@ -1,4 +1,4 @@
-//! How what was not done is answered: as a page, or as `application/problem+json`.
+//! Converts errors to responses: a page, or `application/problem+json`.
 
 use acts::Error;
 use axum::Json;
@@ -8,20 +8,20 @@ use axum::response::{IntoResponse, Response};
 use pages::error::ErrorPage;
 use serde::Serialize;
 
-/// In an answer that somebody was refused what is not theirs, or is not there: for whoever writes such answers down.
+/// Response extension that marks a refused or missing object, for the log of refused requests.
 #[derive(Clone, Copy, Debug)]
 pub struct Denied;
 
-/// When to send again what somebody has died of, in s.
+/// `Retry-After` for an upload whose processing has crashed, in s.
 const AFTER_DEATH_S: u64 = 10;
-/// When to ask again for what lies in a store that does not answer, in s.
+/// `Retry-After` while the recording store is unavailable, in s.
 const STORE_AWAY_S: u64 = 10;
-/// When to ask again where the database does not answer, in s.
+/// `Retry-After` while the database is unavailable, in s.
 const DATABASE_AWAY_S: u64 = 5;
-/// When to send again what no scanner has looked at, in s.
+/// `Retry-After` for an upload that could not be scanned, in s.
 const UNSCANNED_S: u64 = 60;
 
-/// The HTTP status of an error.
+/// Returns the HTTP status of an error.
 #[must_use]
 pub fn status_of(error: &Error) -> StatusCode {
     match error {
@@ -35,7 +35,7 @@ pub fn status_of(error: &Error) -> StatusCode {
         Error::Conflict(_) => StatusCode::CONFLICT,
         Error::Locked => StatusCode::LOCKED,
         Error::WrongVersion(_) => StatusCode::PRECONDITION_FAILED,
-        // tus gives it this number, and HTTP none; a number from 100 to 999 is always one.
+        // Defined by tus but not by HTTP; `from_u16` accepts any number from 100 to 999.
         Error::ChecksumMismatch => StatusCode::from_u16(460).unwrap_or(StatusCode::BAD_REQUEST),
         Error::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
         Error::UnsupportedMedia(_) => StatusCode::UNSUPPORTED_MEDIA_TYPE,
@@ -53,7 +53,8 @@ pub fn status_of(error: &Error) -> StatusCode {
     }
 }
 
-/// Finishes an answer: what only its headers can say, that somebody was refused, and the one log line of an internal error.
+/// Completes an error response: adds `Retry-After`, marks refusals, and logs an internal error
+/// once.
 pub fn finish_answer(error: &Error, mut response: Response) -> Response {
     let retry_after_s = match error {
         Error::TooMany { retry_after_s } | Error::Busy { retry_after_s } | Error::Crowded { retry_after_s } => {
@@ -89,15 +90,15 @@ pub fn finish_answer(error: &Error, mut response: Response) -> Response {
     response
 }
 
-/// RFC 9457.
+/// An error, as a problem document (RFC 9457).
 #[derive(Debug, Serialize, utoipa::ToSchema)]
 #[schema(as = Problem)]
 pub struct ProblemDocument {
-    /// The status in words.
+    /// The reason phrase of the status.
     pub title: String,
     /// HTTP status.
     pub status: u16,
-    /// What is wrong with this request.
+    /// Explanation of this error.
     pub detail: String,
 }
 

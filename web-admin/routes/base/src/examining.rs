@@ -1,11 +1,11 @@
-//! What a draft comes to: its judgement as pages draw it.
+//! Previews a draft: its evaluation as shown on pages.
 
 use acts::judging::{DraftQuestion, publishable};
 use model::draft::DraftVerdict;
 use pages::draft::{verdict_of_exercise, verdict_of_refused};
 use words::Language;
 
-/// What a draft comes to, in the words of its language. Blocks, and may take long.
+/// Evaluates a draft, with text in its language. Blocks, and may take long.
 #[must_use]
 pub fn examine_draft(question: &DraftQuestion) -> DraftVerdict {
     let language = Language::named(&question.language).unwrap_or(Language::ENGLISH);

@@ -7,10 +7,11 @@ use store::exercises;
 
 use crate::AppState;
 
-/// A revision as it was published. Publishing has checked it, so a refusal now is our fault.
+/// Returns a revision as published; `None` if it does not exist. It was validated on publication,
+/// so an invalid one is an internal error.
 ///
 /// # Errors
-/// When a published document is refused.
+/// When a published document is invalid.
 pub async fn published_bundle(
     state: &AppState,
     school: SchoolId,

@@ -11,13 +11,13 @@ use futures::future::ready;
 use futures::{StreamExt, TryStream, TryStreamExt};
 use model::ids::PersonId;
 
-/// How numbers and cells are told apart.
+/// The decimal and column separators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CsvDialect {
-    /// A full stop in numbers, commas between cells (RFC 4180).
+    /// Decimal point, comma between cells (RFC 4180).
     #[default]
     Point,
-    /// A comma in numbers, semicolons between cells: as spreadsheets expect in most of Europe.
+    /// Decimal comma, semicolon between cells, as spreadsheets expect in most of Europe.
     Comma,
 }
 
@@ -40,11 +40,11 @@ impl CsvDialect {
 /// One cell of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CsvCell {
-    /// Text, which a spreadsheet must not take for a formula.
+    /// Text, which a spreadsheet must not interpret as a formula.
     Text(String),
-    /// A number, with a full stop.
+    /// A number, formatted by the dialect.
     Number(f64),
-    /// Nothing: a figure that does not exist.
+    /// Empty: a missing value.
     Empty,
 }
 
@@ -88,8 +88,9 @@ impl CsvCell {
     }
 }
 
-/// A text that no spreadsheet reads as a formula: an apostrophe, which spreadsheets read as "this is text", precedes a formula at the
-/// beginning, and after each character at which a spreadsheet with another separator may split the cell.
+/// Returns a text that no spreadsheet interprets as a formula: an apostrophe, which marks text, is
+/// inserted before a formula at the start, and after each character at which a spreadsheet with
+/// another separator may split the cell.
 #[must_use]
 pub fn neutralise_cell(text: &str) -> String {
     let mut safe = String::with_capacity(text.len() + 1);
@@ -108,24 +109,24 @@ pub fn neutralise_cell(text: &str) -> String {
     safe
 }
 
-/// A table as CSV: a line of names, then the rows.
+/// Formats a table as CSV: a header line, then the rows.
 ///
 /// # Errors
-/// When a row has not as many cells as there are names.
+/// When a row does not have one cell per column.
 pub fn write_csv(names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
     write_csv_as(CsvDialect::Point, names, rows)
 }
 
-/// A table as CSV of a dialect.
+/// Formats a table as CSV in a dialect.
 ///
 /// # Errors
-/// When a row has not as many cells as there are names.
+/// When a row does not have one cell per column.
 pub fn write_csv_as(dialect: CsvDialect, names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
     let heading = write_lines(dialect, [names.iter().map(|name| (*name).to_owned())])?;
     Ok(heading + &stream_lines(dialect, names.len(), rows)?)
 }
 
-/// The rows of a table as lines, each of so many cells.
+/// Formats rows as lines, each of `width` cells.
 fn stream_lines(dialect: CsvDialect, width: usize, rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
     let crooked = rows.iter().find(|row| row.len() != width);
     ensure!(crooked.is_none(), "a row of {} cells under {width} names", crooked.map_or(0, Vec::len));
@@ -146,18 +147,18 @@ fn write_lines(
     Ok(String::from_utf8(writer.into_inner()?)?)
 }
 
-/// A table as a file to be saved under a name.
+/// Returns a table as a file download.
 ///
 /// # Errors
-/// When a row has not as many cells as there are names.
+/// When a row does not have one cell per column.
 pub fn download_csv(file: &str, names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<Response> {
     download_csv_as(CsvDialect::Point, file, names, rows)
 }
 
-/// A table of a dialect as a file to be saved under a name.
+/// Returns a table in a dialect as a file download.
 ///
 /// # Errors
-/// When a row has not as many cells as there are names.
+/// When a row does not have one cell per column.
 pub fn download_csv_as(
     dialect: CsvDialect,
     file: &str,
@@ -167,10 +168,11 @@ pub fn download_csv_as(
     Ok((csv_headers(file), write_csv_as(dialect, names, rows)?).into_response())
 }
 
-/// A table of any length as a file to be saved under a name: its rows are written as they come, some at a time.
+/// Returns a table of any length as a file download, streamed in batches of rows.
 ///
 /// # Errors
-/// Never, but for those of writing a line of names. What fails later breaks the answer off, so that no client takes it for whole.
+/// When the header line cannot be formatted. A later failure aborts the response, so that no client
+/// takes it for complete.
 pub fn stream_csv(
     file: &str,
     names: &[&str],
@@ -184,7 +186,7 @@ pub fn stream_csv(
     Ok((csv_headers(file), body).into_response())
 }
 
-/// The same file with the mark by which Excel knows UTF-8.
+/// Prepends a byte order mark, by which Excel recognises UTF-8.
 #[must_use]
 pub fn mark_byte_order(file: Response) -> Response {
     let (parts, body) = file.into_parts();
@@ -198,7 +200,7 @@ fn csv_headers(file: &str) -> [(HeaderName, String); 2] {
     [(CONTENT_TYPE, "text/csv; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)]
 }
 
-/// The columns `trainee_id` and `pseudonym`: two people may have one name.
+/// Returns the cells `trainee_id` and `pseudonym`, since names are not unique.
 #[must_use]
 pub fn trainee_cells(id: PersonId, pseudonyms: &BTreeMap<PersonId, String>) -> Vec<CsvCell> {
     let pseudonym = pseudonyms.get(&id).map_or(CsvCell::Empty, |known| CsvCell::from(known.as_str()));
@@ -207,7 +209,8 @@ pub fn trainee_cells(id: PersonId, pseudonyms: &BTreeMap<PersonId, String>) -> V
 
 #[cfg(test)]
 mod tests {
-    //! A name that is a formula must stay a name, whatever opens the file; a negative number stays a number.
+    //! A name that looks like a formula must remain text in every program; a negative number must
+    //! remain a number.
 
     use super::*;
 

@@ -1,4 +1,4 @@
-//! How a form is answered.
+//! Responses to forms.
 
 use acts::error::Error;
 use axum::http::StatusCode;
@@ -6,17 +6,18 @@ use axum::response::{IntoResponse, Redirect, Response};
 use model::ids::PersonId;
 use serde::Deserialize;
 
-/// The answer to a form: what came of it, or its page once more, with what was typed and why it was refused.
+/// The response to a form: its result, or its page again with the input and the reason for the
+/// refusal.
 #[derive(Debug)]
 pub enum FormAnswer<P> {
-    /// What came of it.
+    /// The result.
     Answered(Response),
-    /// Its page: it was refused, and nothing has changed.
+    /// The form's page: the input was refused, and nothing has changed.
     Refused(P),
 }
 
 impl<P> FormAnswer<P> {
-    /// It leads to another page.
+    /// Redirects to another page.
     pub fn lead_to(href: &str) -> Self {
         Self::Answered(Redirect::to(href).into_response())
     }
@@ -31,10 +32,11 @@ impl<P: IntoResponse> IntoResponse for FormAnswer<P> {
     }
 }
 
-/// What came of a form, or what is wrong with what was typed. An error that whoever has typed cannot mend goes on.
+/// Separates invalid input from other errors: returns the result, or the message about the input.
+/// Errors that the user cannot correct are passed on.
 ///
 /// # Errors
-/// Every one but [`Error::Unprocessable`].
+/// Every error except [`Error::Unprocessable`].
 pub fn split_refusal<T>(outcome: Result<T, Error>) -> Result<Result<T, String>, Error> {
     match outcome {
         Ok(made) => Ok(Ok(made)),
@@ -43,24 +45,24 @@ pub fn split_refusal<T>(outcome: Result<T, Error>) -> Result<Result<T, String>, 
     }
 }
 
-/// A text as it was written: a browser sends each end of a line as CR LF.
+/// Converts CR LF, which browsers send for each line break, to LF.
 #[must_use]
 pub fn unix_lines(text: &str) -> String {
     text.replace("\r\n", "\n")
 }
 
-/// What was just published.
+/// Query parameter that names a newly published document.
 #[derive(Debug, Deserialize)]
 pub struct PublishedQuery {
     /// Its id.
     pub published: Option<String>,
 }
 
-/// Calendar days that one trainee has longer.
+/// Extension of an assignment for one trainee.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct ExtensionForm {
     /// The trainee.
     pub person: PersonId,
-    /// So many.
+    /// Number of additional calendar days.
     pub days: i64,
 }

@@ -1,4 +1,4 @@
-//! In which language a page is: as the person has chosen, else as a cookie or the browser says, else English.
+//! The language of a page: chosen by the person, else by a cookie or the browser, else English.
 
 use acts::error::Error;
 use axum::extract::Request;
@@ -9,10 +9,10 @@ use axum::response::Response;
 use tower_sessions::cookie::Cookie;
 use words::Language;
 
-/// The cookie of the choice.
+/// Name of the cookie with the chosen language.
 pub const LANGUAGE_COOKIE: &str = "stylet_language";
 
-/// Speaks the language of the cookie, or else the browser's.
+/// Sets the language of the cookie or, without one, of the browser.
 pub async fn settle_language(request: Request, next: Next) -> Response {
     let language = wanted_language(request.headers());
     let mut response = answer_in_language(language, request, next).await;
@@ -20,7 +20,7 @@ pub async fn settle_language(request: Request, next: Next) -> Response {
     response
 }
 
-/// Speaks a language for a request, and says so of the page.
+/// Sets the language of a request, and declares it on the page.
 pub async fn answer_in_language(language: Language, request: Request, next: Next) -> Response {
     let mut response = words::speaking(language, next.run(request)).await;
     let headers = response.headers_mut();
@@ -42,7 +42,7 @@ fn language_cookie(headers: &HeaderMap) -> Option<Language> {
     cookies.find(|cookie| cookie.name() == LANGUAGE_COOKIE).and_then(|cookie| Language::named(cookie.value()))
 }
 
-/// What is said of a language that there is none of.
+/// Returns the error for an unknown language code.
 #[must_use]
 pub fn refuse_language(code: &str) -> Error {
     let all: Vec<&str> = Language::all().map(Language::code).collect();

@@ -1,6 +1,8 @@
-//! What every route of the service needs: the state of a handler, who is asking, errors as answers, forms, the list of routes.
+//! Shared code of all routes: the state of a handler, authentication, errors as responses, forms,
+//! the list of routes.
 //!
-//! Whatever asks the database fails when the database does; a function says only what else it refuses.
+//! Functions that query the database fail when the database does; `# Errors` sections list only the
+//! other causes.
 
 #[macro_use(tr)]
 extern crate words;

@@ -1,4 +1,4 @@
-//! A router that remembers its addresses, so that a test can try every one of them.
+//! A router that records its paths, so that a test can request each of them.
 
 use std::pin::Pin;
 use std::sync::Arc;
@@ -12,7 +12,8 @@ use utoipa_axum::router::OpenApiRouter;
 
 use crate::AppState;
 
-/// Routes with the list of their paths. Only this module makes a [`Router`]: a route that is served is in the list.
+/// Routes with the list of their paths. Only this module creates a [`Router`], so every route that
+/// is served is in the list.
 #[derive(Debug, Default)]
 pub struct Routes {
     router: Router<AppState>,
@@ -20,13 +21,13 @@ pub struct Routes {
 }
 
 impl Routes {
-    /// None.
+    /// Returns an empty list of routes.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The endpoints of the API that describe themselves, at the paths that stand in their descriptions.
+    /// Returns described endpoints of the API, at the paths given in their descriptions.
     #[must_use]
     pub fn described(endpoints: OpenApiRouter<AppState>) -> Self {
         let (router, description) = endpoints.split_for_parts();
@@ -54,13 +55,14 @@ impl Routes {
         Self { router: self.router.nest(path, other.router), paths: self.paths }
     }
 
-    /// Puts layers and a fallback around the routes; no route may be added here.
+    /// Adds layers and a fallback around the routes; `wrap` must not add routes, which would be
+    /// missing in the list.
     #[must_use]
     pub fn around(self, wrap: impl FnOnce(Router<AppState>) -> Router<AppState>) -> Self {
         Self { router: wrap(self.router), paths: self.paths }
     }
 
-    /// The paths, each once, in order.
+    /// Returns the paths, sorted and unique.
     #[must_use]
     pub fn paths(&self) -> Vec<String> {
         let mut paths = self.paths.clone();
@@ -69,16 +71,17 @@ impl Routes {
         paths
     }
 
-    /// The router.
+    /// Returns the router.
     pub fn into_router(self) -> Router<AppState> {
         self.router
     }
 }
 
-/// How a handler answers.
+/// The future of a handler's response.
 type Answer = Pin<Box<dyn Future<Output = Response> + Send>>;
 
-/// A handler without a type of its own: what axum puts around a handler is compiled once, and not for each of them.
+/// A type-erased handler: axum's code around a handler is compiled once instead of once per
+/// handler.
 #[derive(Clone)]
 struct ErasedHandler(Arc<dyn Fn(Request, AppState) -> Answer + Send + Sync>);
 
@@ -96,12 +99,12 @@ impl Handler<(), AppState> for ErasedHandler {
     }
 }
 
-/// Answers `GET` and `HEAD` by a handler.
+/// Routes `GET` and `HEAD` to a handler.
 pub fn get<T: 'static>(handler: impl Handler<T, AppState, Future = Answer>) -> MethodRouter<AppState> {
     routing::get(ErasedHandler::new(handler))
 }
 
-/// Answers `POST` by a handler.
+/// Routes `POST` to a handler.
 pub fn post<T: 'static>(handler: impl Handler<T, AppState, Future = Answer>) -> MethodRouter<AppState> {
     routing::post(ErasedHandler::new(handler))
 }

@@ -1,4 +1,4 @@
-//! What is counted of requests, and whether the database takes writes: for whoever keeps the service running.
+//! Request metrics, and the probe of database writes, for operators.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -9,10 +9,10 @@ use axum::http::StatusCode;
 use model::Moment;
 use tokio::sync::Mutex;
 
-/// Upper ends of the classes of answering times, in µs.
+/// Upper bounds of the histogram buckets of response times, in µs.
 const TIMES_US: [u64; 8] = [5_000, 10_000, 25_000, 50_000, 150_000, 500_000, 2_000_000, 10_000_000];
 
-/// Requests answered since the start, by the first digit of their status and by how long they took.
+/// Requests answered since the start, by the first digit of their status and by their duration.
 #[derive(Debug, Default)]
 pub struct Counters {
     by_class: [AtomicU64; 5],
@@ -22,13 +22,13 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Counts an answer by its status and by its time.
+    /// Counts a response by its status and duration.
     pub fn count(&self, status: StatusCode, took_us: u64) {
         let class = usize::from(status.as_u16() / 100).saturating_sub(1);
         if let Some(counter) = self.by_class.get(class) {
             counter.fetch_add(1, Ordering::Relaxed);
         }
-        // Prometheus counts each answer in every class that it fits.
+        // Prometheus buckets are cumulative.
         for (_, counter) in TIMES_US.iter().zip(&self.by_time).filter(|(end, _)| took_us <= **end) {
             counter.fetch_add(1, Ordering::Relaxed);
         }
@@ -36,7 +36,7 @@ impl Counters {
         self.total_us.fetch_add(took_us, Ordering::Relaxed);
     }
 
-    /// The counters as families of figures.
+    /// Returns the counters as metric families.
     #[must_use]
     pub fn list_families(&self) -> Vec<MetricFamily> {
         let now = |counter: &AtomicU64| counter.load(Ordering::Relaxed) as f64;
@@ -68,19 +68,20 @@ impl Counters {
     }
 }
 
-/// Longest that a write may take, ...
+/// Maximum duration of a test write, ...
 const LONGEST_BEAT: Duration = Duration::from_secs(4);
-/// ... and how often one is tried, in µs.
+/// ... and minimum time between two of them, in µs.
 const BEAT_EVERY_US: i64 = 5_000_000;
 
-/// Whether the database took a write when that was last tried. However often somebody asks, it is tried once in
-/// [`BEAT_EVERY_US`].
+/// Whether the database accepted the last test write. It is repeated at most once per
+/// [`BEAT_EVERY_US`], however often it is queried.
 #[derive(Debug, Default)]
 pub struct Pulse(Mutex<Option<(Moment, bool)>>);
 
 impl Pulse {
-    /// Whether it takes one now, or did a moment ago.
+    /// Whether the database accepts a write now, or did at the last test.
     pub async fn is_beating(&self, state: &Service) -> bool {
+        // Held during the test write, so that concurrent probes share its result.
         let mut last = self.0.lock().await;
         let now = state.clock.now();
         match *last {
@@ -94,7 +95,7 @@ impl Pulse {
     }
 }
 
-/// Whether the database takes a write in time.
+/// Whether the database accepts a write in time.
 async fn beat(state: &Service) -> bool {
     match tokio::time::timeout(LONGEST_BEAT, state.db.beat(state.clock.now())).await {
         Ok(Ok(())) => return true,
@@ -104,63 +105,63 @@ async fn beat(state: &Service) -> bool {
     false
 }
 
-/// What a figure may do: a gauge goes up and down, the others only grow.
+/// Kind of a metric: gauges go up and down, the others only grow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MetricKind {
     /// Goes up and down.
     Gauge,
     /// Only grows.
     Counter,
-    /// Counts by classes, which only grow.
+    /// Cumulative buckets, which only grow.
     Histogram,
 }
 
-/// A figure of a family.
+/// A sample of a family.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MetricFigure {
-    /// What follows the family's name.
+    /// Suffix of the family's name.
     pub suffix: &'static str,
-    /// Name and value of what it is told apart by.
+    /// Name and value of its label.
     pub label: Option<(&'static str, String)>,
     /// In the family's unit.
     pub value: f64,
 }
 
 impl MetricFigure {
-    /// A figure with a label.
+    /// Returns a sample with a label.
     #[must_use]
     pub fn labelled(label: &'static str, named: String, value: f64) -> Self {
         Self { suffix: "", label: Some((label, named)), value }
     }
 }
 
-/// Figures of one meaning.
+/// Samples of one metric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MetricFamily {
     /// Name of the family.
     pub name: &'static str,
-    /// Kind of its figures.
+    /// Kind of the metric.
     pub kind: MetricKind,
-    /// One sentence for people.
+    /// Help text, one sentence.
     pub help: &'static str,
-    /// Its figures.
+    /// Its samples.
     pub figures: Vec<MetricFigure>,
 }
 
 impl MetricFamily {
-    /// Figures that go up and down.
+    /// Returns a family of gauges.
     #[must_use]
     pub fn gauges(name: &'static str, help: &'static str, figures: Vec<MetricFigure>) -> Self {
         Self { name, kind: MetricKind::Gauge, help, figures }
     }
 
-    /// A figure without a label that goes up and down.
+    /// Returns a family with a single gauge without a label.
     #[must_use]
     pub fn gauge(name: &'static str, help: &'static str, value: f64) -> Self {
         Self::gauges(name, help, vec![MetricFigure { suffix: "", label: None, value }])
     }
 
-    /// As Prometheus reads it: what it is, then each figure with its label.
+    /// Formats the family in the text format of Prometheus.
     #[must_use]
     pub fn write(&self) -> String {
         let Self { name, kind, help, figures } = self;

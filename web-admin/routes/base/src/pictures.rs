@@ -1,4 +1,4 @@
-//! `/exercises/{id}/pictures/{number}`: the pictures of a briefing, for whoever may read it.
+//! `/exercises/{id}/pictures/{number}`: the pictures of a briefing, for everyone who may read it.
 
 use acts::error::Error;
 use axum::extract::{Path, Query, State};
@@ -17,23 +17,23 @@ use crate::AppState;
 use crate::auth::Visitor;
 use crate::error::PageError;
 
-/// Under the address that holds its hash a picture never changes; under any other it is asked for again. It is the school's: no cache that
-/// others share may keep it.
+/// A picture whose address contains its hash never changes; under any other address it is
+/// revalidated. It belongs to a school, so shared caches must not store it.
 const FOREVER: &str = "private, max-age=31536000, immutable";
 const ASK_AGAIN: &str = "private, no-cache";
-/// A picture brings nothing with it, runs nothing and is nobody's page.
+/// A picture loads nothing, runs nothing and cannot act as a page of the service.
 const NOTHING_ELSE: &str = "default-src 'none'; sandbox";
 
-/// Which version of a picture is asked for.
+/// The version in the address of a picture.
 #[derive(Debug, Default, Deserialize)]
 pub struct PictureQuery {
     v: Option<String>,
 }
 
-/// Answers with a picture of an exercise's briefing.
+/// Serves a picture of an exercise's briefing.
 ///
 /// # Errors
-/// When there is no such picture.
+/// When the picture does not exist.
 pub async fn serve_exercise_picture(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -44,7 +44,8 @@ pub async fn serve_exercise_picture(
     Ok(answer_picture(&find_picture(&state, person.school_id, &id, &number).await?, &asked, &headers)?)
 }
 
-/// A picture of the revision that trainees are given, by its number from 1. What is no number names nothing.
+/// Returns a picture of the current revision, by its number from 1. A malformed number is answered
+/// like an unknown one.
 pub async fn find_picture(
     state: &AppState,
     school: SchoolId,
@@ -57,7 +58,8 @@ pub async fn find_picture(
     found.ok_or(Error::NotFound)
 }
 
-/// A picture as an answer, or 304 where the browser has it. Its type is that which was decoded.
+/// Returns a picture as a response, or 304 if the browser has the current one. Its media type
+/// follows from its file name, which matches the decoded format.
 pub fn answer_picture(picture: &PictureBytes, asked: &PictureQuery, headers: &HeaderMap) -> Result<Response, Error> {
     let tag = format!("\"{}\"", picture.sha256);
     let is_named = asked.v.as_deref() == Some(picture_version(&picture.sha256));
@@ -76,7 +78,7 @@ pub fn answer_picture(picture: &PictureBytes, asked: &PictureQuery, headers: &He
     Ok((headers, picture.bytes.clone()).into_response())
 }
 
-/// The pictures of a revision as its page shows them.
+/// Returns the pictures of a revision as its page shows them.
 pub async fn list_at_hand(
     state: &AppState,
     school: SchoolId,
@@ -88,7 +90,7 @@ pub async fn list_at_hand(
     Ok(numbered.map(|(picture, number)| place_picture(&page, &number.to_string(), picture)).collect())
 }
 
-/// A picture at an address among those of a page.
+/// Returns a picture with its address below that of a page.
 pub fn place_picture(page: &str, place: &str, picture: StoredPicture) -> PictureAtHand {
     let src = picture_address(page, place, &picture.sha256);
     PictureAtHand { src, name: picture.name, size: [picture.width, picture.height] }

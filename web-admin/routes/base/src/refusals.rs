@@ -1,7 +1,7 @@
-//! What somebody may not have is refused, and written down: who asked, for what, from where.
+//! Logs refused requests: who asked, for what, from where.
 //!
-//! An object of another school, or of a cohort that is none of theirs, is answered like one that does not exist, so each of these is noted: which
-//! of them it was, the answer does not tell, and neither does the time it takes.
+//! An object of another school or cohort is answered like one that does not exist, and both cases
+//! are logged: neither the response nor its timing discloses which of the two it was.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -22,18 +22,19 @@ use uuid::Uuid;
 
 use crate::error::Denied;
 
-/// Refusals of one asker that are written down one by one, and the pace afterwards: nobody fills the log.
+/// Number of refusals logged individually per asker, and the interval for further ones, so that no
+/// client can flood the log.
 const NOTE_BURST: NonZeroU32 = NonZeroU32::new(20).unwrap();
 const NOTE_PERIOD: Duration = Duration::from_secs(30);
 
-/// Who asked.
+/// The client of a refused request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Asker {
     /// A person, by id.
     Person(PersonId),
     /// A training station, by id.
     Station(StationId),
-    /// Somebody whose token is none, or is good no more.
+    /// A caller with an invalid or expired token.
     Stranger(IpAddr),
 }
 
@@ -47,7 +48,7 @@ impl fmt::Display for Asker {
     }
 }
 
-/// Who asked, and as what.
+/// An asker with their role.
 #[derive(Clone, Copy, Debug)]
 pub struct KnownAsker {
     who: Asker,
@@ -66,11 +67,11 @@ impl From<&CallingStation> for KnownAsker {
     }
 }
 
-/// What was asked for, and from where.
+/// The request, and the address of its client.
 #[derive(Debug)]
 pub struct RequestFacts {
     method: Method,
-    /// As it is registered, with names in place of ids; absent where there is no such address.
+    /// The route's pattern with parameter names in place of ids; `None` if no route matches.
     route: Option<MatchedPath>,
     /// The last id in the address.
     object: Option<Uuid>,
@@ -78,7 +79,7 @@ pub struct RequestFacts {
 }
 
 impl RequestFacts {
-    /// By a request that is about to be answered.
+    /// Returns the facts of a request before it is handled.
     pub fn by(request: &Request, from: IpAddr) -> Self {
         let parts = request.uri().path().rsplit('/');
         Self {
@@ -90,7 +91,7 @@ impl RequestFacts {
     }
 }
 
-/// Writes refusals down, each asker's so many.
+/// Logs refusals, rate-limited per asker.
 #[derive(Debug)]
 pub struct RefusalLog {
     pace: DefaultKeyedRateLimiter<Asker>,
@@ -104,15 +105,15 @@ impl Default for RefusalLog {
 }
 
 impl RefusalLog {
-    /// Writes down what somebody was refused, where that is what the answer says.
+    /// Logs a refusal, if the response is one.
     pub fn note(&self, asker: KnownAsker, asked: &RequestFacts, answer: &Response) {
-        // An address that nothing answers at is nobody's to be refused.
+        // A path without a route is no object that could be refused.
         if answer.extensions().get::<Denied>().is_some() && asked.route.is_some() {
             self.write(asker, asked, answer.status().as_u16());
         }
     }
 
-    /// Writes down that a token was shown that is none, or is good no more.
+    /// Logs that an invalid or expired token was used.
     pub fn note_token(&self, asked: &RequestFacts) {
         self.write(KnownAsker { who: Asker::Stranger(asked.from), role: "none" }, asked, 401);
     }
@@ -128,7 +129,8 @@ impl RefusalLog {
         tracing::warn!(%who, role, %method, route, object, status, %from, "refused: not theirs, or not there");
     }
 
-    /// Tells how many refusals were not written down one by one, and forgets whoever was refused nothing for a while.
+    /// Logs the number of refusals that were not logged individually, and forgets askers without
+    /// recent ones.
     pub fn tidy(&self) {
         let untold = std::mem::take(&mut *self.untold.lock().unwrap_or_else(PoisonError::into_inner));
         for (who, count) in untold {

@@ -1,4 +1,4 @@
-//! From a configuration to a running service.
+//! The state of a running service.
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -15,30 +15,31 @@ use crate::examining::examine_draft;
 use crate::monitoring::{Counters, Pulse};
 use crate::refusals::RefusalLog;
 
-/// What every handler may use: what acts use, reached as if it lay here, and what only requests need.
+/// State shared by all handlers: the state of `acts`, reachable by `Deref`, and the parts that only
+/// requests need.
 #[derive(Clone, Debug)]
 pub struct AppState {
-    /// What acts use.
+    /// State of `acts`.
     pub service: Service,
-    /// What somebody was refused that is not theirs, written down.
+    /// Log of refused requests.
     pub refusals: Arc<RefusalLog>,
-    /// What `/metrics` counts.
+    /// Counters of `/metrics`.
     pub counters: Arc<Counters>,
-    /// What `/readyz` asks.
+    /// Database probe of `/readyz`.
     pub pulse: Arc<Pulse>,
-    /// Whether this service is about to stop, and wants no further requests.
+    /// Whether this service is about to stop and should receive no further requests.
     pub leaving: Arc<AtomicBool>,
-    /// Held while a letter is on its way, and by whoever would have none on its way.
+    /// Locked while a mail is being sent, and by a shutdown that waits for it.
     pub letter_in_hand: Arc<Mutex<()>>,
-    /// How far the look through the database is that began with the service.
+    /// Progress of the database check that started with the service.
     pub inspection: Arc<Inspection>,
 }
 
 impl AppState {
-    /// Makes the folders, opens the database and brings its schema up to date.
+    /// Creates the folders, opens the database and migrates its schema.
     ///
     /// # Errors
-    /// When a folder cannot be made, or the database cannot be opened or migrated.
+    /// When a folder cannot be created, or the database cannot be opened or migrated.
     pub async fn open(config: Config, clock: Clock) -> anyhow::Result<Self> {
         Ok(Self {
             service: Service { examine_draft, ..Service::open(config, clock).await? },
@@ -51,7 +52,7 @@ impl AppState {
         })
     }
 
-    /// The same service at another time.
+    /// Returns the same service with its clock fixed at another time.
     #[must_use]
     pub fn at(&self, now: Moment) -> Self {
         Self { service: Service { clock: Clock::fixed(now), ..self.service.clone() }, ..self.clone() }

@@ -1,4 +1,4 @@
-//! Files, whole or in ranges of their bytes: from this machine's disk, or as they come from a store elsewhere.
+//! Serves files, whole or as byte ranges, from the local disk or streamed from an object store.
 
 use std::ops::Range;
 use std::path::Path;
@@ -12,7 +12,7 @@ use axum::response::{IntoResponse, Response};
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 
-/// What is stored, whole or a range of its bytes.
+/// Serves a stored file, whole or as a byte range.
 pub async fn serve_stored(file: StoredFile, request: Request) -> Result<Response, Error> {
     match file {
         StoredFile::Local(path) => Ok(serve_file(&path, request).await),
@@ -23,13 +23,14 @@ pub async fn serve_stored(file: StoredFile, request: Request) -> Result<Response
     }
 }
 
-/// A file, whole or a range of its bytes; opened when this returns.
+/// Serves a local file, whole or as a byte range; the file is open when this returns.
 pub async fn serve_file(path: &Path, request: Request) -> Response {
     let Ok(found) = ServeFile::new(path).oneshot(request).await;
     found.into_response()
 }
 
-/// An object, whole or a range of its bytes, none of which are held here; or what a head says of it.
+/// Streams an object, whole or as a byte range, without buffering it; sends only the headers for
+/// HEAD.
 async fn serve_object(object: &StoredObject, asked: AskedRange, head_only: bool) -> Result<Response, Error> {
     let size = object.size;
     let (status, range) = match asked {
@@ -54,16 +55,16 @@ async fn serve_object(object: &StoredObject, asked: AskedRange, head_only: bool)
     Ok(response)
 }
 
-/// Which bytes are asked for.
+/// The requested byte range.
 #[derive(Debug, PartialEq, Eq)]
 enum AskedRange {
     Whole,
     Part(Range<u64>),
-    /// None that are there, or several ranges, which are not served.
+    /// Not satisfiable, malformed, or several ranges, which are not supported.
     Nowhere,
 }
 
-/// Which bytes of so many a request asks for (RFC 9110, 14.2).
+/// Returns the byte range that a request asks for (RFC 9110, 14.2) in an object of `size` bytes.
 fn asked_range(headers: &HeaderMap, size: u64) -> AskedRange {
     let Some(asked) = headers.get(header::RANGE) else { return AskedRange::Whole };
     let range = asked.to_str().ok().and_then(|asked| asked.trim().strip_prefix("bytes=")).and_then(|asked| {
@@ -79,7 +80,7 @@ fn asked_range(headers: &HeaderMap, size: u64) -> AskedRange {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a viewer gets other bytes than it has asked for.
+    //! Fails when a viewer receives other bytes than requested.
 
     use axum::http::HeaderValue;
 

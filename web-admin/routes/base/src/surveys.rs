@@ -1,4 +1,4 @@
-//! Surveys, as pages and programs ask them: when, in which language, under which terms.
+//! Surveys, as used by pages and the API: when they are due, in which language, under which terms.
 
 use acts::error::Error;
 use acts::surveys::instrument_of;
@@ -14,7 +14,8 @@ use words::Language;
 
 use crate::AppState;
 
-/// How many attempts somebody has yet to make before a survey is asked: those of a study that asks it at its end.
+/// Returns the number of attempts that a person still has to make before a survey is due: those of
+/// a study that asks it at its end.
 ///
 /// # Errors
 /// When the database fails.
@@ -26,7 +27,8 @@ pub async fn open_attempts(state: &AppState, survey: &Survey, person: PersonId) 
     }
 }
 
-/// What is asked after an attempt of the visitor's own and not answered yet: title, address and minutes.
+/// Returns title, address and duration in min of each unanswered survey after an attempt of the
+/// visitor's own.
 ///
 /// # Errors
 /// When the database fails.
@@ -50,18 +52,20 @@ pub async fn list_surveys_after(
     Ok(found)
 }
 
-/// The languages that somebody would like: what a browser asks for, and first what they have chosen here.
+/// Returns the preferred languages: the one chosen in this service, followed by those of the
+/// browser.
 #[must_use]
 pub fn preferred_languages(headers: &HeaderMap) -> String {
     let asked = headers.get(ACCEPT_LANGUAGE).and_then(|value| value.to_str().ok()).unwrap_or_default();
-    // Without a choice, English is spoken where there are no pages in any language asked for; an instrument may know it.
+    // English is also the fallback for browsers in unsupported languages, and an instrument may
+    // support those.
     match words::current() {
         Language::ENGLISH => asked.to_owned(),
         chosen => format!("{chosen},{asked}"),
     }
 }
 
-/// What somebody is told before the first question.
+/// Returns the information shown before the first question.
 #[must_use]
 pub fn terms_of_survey(answering: &TermsOf<'_>, wanted: &str) -> Terms {
     let language = answering.instrument.language_for(wanted).to_owned();
@@ -76,13 +80,13 @@ pub fn terms_of_survey(answering: &TermsOf<'_>, wanted: &str) -> Terms {
     }
 }
 
-/// What the terms are of.
+/// The subject of survey terms.
 #[derive(Clone, Copy, Debug)]
 pub struct TermsOf<'a> {
     /// The survey.
     pub survey: &'a Survey,
-    /// What it asks.
+    /// Its instrument.
     pub instrument: &'a documents::Instrument,
-    /// It is asked after an attempt.
+    /// Whether it is asked after an attempt.
     pub after_attempt: bool,
 }

@@ -1,6 +1,8 @@
-//! Pages about people and their school: signing in, accounts, lists, consents, settings, the audit log.
+//! Pages about people and their school: signing in, accounts, lists, consents, settings, the audit
+//! log.
 //!
-//! Whatever asks the database fails when the database does; a function says only what else it refuses.
+//! Functions that query the database fail when the database does; `# Errors` sections list only the
+//! other causes.
 
 #[macro_use(tr)]
 extern crate words;
@@ -13,7 +15,7 @@ mod signing_in;
 
 pub use signing_in::sign_in_routes;
 
-/// Pages for a person who is signed in.
+/// Returns the pages for signed-in people.
 #[must_use]
 pub fn people_routes() -> Routes {
     signing_in::own_routes().merge(people::directory_routes()).merge(operations::operation_routes())

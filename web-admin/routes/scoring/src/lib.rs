@@ -1,6 +1,7 @@
-//! Pages about attempts: how they were judged, their replay, grades and reviews, ratings, marked pops.
+//! Pages about attempts: their scores, replays, grades and reviews, ratings, marked pops.
 //!
-//! Whatever asks the database fails when the database does; a function says only what else it refuses.
+//! Functions that query the database fail when the database does; `# Errors` sections list only the
+//! other causes.
 
 #[macro_use(tr)]
 extern crate words;
@@ -17,7 +18,7 @@ mod segments;
 mod sessions;
 mod supervision;
 
-/// Pages for a person who is signed in.
+/// Returns the pages for signed-in people.
 #[must_use]
 pub fn scoring_routes() -> Routes {
     Routes::new()
@@ -40,7 +41,7 @@ pub fn scoring_routes() -> Routes {
         .merge(regrading::regrading_routes())
 }
 
-/// Recordings that a person has made an address for: for anybody who has it.
+/// Returns the public route of shared recordings, which requires the token in their address.
 #[must_use]
 pub fn linked_routes() -> Routes {
     Routes::new().route("/recordings/{token}/{file}", get(links::open_link).options(links::open_link))

@@ -1,4 +1,5 @@
-//! Recordings for viewers elsewhere: short-lived addresses, readable in ranges from exactly those viewers' pages.
+//! Recordings for external viewers: short-lived addresses, readable in ranges by pages of exactly
+//! those viewers.
 
 use acts::error::Error;
 use acts::recording_links::{self, LINK_LIFETIME_S};
@@ -16,7 +17,7 @@ use routes_base::error::PageError;
 use routes_base::stored_files::serve_stored;
 use store::{links, sessions};
 
-/// Viewers: name, origin, and the address that a recording's own is appended to.
+/// Viewers: name, origin, and the address that the recording's address is appended to.
 const VIEWERS: [(&str, &str, &str); 3] = [
     ("Foxglove", "https://app.foxglove.dev", "https://app.foxglove.dev/~/view?ds=remote-file&ds.url="),
     (
@@ -27,7 +28,8 @@ const VIEWERS: [(&str, &str, &str); 3] = [
     ("Rerun", "https://app.rerun.io", "https://app.rerun.io/?url="),
 ];
 
-/// Makes an address for the recording and shows where it may be opened. Not by a redirect: it would have to be kept.
+/// Creates an address for the recording and renders the links to the viewers directly: with a
+/// redirect it would have to be stored.
 pub(super) async fn make_link(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -49,7 +51,7 @@ pub(super) async fn make_link(
     })
 }
 
-/// The recording of a link, whole or a range of its bytes, to be read from the viewers' pages.
+/// Serves the recording of a link, whole or as a byte range, also to the viewers' pages.
 pub(super) async fn open_link(
     State(state): State<AppState>,
     path: Result<Path<(String, String)>, axum::extract::rejection::PathRejection>,
@@ -67,7 +69,7 @@ pub(super) async fn open_link(
     Ok(share_with_viewers(response, origin.as_ref()))
 }
 
-/// Lets a page of a viewer read the answer, and no other page.
+/// Lets pages of the viewers read the response, and no other origin.
 fn share_with_viewers(mut response: Response, origin: Option<&HeaderValue>) -> Response {
     let known = VIEWERS.iter().find(|(_, viewer, _)| origin.is_some_and(|origin| origin == viewer));
     let headers = response.headers_mut();

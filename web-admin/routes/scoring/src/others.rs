@@ -1,4 +1,4 @@
-//! What the metrics of an attempt are beside: those of the cohort's others, and the experts'.
+//! The metrics of others to compare an attempt with: the rest of the cohort, and the experts.
 
 use std::collections::BTreeMap;
 
@@ -12,10 +12,11 @@ use store::scores::{self, ValueOfMany};
 use store::sessions::Session;
 use store::{experts, practice, schools};
 
-/// Most others of the cohort, and most experts: enough for quartiles, and cheap.
+/// Maximum number of others of the cohort, and of experts: enough for quartiles, and cheap.
 const MOST: u32 = 24;
 
-/// The quartiles of each metric among others who tried the same exercise; none where they are fewer than five.
+/// Returns the quartiles of each metric among others who attempted the same exercise; none for
+/// fewer than five.
 pub(super) async fn spreads_beside(
     state: &AppState,
     viewer: &CurrentPerson,
@@ -53,7 +54,7 @@ pub(super) async fn spreads_beside(
     Ok(spreads)
 }
 
-/// A metric in the attempts of others, in its unit.
+/// Values of a metric in the attempts of others, in its unit.
 #[derive(Default)]
 struct ValuesBeside {
     cohort: Vec<f64>,

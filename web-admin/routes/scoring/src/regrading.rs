@@ -1,4 +1,5 @@
-//! `/exercises/{id}/regrade` and `/regradings/{id}`: every attempt at an exercise by another rubric.
+//! `/exercises/{id}/regrade` and `/regradings/{id}`: grades every attempt at an exercise by another
+//! rubric.
 
 use acts::error::Error;
 use acts::regrading::exercise as regrading;
@@ -22,7 +23,7 @@ use serde::Deserialize;
 use store::regradings::Regrading;
 use store::{exercises, regradings};
 
-/// Attempts on one page.
+/// Attempts per page.
 const PER_PAGE: u32 = 50;
 
 pub(super) fn regrading_routes() -> Routes {
@@ -93,7 +94,7 @@ async fn look_at_regrading(
     Ok(Redirect::to(&regrading_href(id)))
 }
 
-/// Which attempts are listed, and after which.
+/// Filter of the listed attempts, and the attempt after which the page begins.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(default)]
 struct RegradingLinesQuery {
@@ -149,7 +150,7 @@ async fn make_regrading_page(
     })
 }
 
-/// Work that is done, of all: attempts looked at, or scores added.
+/// Returns the completed and total work: attempts evaluated, or scores added.
 async fn progress_of_regrading(state: &AppState, regrading: &Regrading) -> Result<(i64, i64), Error> {
     let reader = state.db.reader();
     match regrading.state {
@@ -162,7 +163,7 @@ async fn progress_of_regrading(state: &AppState, regrading: &Regrading) -> Resul
     }
 }
 
-/// What is confirmed, and why.
+/// Confirmation of a previewed re-grading, with its reason.
 #[derive(Deserialize)]
 struct ConfirmRegradingForm {
     #[serde(default)]

@@ -1,4 +1,4 @@
-//! `/sessions/{id}/replay`: an attempt to be watched again, and what is said about it.
+//! `/sessions/{id}/replay`: the replay of an attempt, with its comments.
 
 use acts::error::Error;
 use acts::{comments as said, consents, notices};
@@ -30,16 +30,16 @@ use store::{comments, reports, reviews};
 
 use crate::sessions as attempts;
 
-/// What the address may add.
+/// Query parameters of the replay.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct ReplayQuery {
-    /// An attempt to lay over it; empty for none.
+    /// An attempt to overlay; empty for none.
     #[serde(default)]
     with: String,
-    /// The second at which it opens; empty for the beginning.
+    /// Time at which the replay opens, in s; empty for the beginning.
     #[serde(default)]
     t: String,
-    /// By which part of the review queue it was come to.
+    /// The filter of the review queue from which the page was opened.
     #[serde(flatten)]
     asked: AskedReviews,
 }
@@ -56,7 +56,7 @@ pub(super) async fn show_replay(
     Ok(make_replay_page(&state, Visit::new(&person, &csrf), &session, CommentForm::default(), query).await?)
 }
 
-/// An attempt that a person may see.
+/// Returns an attempt that a person may see.
 async fn find_visible_attempt(state: &AppState, person: &CurrentPerson, id: SessionId) -> Result<Session, Error> {
     sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
@@ -101,7 +101,7 @@ async fn make_replay_page(
     })
 }
 
-/// The step through the review queue, for whoever teaches.
+/// Returns the review controls, for teachers.
 async fn look_at(
     state: &AppState,
     person: &CurrentPerson,
@@ -115,10 +115,10 @@ async fn look_at(
     Ok(Some(ReviewLook { reviewed, filter: ReviewFilter::asked(&query.asked) }))
 }
 
-/// What the address names in place of an attempt, for the experts' median.
+/// Value of `with` that selects the experts' median instead of an attempt.
 const EXPERTS: &str = "experts";
 
-/// An attempt beside the experts, and the way of their median.
+/// The comparison of an attempt with the experts, and the path of their median.
 struct ExpertsBeside {
     shown: BesideExperts,
     ghost: Vec<GhostStretch>,
@@ -142,7 +142,7 @@ pub(super) struct ConsentForm {
     consent: String,
 }
 
-/// Gives or takes back the visitor's own consent to be one of the experts.
+/// Gives or withdraws the visitor's own consent to be one of the experts.
 pub(super) async fn change_own_consent(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -162,7 +162,8 @@ pub(super) async fn change_own_consent(
     Ok(Redirect::to("/review"))
 }
 
-/// Attempts at the same exercise that the visitor may see, the trainee's own among them.
+/// Returns other scored attempts at the same exercise that the visitor may see, including those of
+/// the same trainee.
 async fn other_attempts(
     state: &AppState,
     person: &CurrentPerson,
@@ -178,7 +179,7 @@ async fn other_attempts(
     Ok(scored.map(|o| OtherAttempt { session: o.id, label: label(&o), chosen: Some(o.id) == chosen }).collect())
 }
 
-/// Comments with their answers.
+/// Returns comments with their answers.
 fn comment_views(kept: &[CommentRecord], visitor: &CurrentPerson) -> Vec<CommentView> {
     let said = |kept: &CommentRecord| Utterance {
         body: kept.body.clone(),
@@ -194,7 +195,7 @@ fn comment_views(kept: &[CommentRecord], visitor: &CurrentPerson) -> Vec<Comment
     kept.iter().filter_map(view).collect()
 }
 
-/// Adds a comment; what is refused is shown again as it was typed.
+/// Adds a comment; a refused one is shown again with the input.
 pub(super) async fn add_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -244,7 +245,7 @@ pub(super) async fn answer_comment(
     Ok(FormAnswer::Answered(redirect_to_comment(id, made)))
 }
 
-/// Takes back what the visitor said themselves.
+/// Withdraws a comment or an answer of the visitor's own.
 pub(super) async fn withdraw_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,

@@ -1,4 +1,4 @@
-//! `/review`, and the pages of a grade: who judged what, when, why.
+//! `/review`, and the pages of a grade with its history and reasons.
 
 use acts::error::Error;
 use acts::regrading::{Regrader, Rubric};
@@ -32,7 +32,7 @@ use store::{exercises, ratings, regradings, reports, reviews, supervisions};
 
 use crate::sessions as attempts;
 
-/// Which part of the queue is asked for.
+/// Filter and position of the review queue.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct QueueQuery {
     #[serde(flatten)]
@@ -99,12 +99,12 @@ fn make_waiting_row(waiting: WaitingReview) -> WaitingRow {
     }
 }
 
-/// An attempt that a person may see.
+/// Returns an attempt that a person may see.
 async fn find_visible_attempt(state: &AppState, person: &CurrentPerson, id: SessionId) -> Result<Session, Error> {
     sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
 
-/// An attempt that a person may judge, which is scored.
+/// Returns a scored attempt that a person may grade.
 pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: SessionId) -> Result<Session, Error> {
     let session = find_visible_attempt(state, person, id).await?;
     match grades::find_grade(state.db.reader(), session.key()).await? {
@@ -151,7 +151,7 @@ async fn make_grade_page(
     })
 }
 
-/// What raters gave, by round and score.
+/// Returns the means of the finished ratings, by round and score.
 async fn means_of_ratings(
     state: &AppState,
     person: &CurrentPerson,
@@ -214,7 +214,7 @@ fn grade_history(
     history
 }
 
-/// Puts another score in place of the computed one. Without a reason it is refused, and what was typed stays.
+/// Overrides the computed score. Without a reason it is refused, and the input is shown again.
 pub(super) async fn put_override(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -242,7 +242,7 @@ pub(super) struct ReasonForm {
     reason: String,
 }
 
-/// Lets the computed score count again.
+/// Withdraws the override, so that the computed score counts again.
 pub(super) async fn withdraw_override(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -268,15 +268,16 @@ pub(super) async fn withdraw_override(
 pub(super) struct MarkForm {
     #[serde(default)]
     mark: String,
-    /// Where it goes on: `next` for the next attempt of the queue, `stay` for the replay, else the page of the grade.
+    /// Page to open next: `next` for the next attempt of the queue, `stay` for the replay, else the
+    /// page of the grade.
     #[serde(default)]
     then: String,
-    /// The part of the queue.
+    /// The filter of the review queue.
     #[serde(flatten)]
     asked: AskedReviews,
 }
 
-/// Marks an attempt as looked at, or puts it back into the queue.
+/// Marks an attempt as reviewed, or returns it to the queue.
 pub(super) async fn mark_reviewed(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -301,7 +302,7 @@ pub(super) async fn mark_reviewed(
     })
 }
 
-/// The replay of what waits first; the queue itself where nothing does.
+/// Redirects to the replay of the first attempt in the queue; to the queue itself if it is empty.
 async fn lead_to_next(state: &AppState, person: &CurrentPerson, filter: &ReviewFilter) -> Result<Response, Error> {
     let waiting = reviews::list_review_queue(state.db.reader(), person, filter, None).await?;
     let to = waiting.first().map_or_else(|| queue_href(filter, None), |first| replay_in_queue(first.id, filter));
@@ -314,7 +315,7 @@ fn replay_in_queue(session: SessionId, filter: &ReviewFilter) -> String {
     format!("/sessions/{session}/replay{mark}{query}")
 }
 
-/// What the attempt would score by the rubric of today.
+/// Shows the attempt's score by the current rubric.
 pub(super) async fn preview_regrade(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -352,7 +353,8 @@ async fn assess_by_today(state: &AppState, session: &Session) -> Result<Assessme
     rubric.ok_or_else(not_taught)?.judge(state, session).await
 }
 
-/// Grades the attempt by the rubric of today. Without a reason it is refused, and what was typed stays.
+/// Grades the attempt by the current rubric. Without a reason it is refused, and the input is shown
+/// again.
 pub(super) async fn regrade_attempt(
     State(state): State<AppState>,
     Teacher(person): Teacher,

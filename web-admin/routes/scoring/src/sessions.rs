@@ -67,13 +67,13 @@ pub(super) async fn show_session(
     })
 }
 
-/// The title of the exercise that was attempted.
+/// Returns the current title of the attempted exercise, or its id if it is no longer taught.
 pub(super) async fn title_of_exercise(state: &AppState, session: &Session) -> Result<String, Error> {
     let taught = exercises::find_current_revision(state.db.reader(), session.school_id, &session.exercise_id).await?;
     Ok(taught.map_or_else(|| session.exercise_id.clone(), |taught| taught.title))
 }
 
-/// Name and page of the trainee, where the visitor is somebody else.
+/// Returns name and page of the trainee, unless the visitor is the trainee.
 pub(super) async fn name_of_trainee(
     state: &AppState,
     person: &CurrentPerson,
@@ -120,7 +120,8 @@ async fn outcome_of_session(
     Ok(SessionOutcome::Scored(Box::new(JudgementView::new(&graded))))
 }
 
-/// The exercise with the rubric that has judged: after a re-grade it is another than the trainee was shown.
+/// Returns the exercise with the rubric that was applied: after a re-grade it differs from the one
+/// shown to the trainee.
 async fn judging_exercise(
     state: &AppState,
     session: &Session,
@@ -134,13 +135,13 @@ async fn judging_exercise(
     Ok(rubric.map_or_else(|| asked.clone(), |rubric| rubric.judging(asked)))
 }
 
-/// The names of the structures that are to be reached.
+/// Returns the names of the target structures.
 fn names_of_targets(bundle: &ExerciseBundle) -> Vec<String> {
     let targets = bundle.scene.structures.iter().filter(|structure| structure.spec.kind == StructureKind::Target);
     targets.map(|structure| structure.spec.name.clone()).collect()
 }
 
-/// The override that counts, if one does.
+/// Returns the override in force, if there is one.
 async fn ruling_on_session(state: &AppState, session: &Session) -> Result<Option<Ruling>, Error> {
     let newest = grades::list_overrides(state.db.reader(), session.key()).await?.pop();
     Ok(newest.and_then(|made| {
@@ -149,7 +150,8 @@ async fn ruling_on_session(state: &AppState, session: &Session) -> Result<Option
     }))
 }
 
-/// Why it counts nowhere, and the attempt that it repeats, where the visitor may see that.
+/// Returns why an attempt does not count, and the page of the attempt that it duplicates, if the
+/// visitor may see that.
 async fn why_uncounted(
     state: &AppState,
     person: &CurrentPerson,
@@ -163,7 +165,7 @@ async fn why_uncounted(
     Ok(Some((why, first.map(|first| format!("/sessions/{}", first.id)))))
 }
 
-/// The name of the station that has signed it.
+/// Returns the name of the station that signed the attempt.
 async fn name_of_signer(state: &AppState, session: &Session) -> Result<Option<String>, Error> {
     match session.signed_by {
         Some(station) => Ok(stations::find_station_name(state.db.reader(), session.school_id, station).await?),

@@ -1,4 +1,4 @@
-//! `/sessions/{id}/supervision`: somebody who teaches says that they were there during an attempt.
+//! `/sessions/{id}/supervision`: a teacher confirms that they supervised an attempt.
 
 use acts::error::Error;
 use acts::reviewing;
@@ -17,11 +17,11 @@ use crate::review::find_scored;
 pub(super) struct SupervisionForm {
     #[serde(default)]
     confirm: String,
-    /// The assignment from whose page it was sent.
+    /// The assignment from whose page the form was sent.
     assignment: Option<AssignmentId>,
 }
 
-/// Confirms it, or takes that back.
+/// Confirms the supervision, or withdraws the confirmation.
 pub(super) async fn confirm_supervision(
     State(state): State<AppState>,
     Teacher(person): Teacher,

@@ -1,7 +1,8 @@
-//! `/survey/{token}`: the form of a survey, for whoever has its address.
+//! `/survey/{token}`: the form of a survey, for everyone who has its address.
 //!
-//! No cookie says who is asking, so no other site can make a browser act for somebody: the secret in the address is what
-//! the CSRF token is elsewhere, and a form that lay open overnight can still be sent.
+//! No cookie identifies the respondent, so no other site can make a browser submit in their name:
+//! the secret in the address takes the place of the CSRF token, and a form left open overnight can
+//! still be submitted.
 
 use acts::error::Error;
 use acts::surveys::answering;
@@ -22,7 +23,7 @@ use routes_base::surveys::{TermsOf, preferred_languages, terms_of_survey};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
 
-/// For anybody who has an address.
+/// Returns the public routes of surveys, which require the token in the address.
 #[must_use]
 pub fn survey_link_routes() -> Routes {
     Routes::new().route("/survey/{token}", get(show_survey_page).merge(post(act_on_form)))
@@ -106,7 +107,7 @@ fn make_question(answering: &Answering, item: usize, language: &str, refusals: &
     FormQuestion::new(&answering.instrument, &answering.instrument.items[item], language, &given)
 }
 
-/// A page of a survey as it was sent.
+/// A submitted page of a survey.
 #[derive(Deserialize)]
 struct SurveyAnswerForm {
     #[serde(rename = "do", default)]
@@ -174,7 +175,7 @@ async fn begin_answers(
     Ok(FormAnswer::lead_to(&format!("/survey/{token}")))
 }
 
-/// Saves, and goes where the button leads.
+/// Saves the answers, and opens the page of the pressed button.
 async fn go_to_page(
     state: &AppState,
     mut answering: Answering,
@@ -198,7 +199,8 @@ async fn go_to_page(
 
 #[cfg(test)]
 mod tests {
-    //! Fails when an answer of several choices loses one on its way in, or a single one is not taken for an answer.
+    //! Fails when an answer with several choices loses one during parsing, or a single choice is
+    //! not accepted.
 
     use axum::body::Body;
     use axum::extract::{FromRequest, Request};

@@ -1,6 +1,7 @@
 //! Pages about surveys and studies.
 //!
-//! Whatever asks the database fails when the database does; a function says only what else it refuses.
+//! Functions that query the database fail when the database does; `# Errors` sections list only the
+//! other causes.
 
 #[macro_use(sentence, tr)]
 extern crate words;
@@ -13,7 +14,7 @@ mod surveys;
 
 pub use answering::survey_link_routes;
 
-/// Pages for a person who is signed in.
+/// Returns the pages for signed-in people.
 #[must_use]
 pub fn survey_routes() -> Routes {
     surveys::survey_routes().merge(studies::study_routes())

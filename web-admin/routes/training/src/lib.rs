@@ -1,6 +1,8 @@
-//! Pages about training: courses, exercises, cohorts, assignments, progress, and the documents that teachers write.
+//! Pages about training: courses, exercises, cohorts, assignments, progress, and the documents that
+//! teachers write.
 //!
-//! Whatever asks the database fails when the database does; a function says only what else it refuses.
+//! Functions that query the database fail when the database does; `# Errors` sections list only the
+//! other causes.
 
 #[macro_use(tr, trn)]
 extern crate words;
@@ -12,7 +14,7 @@ mod home;
 mod progress;
 mod training;
 
-/// Pages for a person who is signed in.
+/// Returns the pages for signed-in people.
 #[must_use]
 pub fn training_routes() -> Routes {
     home::home_routes()

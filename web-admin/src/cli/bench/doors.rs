@@ -1,5 +1,5 @@
-//! Pages that no link leads to, or only when somebody has just done something: made anew for each measurement, since some are
-//! kept for a day only.
+//! Pages that no link leads to, or that exist only after an action. They are created anew for each
+//! measurement, since some expire after a day.
 
 use acts::{accounts, drafting, ratings, regrading, roster_import, surveys};
 use anyhow::Context;
@@ -14,24 +14,24 @@ use super::school;
 use crate::demo::school::{COHORTS, email_of};
 use crate::{AppState, worker};
 
-/// Lines of the roster: those of a cohort.
+/// Rows of the roster, the size of a cohort.
 const LINES: u32 = 30;
-/// What whoever is not signed in can see without a link.
+/// Paths that a visitor can open without signing in and without a link.
 const OPEN: [&str; 5] = ["/login", "/forgotten", "/metrics", "/healthz", "/readyz"];
 
-/// Addresses to begin with, beside the home page.
+/// Paths at which the tour starts, in addition to the home page.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Doors {
-    /// Of an administrator.
+    /// For the administrator.
     pub administrator: Vec<String>,
-    /// Of an instructor of the generated crowd, the first.
+    /// For the first instructor of the generated crowd.
     pub instructor: Vec<String>,
-    /// Of whoever is not signed in.
+    /// For a visitor who is not signed in.
     pub stranger: Vec<String>,
 }
 
-/// Begins a draft, a dry run of a roster, a re-grading of every attempt at an exercise by those whom an instructor teaches, ratings that
-/// nobody has given, a link to choose a password by, and one to a survey.
+/// Creates a draft, a dry run of a roster import, a re-grading of one exercise for the instructor's
+/// trainees, an open rating round, an invitation to set a password, and a survey link.
 pub(super) async fn open_doors(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<Doors> {
     let mut doors = Doors { stranger: OPEN.map(str::to_owned).to_vec(), ..Doors::default() };
     let instructor = find_person(state, &generated::instructor_email(0)).await?;
@@ -57,7 +57,7 @@ async fn find_person(state: &AppState, email: &str) -> anyhow::Result<CurrentPer
     found.and_then(people::Person::into_current).with_context(|| format!("{email} can sign in"))
 }
 
-/// The trainees of the crowd's first cohort, one of them under another name.
+/// Returns the roster of the crowd's first cohort, with one trainee renamed.
 fn write_roster() -> String {
     let line = |place: u32| {
         let name = if place == 0 { "Another Name".to_owned() } else { format!("Generated {place:05}") };
@@ -66,7 +66,8 @@ fn write_roster() -> String {
     "email,name,cohort\n".to_owned() + &(0..LINES).map(line).collect::<String>()
 }
 
-/// A round in which the instructor and another are to rate the latest attempts of those whom they teach.
+/// Opens a round in which the instructor and a second rater rate the latest attempts of the
+/// instructor's trainees.
 async fn open_rating_round(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<String> {
     let reader = state.db.reader();
     let instrument =
@@ -83,13 +84,13 @@ async fn open_rating_round(state: &AppState, instructor: &CurrentPerson) -> anyh
     Ok(format!("/ratings/{}", ratings::make(state, instructor, &new).await?))
 }
 
-/// A link to choose a password by, which nobody follows.
+/// Creates a password link that is never followed, and returns its path.
 async fn make_invitation(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<String> {
     let address = accounts::make_link(state, administrator.into(), Purpose::Reset).await?;
     Ok(address.strip_prefix(state.config.address().as_str()).unwrap_or(&address).to_owned())
 }
 
-/// The form of the survey with many answers.
+/// Returns the path of the form of the survey with many answers.
 async fn make_survey_link(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<String> {
     let all: Vec<Survey> = asked::all(state.db.reader(), administrator.school_id).await?;
     let survey = all.iter().find(|survey| survey.title == school::TITLE).context("a survey that was made here")?;

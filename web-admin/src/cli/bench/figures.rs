@@ -1,47 +1,47 @@
-//! What was measured of each page, as a file that a later measurement can be held against.
+//! The measurements of each page, as a file that later measurements are compared with.
 
 use std::path::Path;
 
 use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
 
-/// What stands for every page together.
+/// Name of the row that covers all pages together.
 pub(super) const ALL_PAGES: &str = "all pages";
 
-/// Times of one page, or of all, on one school.
+/// Response times of one page, or of all pages, on one school.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct PageFigures {
-    /// What kept the database.
+    /// Database engine.
     pub engine: String,
-    /// Attempts of the school.
+    /// Number of attempts in the school.
     pub attempts: u32,
     /// The page's route, or [`ALL_PAGES`].
     pub page: String,
-    /// Who saw it; empty for all pages.
+    /// Role of the visitor; empty for all pages.
     pub seen_by: String,
-    /// Requests.
+    /// Number of requests.
     pub requests: usize,
-    /// Mean size of an answer, compressed, in kB.
+    /// Mean size of a compressed response, in kB.
     pub kilobytes: f64,
-    /// Median, in ms.
+    /// Median response time, in ms.
     pub p50_ms: f64,
-    /// 99th percentile, in ms.
+    /// 99th percentile of the response time, in ms.
     pub p99_ms: f64,
 }
 
 impl PageFigures {
-    /// Whether both are of the same page on schools of the same size.
+    /// Whether both measure the same page on schools of the same size.
     pub(super) fn matches(&self, other: &Self) -> bool {
         self.attempts == other.attempts && self.is_same_page(other)
     }
 
-    /// Whether both are of the same page, on whatever school.
+    /// Whether both measure the same page, on schools of any size.
     pub(super) fn is_same_page(&self, other: &Self) -> bool {
         self.page == other.page && self.seen_by == other.seen_by
     }
 }
 
-/// Writes a file of figures.
+/// Writes the figures to a CSV file.
 pub(super) fn write_figures(file: &Path, figures: &[PageFigures]) -> anyhow::Result<()> {
     let mut writer = csv::Writer::from_path(file).with_context(|| file.display().to_string())?;
     for figure in figures {
@@ -50,10 +50,10 @@ pub(super) fn write_figures(file: &Path, figures: &[PageFigures]) -> anyhow::Res
     Ok(writer.flush()?)
 }
 
-/// Reads a file of figures.
+/// Reads a CSV file of figures.
 ///
 /// # Errors
-/// When it is none, or holds none.
+/// When the file cannot be read or parsed, or contains no figures.
 pub(super) fn read_figures(file: &Path) -> anyhow::Result<Vec<PageFigures>> {
     let place = || file.display().to_string();
     let mut reader = csv::Reader::from_path(file).with_context(place)?;
@@ -62,8 +62,9 @@ pub(super) fn read_figures(file: &Path) -> anyhow::Result<Vec<PageFigures>> {
     Ok(figures)
 }
 
-/// By how much a time grows where the attempts are ten times as many: the power law through all of them, by least squares of the
-/// logarithms. None for fewer than two sizes.
+/// Returns the factor by which the median grows when the number of attempts grows tenfold: the
+/// power law fitted to all figures by least squares of the logarithms. `None` for fewer than two
+/// sizes.
 pub(super) fn growth_per_decade(figures: &[&PageFigures]) -> Option<f64> {
     let points: Vec<_> =
         figures.iter().map(|figure| (libm::log10(figure.attempts.into()), libm::log10(figure.p50_ms))).collect();

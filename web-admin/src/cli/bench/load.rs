@@ -12,31 +12,33 @@ use tokio::time::{MissedTickBehavior, interval};
 use super::pages::Page;
 use super::visitor::BenchVisitor;
 
-/// From each page to the next one asked for: a prime, so that every page has its turn, and far from its neighbours in the
-/// list, which are alike.
+/// Step from each page to the next one requested. A prime, so that every page gets its turn, and
+/// large, so that consecutive requests are far apart in the list, where neighbours are alike.
 const STRIDE: usize = 7919;
 
-/// How fast, and how long.
+/// Rate and duration of the load.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RequestPace {
-    /// Requests a second.
+    /// Requests per second.
     pub rate: u32,
     /// Duration, in s.
     pub seconds: u32,
 }
 
-/// A request that was answered.
+/// A completed request.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Timing {
-    /// The page, a place among all.
+    /// Index of the page.
     pub page: usize,
-    /// From the moment it was due until the answer was there whole: a late start counts, too.
+    /// Time from the moment the request was due until the response had arrived completely; a late
+    /// start is included.
     pub took: Duration,
-    /// Size of the answer as it came, compressed, in bytes.
+    /// Size of the compressed response, in bytes.
     pub bytes: usize,
 }
 
-/// Asks for all pages in turn, each time by the next of its addresses, whether or not the answers keep up.
+/// Requests all pages in turn, each time with the next of its addresses, at a fixed rate that does
+/// not wait for responses.
 pub(super) async fn ask_steadily(
     visitors: &[BenchVisitor],
     pages: &[Page],
@@ -44,6 +46,7 @@ pub(super) async fn ask_steadily(
 ) -> anyhow::Result<Vec<Timing>> {
     let requests = usize::try_from(u64::from(pace.rate) * u64::from(pace.seconds))?;
     let mut ticks = interval(Duration::from_secs(1) / pace.rate);
+    // Delayed requests are made up for at once: the mean rate holds, and delays are measured.
     ticks.set_missed_tick_behavior(MissedTickBehavior::Burst);
     let progress = Arc::new(ProgressBar::new(requests as u64));
     let mut asked = JoinSet::new();
@@ -63,7 +66,7 @@ pub(super) async fn ask_steadily(
     timings
 }
 
-/// Asks for one address again and again, each time when the answer before is there.
+/// Requests one address repeatedly, each time after the previous response has arrived.
 pub(super) async fn ask_repeatedly(visitor: &BenchVisitor, path: &str, times: usize) -> anyhow::Result<Vec<Timing>> {
     let clock = Clock::system();
     let mut timings = Vec::new();
@@ -76,7 +79,7 @@ pub(super) async fn ask_repeatedly(visitor: &BenchVisitor, path: &str, times: us
     Ok(timings)
 }
 
-/// The size of a page that must be there, compressed, in bytes.
+/// Returns the size of a page, compressed, in bytes; any status but 200 is an error.
 async fn size_of_answer(visitor: &BenchVisitor, path: &str) -> anyhow::Result<usize> {
     let answer = visitor.ask(path, "gzip").await?;
     anyhow::ensure!(answer.status == StatusCode::OK, "{path}: {}", answer.status);

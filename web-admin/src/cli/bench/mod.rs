@@ -1,8 +1,9 @@
-//! `web-admin bench`: how fast every page is answered, on a small school and on a large one.
+//! `web-admin bench`: measures how fast every page is served, on a small school and on a large one.
 //!
-//! The service runs as a process of its own. Its pages are found by following links, as several people of each role and as
-//! a stranger, so that a new page is measured as soon as somebody can reach it; what no link leads to is opened before. Then they are
-//! asked for at a steady rate, whether or not the service keeps up.
+//! The service runs as a process of its own. Its pages are found by following links, as several
+//! people of each role and as an anonymous visitor, so that a new page is measured as soon as it is
+//! linked; pages without a link are opened beforehand. Then they are requested at a steady rate
+//! that does not wait for responses.
 
 mod doors;
 mod figures;
@@ -28,47 +29,53 @@ use store::DatabaseAddress;
 use super::{CommandFailure, say_line};
 use crate::demo::ATTEMPTS_EACH;
 
-/// The password of everybody here.
+/// Password of every account of the generated schools.
 const PASSWORD: &str = "a password for measurements";
 
-/// The file of all attempts of a school: no page, and as long as there are attempts.
+/// CSV file of all attempts of a school: not a page, and its size grows with the number of
+/// attempts.
 const ALL_ATTEMPTS: &str = "/progress/attempts.csv";
-/// The file of the audit log, likewise: a school makes few of such files at a time.
+/// CSV file of the audit log, excluded from the tour as well: the service limits how many such
+/// files a school can generate at a time.
 const AUDIT_LOG: &str = "/admin/audit.csv";
 
-/// The largest school whose file of all attempts is asked for: ten times as large, it takes a quarter of an hour.
+/// Largest school whose file of all attempts is requested: ten times as many attempts take a
+/// quarter of an hour.
 const MOST_IN_A_FILE: u32 = 1_000_000;
 
-/// How often the results of a large survey are asked for, one after the other.
+/// Number of consecutive requests for the results of a large survey.
 const REPEATS: usize = 41;
 
-/// Measure how fast pages are answered, on generated schools, and write a report
+/// Measure how fast pages are served, on generated schools, and write a report
 ///
-/// The load comes from this machine, so it takes some of the time that it measures. Use a release build for figures to report.
+/// The load is generated on this machine, so it takes some of the processor time that it measures.
+/// Use a release build for figures to report.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  web-admin bench --data-dir /tmp/schools --out bench")]
 pub struct BenchArgs {
-    /// Folder for the generated schools, 6 GB at a million attempts; one that is there already is measured again
+    /// Folder for the generated schools, 6 GB at a million attempts; a school that exists already
+    /// is measured again
     #[arg(long, value_name = "DIR")]
     data_dir: PathBuf,
-    /// Where the schools' databases are made, each beside this one and named after its school [default: files in the data folder, or
-    /// on this machine's server]
+    /// Database server or folder for the schools' databases, each created next to this database and
+    /// named after its school [default: files in the data folder, or on this machine's server]
     #[arg(long, value_name = "URL", env = "STYLET_DATABASE", hide_env_values = true)]
     database: Option<String>,
-    /// Folder for the report and its figures, pages-ENGINE.md and pages-ENGINE.csv; older ones in it are replaced
+    /// Folder for the report and its figures, pages-ENGINE.md and pages-ENGINE.csv; older files are
+    /// replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Figures of another engine, as this command wrote them, to hold these against
+    /// Figures of another engine, written by this command, to compare with
     #[arg(long, value_name = "FILE")]
     beside: Option<PathBuf>,
-    /// Attempts in each school, a hundred for each trainee; separated by commas
+    /// Attempts in each school, a hundred per trainee; separated by commas
     #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [10_000, 1_000_000],
         value_parser = value_parser!(u32).range(3_000..=10_000_000))]
     attempts: Vec<u32>,
-    /// Requests a second
+    /// Requests per second
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = value_parser!(u32).range(1..=10_000))]
     rate: u32,
-    /// How long each school is asked, in s
+    /// Duration of the load on each school, in s
     #[arg(long, value_name = "S", default_value_t = 120, value_parser = value_parser!(u32).range(1..=86_400))]
     seconds: u32,
 }

@@ -1,4 +1,4 @@
-//! Which pages there are: found by following links, each counted by its route and the role of whoever sees it.
+//! Finds the pages of the service by following links, counted by route and by the visitor's role.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -6,30 +6,31 @@ use axum::http::StatusCode;
 
 use super::visitor::BenchVisitor;
 
-/// Addresses that a visitor asks for on one route.
+/// Maximum number of addresses that a visitor requests on one route.
 const EACH: usize = 10;
 
-/// A page, as people of one role see it.
+/// A page as seen by one role.
 pub(super) struct Page {
     /// The role.
     pub role: &'static str,
     /// The route.
     pub route: String,
-    /// Who asks for what: a place among the visitors, and an address.
+    /// Requests for the page: the visitor's index, and the address.
     pub asked: Vec<(usize, String)>,
 }
 
-/// The pages that visitors have found.
+/// The pages found by the visitors.
 pub(super) struct Tour {
     /// By route, then by role.
     pub pages: Vec<Page>,
-    /// Routes of pages that nobody came to.
+    /// Routes of pages that no visitor reached.
     pub unseen: Vec<String>,
 }
 
 impl Tour {
-    /// Follows every link of every visitor from where they begin, but those that begin as one `aside` does. `routes` are all that the service
-    /// answers; programs' and files' do not count, nor do those `aside`.
+    /// Follows every link from each visitor's starting addresses, except links that begin with a
+    /// prefix in `aside`. `routes` lists every route of the service; the routes of the API, of
+    /// assets and recordings, and those in `aside` are not counted.
     pub(super) async fn take(
         visitors: &[BenchVisitor],
         mut routes: Vec<String>,
@@ -55,7 +56,8 @@ impl Tour {
     }
 }
 
-/// Every address that a visitor comes to and is shown, with its route, a few of each.
+/// Returns the addresses that a visitor reached and could open, each with its route, at most
+/// [`EACH`] per route.
 async fn walk_pages(
     visitor: &BenchVisitor,
     routes: &[String],
@@ -85,14 +87,15 @@ async fn walk_pages(
     Ok(shown)
 }
 
-/// The addresses within the service that a page links to, without what follows `#`.
+/// Returns the links of a page to addresses within the service, without fragments.
 fn links_of_page(page: &str) -> Vec<String> {
     let hrefs = page.split("href=\"").skip(1).filter_map(|rest| rest.split('"').next());
     let own = hrefs.filter(|href| href.starts_with('/') && !href.starts_with("//"));
     own.map(|href| href.split('#').next().unwrap_or_default().replace("&amp;", "&").replace("&#38;", "&")).collect()
 }
 
-/// The route that answers an address: of those that fit, the one with the fewest parameters.
+/// Returns the route that serves an address: the one with the fewest parameters among those that
+/// match.
 fn route_of<'a>(path: &str, routes: &'a [String]) -> Option<&'a str> {
     let path: Vec<&str> = path.split('?').next().unwrap_or_default().split('/').collect();
     let fits = |route: &&String| {
@@ -102,7 +105,7 @@ fn route_of<'a>(path: &str, routes: &'a [String]) -> Option<&'a str> {
     routes.iter().filter(fits).min_by_key(|route| route.matches('{').count()).map(String::as_str)
 }
 
-/// Whether a route can be looked at; others are only for sending something.
+/// Whether a route answers GET; other routes only accept submissions.
 async fn is_html_page(visitor: &BenchVisitor, route: &str) -> anyhow::Result<bool> {
     let answer = visitor.ask(&route.replace(['{', '}'], ""), "identity").await?;
     Ok(answer.status != StatusCode::METHOD_NOT_ALLOWED)

@@ -1,4 +1,4 @@
-//! The report, in Markdown.
+//! The report of the benchmark, in Markdown.
 
 use std::fmt::Write;
 
@@ -6,58 +6,59 @@ use super::figures::{ALL_PAGES, PageFigures, growth_per_decade};
 use super::load::{RequestPace, Timing};
 use super::school::{ITEMS, RESPONSES};
 
-/// What was measured on one school.
+/// The measurements of one school.
 pub(super) struct MeasuredSchool {
-    /// Attempts of the crowd.
+    /// Attempts of the generated crowd.
     pub attempts: u32,
-    /// Its trainees.
+    /// Trainees of the generated crowd.
     pub trainees: u32,
-    /// What keeps the database.
+    /// Name and version of the database engine.
     pub engine: String,
     /// Size of the database, in bytes.
     pub database_bytes: i64,
-    /// How long the service took to start, in s.
+    /// Time that the service took to start, in s.
     pub started_in_s: f64,
-    /// How long it looked through the database then, in s.
+    /// Duration of the database check after the start, in s.
     pub checked_in_s: f64,
-    /// The most memory that the service had resident, in bytes.
+    /// Peak resident memory of the service, in bytes.
     pub peak_bytes: u64,
     /// The pages: role and route.
     pub pages: Vec<(&'static str, String)>,
-    /// Routes of pages that nobody came to.
+    /// Routes of pages that no visitor reached.
     pub unseen: Vec<String>,
     /// Every request.
     pub timings: Vec<Timing>,
-    /// Results of a survey with many answers, asked for by themselves.
+    /// Results of a survey with many answers, requested separately.
     pub results: Vec<Timing>,
-    /// The file of all attempts, asked for by itself.
+    /// The file of all attempts, requested separately.
     pub all_attempts: Vec<Timing>,
-    /// The file of the audit log, likewise.
+    /// The file of the audit log, requested separately.
     pub audit_log: Vec<Timing>,
 }
 
-/// A figure of a school, in words.
+/// Formats one figure of a school.
 type SchoolFigure<'a> = dyn Fn(&MeasuredSchool) -> Option<String> + 'a;
 
-/// How long requests took, in ms, the quickest first.
+/// Returns the durations of requests, in ms, in ascending order.
 fn ordered_ms<'a>(timings: impl IntoIterator<Item = &'a Timing>) -> Vec<f64> {
     let mut took: Vec<f64> = timings.into_iter().map(|timing| timing.took.as_secs_f64() * 1e3).collect();
     took.sort_by(f64::total_cmp);
     took
 }
 
-/// The median of some requests, in ms.
+/// Returns the median duration of requests, in ms.
 fn median_ms(timings: &[Timing]) -> Option<f64> {
     quantile(&ordered_ms(timings), 0.5)
 }
 
-/// A quantile of what is in order: the smallest that so large a share does not exceed.
+/// Returns a quantile of sorted values: the smallest value that at least the given share does not
+/// exceed.
 fn quantile(ordered: &[f64], share: f64) -> Option<f64> {
     ordered.get(((ordered.len() as f64 * share).ceil() as usize).saturating_sub(1)).copied()
 }
 
 impl MeasuredSchool {
-    /// Every page, and all of them together first.
+    /// Returns the figures of all pages together, followed by those of each page.
     pub(super) fn figures(&self) -> Vec<PageFigures> {
         let of_all = self.figures_of("", ALL_PAGES, self.timings.iter());
         let of_pages = self.pages.iter().enumerate().filter_map(|(place, (role, route))| {
@@ -88,10 +89,11 @@ impl MeasuredSchool {
     }
 }
 
-/// The report on several schools of one engine, held against figures of another where there are such. `figures` are those of the schools.
+/// Returns the report on several schools of one engine, compared with another engine where its
+/// figures are given. `figures` are the figures of `measured`.
 ///
 /// # Errors
-/// Never: a text takes whatever is written to it.
+/// Never: writing to a `String` cannot fail.
 pub(super) fn write_report(
     measured: &[MeasuredSchool],
     figures: &[PageFigures],
@@ -106,7 +108,7 @@ pub(super) fn write_report(
     Ok(text)
 }
 
-/// The command and the version: what a report must say first to be of this program.
+/// Returns the first line of a report, which identifies the command and the version.
 fn first_line_of_report(profile: &str) -> String {
     let version = env!("CARGO_PKG_VERSION");
     format!("Measured by `web-admin bench --data-dir DIR --out DIR` with web-admin {version} ({profile} build) on ")
@@ -131,7 +133,7 @@ fn head_of_report(pace: RequestPace) -> String {
     )
 }
 
-/// What is true of each school.
+/// Writes the table of figures per school.
 fn write_schools(text: &mut String, measured: &[MeasuredSchool], figures: &[PageFigures]) -> std::fmt::Result {
     let titles: String =
         measured.iter().map(|school| format!(" {} attempts |", group_thousands(school.attempts))).collect();
@@ -164,7 +166,7 @@ fn write_schools(text: &mut String, measured: &[MeasuredSchool], figures: &[Page
     Ok(())
 }
 
-/// Our times beside those of another engine, where both were measured on schools of one size.
+/// Writes a comparison with another engine, for schools of equal size measured on both.
 fn write_comparison(text: &mut String, ours: &[PageFigures], theirs: &[PageFigures]) -> std::fmt::Result {
     let pairs: Vec<_> =
         ours.iter().filter_map(|our| Some((our, theirs.iter().find(|their| their.matches(our))?))).collect();
@@ -197,7 +199,7 @@ fn write_comparison(text: &mut String, ours: &[PageFigures], theirs: &[PageFigur
     Ok(())
 }
 
-/// Each page on every school, the slowest first.
+/// Writes the times of each page on every school, slowest first on the largest school.
 fn write_page_times(text: &mut String, measured: &[MeasuredSchool], figures: &[PageFigures]) -> std::fmt::Result {
     let Some(largest) = measured.last() else { return Ok(()) };
     let titles = |what: &str| -> String {
@@ -236,7 +238,7 @@ fn write_unseen_pages(text: &mut String, measured: &[MeasuredSchool]) -> std::fm
     writeln!(text, "\nNot measured, for no link leads there: {}.", routes.join(", "))
 }
 
-/// A number with its thousands apart.
+/// Formats a number with its digits in groups of three.
 fn group_thousands(number: u32) -> String {
     let digits = number.to_string();
     let parts: Vec<&str> =
@@ -244,7 +246,7 @@ fn group_thousands(number: u32) -> String {
     parts.join(" ")
 }
 
-/// Processor, threads and system.
+/// Returns processor, threads and operating system.
 fn describe_machine() -> String {
     let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = information.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));

@@ -1,4 +1,5 @@
-//! The school that pages are measured on: the demonstration, a generated crowd, and a survey with many answers.
+//! The school on which pages are measured: the demonstration, a generated crowd, and a survey with
+//! many answers.
 
 use std::fmt::Write;
 
@@ -16,9 +17,9 @@ use crate::demo::school::{ADMINISTRATOR, email_of};
 use crate::demo::{self, Demonstration};
 use crate::{AppState, routes};
 
-/// Responses to the survey.
+/// Number of responses to the survey.
 pub(super) const RESPONSES: usize = 5_000;
-/// Items of its instrument.
+/// Number of items of its instrument.
 pub(super) const ITEMS: usize = 30;
 
 /// Title of the survey.
@@ -26,19 +27,19 @@ pub(super) const TITLE: &str = "Generated answers";
 
 /// A school that is ready to be served.
 pub(super) struct BenchSchool {
-    /// Every route that the service answers.
+    /// Every route of the service.
     pub routes: Vec<String>,
-    /// The page of the survey with many answers.
+    /// Path of the survey with many answers.
     pub survey: String,
-    /// Where the tour begins, beside everybody's home.
+    /// Starting addresses of the tour, in addition to the home page.
     pub doors: Doors,
-    /// What keeps its database.
+    /// Name and version of its database engine.
     pub engine: String,
-    /// How large its database is.
+    /// Size of its database, in bytes.
     pub database_bytes: i64,
 }
 
-/// Makes a school, or takes the one that is there.
+/// Creates the school, or opens an existing one.
 pub(super) async fn prepare_school(config: &Config, trainees: u32) -> anyhow::Result<BenchSchool> {
     if !config.data_dir.exists() {
         make_crowd(config, trainees).await?;
@@ -53,7 +54,8 @@ pub(super) async fn prepare_school(config: &Config, trainees: u32) -> anyhow::Re
     let routes = routes::all_routes(&state).paths();
     let (engine, database_bytes) = (state.db.engine_version().await?, state.db.size().await?);
     let school = BenchSchool { routes, survey, doors, engine, database_bytes };
-    // Written while others ask, what was generated would hold up answers by up to half a second.
+    // Flushes the generated data: written back during the measurement, it would delay responses by
+    // up to half a second.
     state.db.settle().await?;
     replicas::leave(&state).await?;
     state.db.close().await;
@@ -66,7 +68,7 @@ async fn find_administrator(state: &AppState) -> anyhow::Result<people::Person> 
 }
 
 async fn make_crowd(config: &Config, trainees: u32) -> anyhow::Result<()> {
-    // Whole or not at all: one that was interrupted is begun anew.
+    // All or nothing: an interrupted run is started over.
     let unfinished = config.data_dir.with_extension("unfinished");
     if unfinished.exists() {
         std::fs::remove_dir_all(&unfinished)?;
@@ -85,14 +87,14 @@ async fn make_crowd(config: &Config, trainees: u32) -> anyhow::Result<()> {
     std::fs::rename(&unfinished, &config.data_dir).context("the finished school cannot be given its name")
 }
 
-/// An instrument of thirty items in three scores.
+/// Returns an instrument of thirty items in three scores.
 fn instrument_document() -> String {
     let mut text = String::from(
         "id = \"long\"\ntitle = { en = \"Long\" }\nlanguages = [\"en\"]\nduration_min = 5\nsource = \"generated\"\n\
          licence = \"any\"\n[[scale]]\nid = \"agree\"\nkind = \"likert\"\npoints = 5\n",
     );
     for item in 0..ITEMS {
-        // Writing to a text cannot fail.
+        // Writing to a `String` cannot fail.
         let _ = write!(text, "[[item]]\nid = \"q{item}\"\ntext = {{ en = \"Question {item}\" }}\nscale = \"agree\"\n");
     }
     for score in 0..3 {

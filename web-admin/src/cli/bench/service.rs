@@ -11,17 +11,17 @@ use axum::http::StatusCode;
 
 use super::visitor::BenchVisitor;
 
-/// How often a service is asked whether its check is over.
+/// Interval at which the service is polled until its database check has finished.
 const BETWEEN_QUESTIONS: Duration = Duration::from_millis(200);
 
-/// A running `web-admin serve`, ended when dropped.
+/// A running `web-admin serve`, killed when dropped.
 pub(super) struct BenchService {
-    /// Where it listens, with scheme.
+    /// Base URL at which it listens.
     pub url: String,
-    /// How long it took to start, in s.
+    /// Time that it took to start, in s.
     pub started_in_s: f64,
     child: Child,
-    /// Kept open: a service whose output is closed would be told so.
+    /// Kept open: writing to a closed pipe would fail in the service.
     output: BufReader<ChildStdout>,
 }
 
@@ -50,7 +50,8 @@ impl BenchService {
         Ok(service)
     }
 
-    /// Waits until it has looked through its database, which it does beside serving, and says how long that took, in s.
+    /// Waits until the service has checked its database, which it does while serving, and returns
+    /// how long that took, in s.
     pub(super) async fn wait_until_checked(&self) -> anyhow::Result<f64> {
         let (stranger, clock) = (BenchVisitor::new("stranger", &self.url, Vec::new()), Clock::system());
         let begun = clock.now();
@@ -65,7 +66,7 @@ impl BenchService {
         }
     }
 
-    /// The most memory that it has ever had resident, in bytes.
+    /// Returns the peak resident memory, in bytes.
     pub(super) fn peak_bytes(&self) -> anyhow::Result<u64> {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id()))
             .context("memory is read from /proc")?;
@@ -77,7 +78,7 @@ impl BenchService {
 
 impl Drop for BenchService {
     fn drop(&mut self) {
-        // One that has ended by itself leaves nothing to kill.
+        // Both fail for a process that has already exited, which is fine.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

@@ -1,4 +1,4 @@
-//! People who ask for pages, signed in but for one.
+//! Visitors who request pages, all signed in but one.
 
 use anyhow::{Context, ensure};
 use axum::body::{Body, Bytes, to_bytes};
@@ -13,34 +13,34 @@ use super::PASSWORD;
 use super::doors::Doors;
 use crate::demo::school::{self, ADMINISTRATOR, COHORTS, LEARNERS};
 
-/// How many of the crowd's trainees and instructors ask, spread over all of them.
+/// Number of trainees and of instructors of the crowd that visit, spread evenly over all of them.
 const OF_EACH: u32 = 4;
-/// Cohorts of thirty, four for each instructor.
+/// Trainees per instructor of the crowd: four cohorts of thirty.
 const TRAINEES_OF_AN_INSTRUCTOR: u32 = 120;
 
-/// Somebody who asks.
+/// A visitor.
 #[derive(Clone)]
 pub(super) struct BenchVisitor {
-    /// Their role, in a word.
+    /// Role, in one word.
     pub role: &'static str,
-    /// The addresses that they begin with.
+    /// Starting addresses.
     pub begins: Vec<String>,
     url: String,
     cookie: String,
     client: Client<HttpConnector, Body>,
 }
 
-/// An answer, read whole.
+/// A response, read completely.
 pub(super) struct PageAnswer {
     pub status: StatusCode,
     pub body: Bytes,
 }
 
-/// What people type and what leads to all that is theirs.
+/// Starting addresses of every visitor: the home page and two searches for people.
 const HOME: [&str; 3] = ["/", "/people?q=instructor", "/people?q=generated+00042"];
 
-/// Signs in the demonstration's administrator and one of each other role, and some trainees and instructors of the crowd. A stranger is
-/// among them, too.
+/// Signs in the demonstration's administrator, one instructor and one trainee of it, and some
+/// instructors and trainees of the crowd. An anonymous visitor comes last.
 pub(super) async fn sign_in(url: &str, trainees: u32, doors: Doors) -> anyhow::Result<Vec<BenchVisitor>> {
     let instructors = trainees.div_ceil(TRAINEES_OF_AN_INSTRUCTOR);
     let mut people = vec![
@@ -66,20 +66,21 @@ pub(super) async fn sign_in(url: &str, trainees: u32, doors: Doors) -> anyhow::R
     Ok(visitors)
 }
 
-/// Some places out of so many, evenly; fewer where there are fewer.
+/// Returns at most [`OF_EACH`] indices, spread evenly over `0..of`.
 fn spread_visitors(of: u32) -> impl Iterator<Item = u32> {
     let many = OF_EACH.min(of);
     (0..many).map(move |n| n * (of / many))
 }
 
 impl BenchVisitor {
-    /// Somebody who is not signed in yet.
+    /// Creates a visitor who is not signed in yet.
     pub(super) fn new(role: &'static str, url: &str, begins: Vec<String>) -> Self {
         let client = Client::builder(TokioExecutor::new()).build_http();
         Self { role, begins, url: url.to_owned(), cookie: String::new(), client }
     }
 
-    /// Asks for a page in an encoding (`gzip`, or `identity` for none), and reads the answer whole.
+    /// Requests a page with an `Accept-Encoding` (`gzip`, or `identity` for none), and reads the
+    /// response completely.
     pub(super) async fn ask(&self, path: &str, encoding: &str) -> anyhow::Result<PageAnswer> {
         let request = Request::get(format!("{}{path}", self.url))
             .header(header::COOKIE, &self.cookie)
@@ -110,7 +111,7 @@ impl BenchVisitor {
     }
 }
 
-/// The cookie that an answer sets: of a form, or of a session.
+/// Returns the cookie that a response sets: that of a form, or that of a session.
 fn cookie_of_answer<B>(answer: &Response<B>) -> anyhow::Result<String> {
     let set = answer.headers().get_all(header::SET_COOKIE).iter().filter_map(|value| value.to_str().ok());
     let mut ours = set.filter(|set| set.starts_with("stylet_"));

@@ -1,11 +1,11 @@
-//! Where a database is, as `--database` says it.
+//! Address of a database, as given with `--database`.
 
 use std::fmt;
 use std::path::Path;
 
 use super::sqlite;
 
-/// The engines that this program speaks to.
+/// The supported engines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EngineKind {
     /// SQLite: a file.
@@ -16,7 +16,8 @@ pub enum EngineKind {
 }
 
 impl EngineKind {
-    /// Of an address, by its scheme, or of a path; none where this program speaks to no such engine.
+    /// Returns the engine for a URL, by its scheme, or for a path. Returns `None` if the engine is
+    /// not supported.
     pub(crate) fn of(given: &str) -> Option<Self> {
         match given.split_once(':') {
             Some(("sqlite", _)) => Some(Self::Sqlite),
@@ -28,15 +29,15 @@ impl EngineKind {
     }
 }
 
-/// Where a database is, as its engine reads it. What is shown of it has no password.
+/// Address of a database, as its engine parses it. `Display` and `Debug` leave out the password.
 #[derive(Clone, PartialEq, Eq)]
 pub struct DatabaseAddress(String);
 
 impl DatabaseAddress {
-    /// An address as given: for SQLite a `sqlite:` URL or a path, for PostgreSQL a `postgres:` URL.
+    /// Parses an address: for SQLite a `sqlite:` URL or a path, for PostgreSQL a `postgres:` URL.
     ///
     /// # Errors
-    /// When it is one of an engine that this program does not speak to.
+    /// If the address names an unsupported engine.
     pub fn parse(given: &str) -> Result<Self, AddressRefused> {
         if EngineKind::of(given).is_none() {
             return Err(AddressRefused { address: without_password(given) });
@@ -44,26 +45,28 @@ impl DatabaseAddress {
         Ok(Self(if given.contains(':') { given.to_owned() } else { sqlite::address_of(Path::new(given)) }))
     }
 
-    /// Where the database of a data folder is, unless another place is said.
+    /// Returns the address of the default database of a data folder.
     #[must_use]
     pub fn in_folder(folder: &Path) -> Self {
         Self(sqlite::address_of(&folder.join("stylet.db")))
     }
 
-    /// Which engine it leads to.
+    /// Returns the engine.
     #[must_use]
     pub fn kind(&self) -> EngineKind {
         EngineKind::of(&self.0).unwrap_or(EngineKind::Sqlite)
     }
 
-    /// As the engine reads it, with its password: for the environment of a program that is to open it, and for nobody's eyes.
+    /// Returns the URL, including the password. Pass it to child processes in their environment;
+    /// never log or show it.
     #[must_use]
     pub fn as_url(&self) -> &str {
         &self.0
     }
 
-    /// Another database of the same server, as its own programs are told of it on a command line, and the password that is told them
-    /// otherwise. None where no such address can be made without a password in it.
+    /// Returns the address of another database on the same server, without the password, for the
+    /// command line of PostgreSQL's tools, and the password, which is passed in the environment.
+    /// Returns `None` if the password cannot be separated from the address.
     #[cfg(feature = "postgres")]
     pub(super) fn for_program(&self, database: &str) -> Option<(String, Option<String>)> {
         let (scheme, rest) = self.0.split_once("://")?;
@@ -81,7 +84,7 @@ impl DatabaseAddress {
         Some((format!("{scheme}://{user}{at}{host}/{database}{query}"), password))
     }
 
-    /// Of what the engine's module has made.
+    /// Wraps a URL made by an engine's module.
     pub(super) fn of_url(url: String) -> Self {
         Self(url)
     }
@@ -99,25 +102,26 @@ impl fmt::Debug for DatabaseAddress {
     }
 }
 
-/// An address of an engine that this program does not speak to.
+/// The address names an unsupported engine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AddressRefused {
-    /// What was given, without its password.
+    /// The address, without its password.
     pub address: String,
 }
 
 impl AddressRefused {
-    /// What is allowed.
+    /// Accepted addresses.
     #[cfg(feature = "postgres")]
     pub const ALLOWED: &str = "allowed is a sqlite: URL, a path, or a postgres:// URL";
-    /// What is allowed, and how to build the program that allows more.
+    /// Accepted addresses, and how to build the program with support for PostgreSQL.
     #[cfg(not(feature = "postgres"))]
     pub const ALLOWED: &str = "this program is built for SQLite: allowed is a sqlite: URL or a path; one for a postgres:// URL, too, is \
                                built by `cargo build --release -p web-admin --features replicas`";
 }
 
-/// An address as it may be told: who, where and which, and neither a password nor what stands behind a question mark, which may be one.
-/// Where a password may stand in the wrong place, nothing is told but the scheme.
+/// Returns an address that is safe to show: user, host and database, without the password and
+/// without the query string, which may contain one. If the password may be in an unexpected place,
+/// only the scheme is returned.
 pub(crate) fn without_password(given: &str) -> String {
     let Some((scheme, rest)) = given.split_once("://").filter(|(scheme, _)| *scheme != "sqlite") else {
         return given.to_owned();
@@ -135,7 +139,7 @@ pub(crate) fn without_password(given: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! A password in an error stands in a log that others read.
+    //! A password in an error message would end up in logs.
 
     use super::*;
 

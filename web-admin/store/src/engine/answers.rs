@@ -1,4 +1,4 @@
-//! Rows, columns and prepared statements of either engine.
+//! Result rows, columns and prepared statements of either engine.
 
 use std::sync::OnceLock;
 
@@ -12,11 +12,11 @@ use super::native;
 use super::values::{Arguments, TypeInfo, ValueRef};
 use crate::Result;
 
-/// A row of an answer.
+/// A result row.
 #[derive(Debug)]
 pub struct AnswerRow {
     own: NativeRow,
-    /// Made on demand: most rows are read by names or places of columns alone.
+    /// Filled on demand: most rows are only read by column name or index.
     columns: OnceLock<Vec<AnswerColumn>>,
 }
 
@@ -70,7 +70,7 @@ impl ColumnIndex<AnswerRow> for &str {
     }
 }
 
-/// A column of an answer.
+/// A column of a result.
 #[derive(Clone, Debug)]
 pub struct AnswerColumn {
     ordinal: usize,
@@ -79,7 +79,7 @@ pub struct AnswerColumn {
 }
 
 impl AnswerColumn {
-    /// Of an engine's own.
+    /// Wraps a native column.
     pub(super) fn of<C: sqlx::Column>(own: &C) -> Self
     where
         TypeInfo: From<<C::Database as sqlx::Database>::TypeInfo>,
@@ -104,14 +104,14 @@ impl sqlx::Column for AnswerColumn {
     }
 }
 
-/// What a statement has done.
+/// Outcome of a statement.
 #[derive(Debug, Default)]
 pub struct QueryResult {
     rows: u64,
 }
 
 impl QueryResult {
-    /// How many rows it has written.
+    /// Number of rows written.
     #[must_use]
     pub const fn rows_affected(&self) -> u64 {
         self.rows
@@ -130,7 +130,7 @@ impl Extend<Self> for QueryResult {
     }
 }
 
-/// A statement that an engine has prepared.
+/// A prepared statement.
 #[derive(Clone, Debug)]
 pub struct PreparedStatement {
     sql: SqlStr,
@@ -139,7 +139,7 @@ pub struct PreparedStatement {
 }
 
 impl PreparedStatement {
-    /// Of an engine's own.
+    /// Wraps a native statement.
     pub(super) fn of<S: sqlx::Statement>(own: S) -> Self
     where
         TypeInfo: From<<S::Database as sqlx::Database>::TypeInfo>,

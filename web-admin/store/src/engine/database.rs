@@ -1,4 +1,5 @@
-//! The database and its address: each function calls the module of the engine that the address names.
+//! Operations on a database and its address. Each function calls the module of the engine that the
+//! address names.
 
 use std::borrow::Cow;
 use std::io;
@@ -16,33 +17,35 @@ use super::{Connection, Executor, sqlite, twin};
 use crate::locks::{FileLock, LockError};
 use crate::{Database, Error, Result, Write};
 
-/// SQLite's result code for a full disk, and PostgreSQL's.
+/// Error codes for a full disk: of SQLite and of PostgreSQL.
 const FULL: [&str; 2] = ["13", "53100"];
-/// SQLite's result code when another process writes for too long; PostgreSQL's codes for a server that stops, starts, or has no place left,
-/// and for a lock that was not to be had in time.
+/// Error codes of an unavailable database. SQLite: another process held the write lock for too long
+/// (5). PostgreSQL: the server shuts down or starts (57P01, 57P02, 57P03), has closed an idle
+/// session (57P05) or has no free connection (53300); a lock timed out (55P03).
 const AWAY: [&str; 7] = ["5", "57P01", "57P02", "57P03", "57P05", "53300", "55P03"];
-/// What begins PostgreSQL's codes for broken connections.
+/// Class of PostgreSQL's error codes for broken connections.
 const BROKEN: &str = "08";
 
 fn code_of(error: &Error) -> Option<Cow<'_, str>> {
     if let Error::Database(told) = error { told.code() } else { None }
 }
 
-/// Whether a statement failed because the disk is full.
+/// Returns whether a statement failed because the disk is full.
 #[must_use]
 pub fn is_disk_full(error: &Error) -> bool {
     code_of(error).is_some_and(|code| FULL.contains(&&*code))
 }
 
-/// Whether a statement failed because the database does not answer, or could not be locked in time, which says nothing of the statement.
-/// What it was committing may be kept all the same.
+/// Returns whether a statement failed because the database was unavailable or a lock timed out, in
+/// which case the statement itself may be correct. If it was a commit, the transaction may have
+/// been committed nevertheless.
 #[must_use]
 pub fn is_database_away(error: &Error) -> bool {
     matches!(error, Error::Io(_) | Error::PoolTimedOut | Error::PoolClosed)
         || code_of(error).is_some_and(|code| AWAY.contains(&&*code) || code.starts_with(BROKEN))
 }
 
-/// Everything that makes the schema.
+/// Returns the migrations of an engine.
 pub(crate) fn migrations(kind: EngineKind) -> &'static Migrator {
     match kind {
         EngineKind::Sqlite => &sqlite::MIGRATIONS,
@@ -51,28 +54,28 @@ pub(crate) fn migrations(kind: EngineKind) -> &'static Migrator {
     }
 }
 
-/// A dump of a server's database, in a database of its own: this program speaks to no server.
+/// Placeholder for a restored dump: without the feature `postgres` it has no values.
 #[cfg(not(feature = "postgres"))]
 #[derive(Debug)]
 pub enum DumpedDatabase {}
 
 #[cfg(not(feature = "postgres"))]
 impl DumpedDatabase {
-    /// Refuses.
+    /// Refuses to restore a dump.
     ///
     /// # Errors
-    /// Always; they say what is verified instead.
+    /// Always. The error explains what can be verified instead.
     pub async fn restore(file: &Path, _beside: &DatabaseAddress) -> std::result::Result<Self, super::DumpRefused> {
         Err(super::DumpRefused::on_sqlite(file))
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     #[must_use]
     pub fn database(&self) -> &Database {
         match *self {}
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     ///
     /// # Errors
     /// Never.
@@ -81,8 +84,9 @@ impl DumpedDatabase {
     }
 }
 
-/// A database that this process holds until it is dropped: a locked file beside the database's, or a lock of a connection of its own,
-/// which the server lets go of when that ends.
+/// A lock on a database, held until dropped. For SQLite it is a locked file next to the database,
+/// for PostgreSQL an advisory lock on a dedicated connection, which the server releases when the
+/// connection ends.
 #[derive(Debug)]
 pub struct DatabaseLock {
     held: HeldDatabase,
@@ -97,8 +101,8 @@ enum HeldDatabase {
 }
 
 impl DatabaseLock {
-    /// Whether this process still holds it: a file's lock is lost with the process alone, and a server that was started anew knows of no
-    /// lock.
+    /// Returns whether this process still holds the lock. A file lock ends only with the process; a
+    /// restarted server has lost its advisory locks.
     pub async fn is_held(&mut self) -> bool {
         match &mut self.held {
             HeldDatabase::File(_) => true,
@@ -109,24 +113,24 @@ impl DatabaseLock {
 }
 
 impl DatabaseAddress {
-    /// Of a file, as a backup holds one.
+    /// Returns the address of a database file, for example of a backup.
     #[must_use]
     pub fn of_file(path: &Path) -> Self {
         Self::of_url(sqlite::address_of(path))
     }
 
-    /// The file of the database.
+    /// Returns the path of the database file.
     ///
     /// # Errors
-    /// When a server keeps it; they say what to do instead.
+    /// If the database is on a server; the error explains the alternative.
     pub fn file(&self) -> io::Result<PathBuf> {
         twin!(self, sqlite::file_of(self), postgres::refuse_file())
     }
 
-    /// The address of another database in the same folder, or of the same server.
+    /// Returns the address of another database in the same folder or on the same server.
     ///
     /// # Errors
-    /// When this one is none of a file or a server.
+    /// If this address is invalid.
     pub fn sibling(&self, name: &str) -> Result<Self> {
         Ok(twin!(
             self,
@@ -135,36 +139,38 @@ impl DatabaseAddress {
         ))
     }
 
-    /// Makes the database anew, with nothing in it.
+    /// Replaces the database with an empty one.
     ///
     /// # Errors
-    /// When the file cannot be removed; when somebody has the server's database open, or may not make one.
+    /// If the file cannot be removed; on a server, if the database is in use or the role may not
+    /// create databases.
     pub async fn make_anew(&self) -> Result<()> {
         twin!(self, sqlite::make_anew(self), postgres::make_anew(self).await)
     }
 }
 
 impl Database {
-    /// Opens a database, and makes its file where it is missing. A server must have it.
+    /// Opens a database. A missing SQLite file is created; on a server the database must exist.
     ///
     /// # Errors
-    /// When the file cannot be opened, or the server does not answer.
+    /// If the file cannot be opened, or the server does not respond.
     pub async fn open(address: &DatabaseAddress) -> Result<Self> {
         twin!(address, sqlite::open(address, true).await, postgres::open(address).await)
     }
 
-    /// Opens a database that must be there.
+    /// Opens an existing database.
     ///
     /// # Errors
-    /// When it is not.
+    /// If it does not exist or cannot be opened.
     pub async fn open_existing(address: &DatabaseAddress) -> Result<Self> {
         twin!(address, sqlite::open(address, false).await, postgres::open(address).await)
     }
 
-    /// Whether there is a database: a file that holds something, or one of a server that was ever migrated.
+    /// Returns whether the database exists: a file that is not empty, or a database on a server
+    /// that was migrated.
     ///
     /// # Errors
-    /// When the address is none of a file; when the server does not answer, or has no such database.
+    /// If the address is invalid, the server does not respond, or it has no such database.
     pub async fn is_there(address: &DatabaseAddress) -> Result<bool> {
         twin!(
             address,
@@ -173,10 +179,12 @@ impl Database {
         )
     }
 
-    /// Keeps a database from every other process that would hold it; `holder` tells them who has it.
+    /// Takes the exclusive lock on a database. `holder` names this process in the error messages of
+    /// others.
     ///
     /// # Errors
-    /// When another process holds it, no file can be made beside it, or the server does not answer.
+    /// If another process holds the lock, the lock file cannot be created, or the server does not
+    /// respond.
     pub async fn hold(address: &DatabaseAddress, holder: &str) -> std::result::Result<DatabaseLock, LockError> {
         let held = twin!(
             address,
@@ -186,10 +194,11 @@ impl Database {
         Ok(DatabaseLock { held })
     }
 
-    /// Holds a database beside others that serve it: of a file, as [`Database::hold`].
+    /// Takes the shared lock of the processes that serve a database together. For a SQLite file the
+    /// lock is exclusive, as with [`Database::hold`].
     ///
     /// # Errors
-    /// As there.
+    /// Same as [`Database::hold`].
     pub async fn join(address: &DatabaseAddress, holder: &str) -> std::result::Result<DatabaseLock, LockError> {
         let held = twin!(
             address,
@@ -199,44 +208,48 @@ impl Database {
         Ok(DatabaseLock { held })
     }
 
-    /// Which engine keeps it.
+    /// Returns the engine.
     pub(crate) const fn kind(&self) -> EngineKind {
         self.kind
     }
 
-    /// Whether several processes may be at work on one database at a time.
+    /// Returns whether several processes may use the database at the same time.
     #[must_use]
     pub const fn is_shared(&self) -> bool {
         twin!(self, false, true)
     }
 
-    /// Longest between two looks at what others have queued. To a file there are no others.
+    /// Longest interval between two checks for jobs that other processes have queued. A SQLite file
+    /// has no other processes.
     #[must_use]
     pub const fn listening_period(&self) -> Duration {
         twin!(self, Duration::from_secs(60), Duration::from_secs(2))
     }
 
-    /// Starts a transaction that may write, once nobody else does.
+    /// Starts a write transaction, after waiting for other writers.
     ///
     /// # Errors
-    /// When somebody writes for too long, or the server does not answer.
+    /// If another writer takes too long, or the server does not respond.
     pub async fn write(&self) -> Result<Write> {
         twin!(self, sqlite::write(self).await, postgres::write(self).await)
     }
 
-    /// As [`Database::write`], for what is done again should a server's machine lose it within the next second. To a file one process alone
-    /// writes, and nobody waits for it long.
+    /// Same as [`Database::write`], with asynchronous commit on a server: for changes that will be
+    /// repeated if the server's machine crashes within the next second and loses them. For a SQLite
+    /// file it makes no difference: it has a single writing process, so that waits are short.
     ///
     /// # Errors
-    /// As there.
+    /// Same as [`Database::write`].
     pub async fn write_relaxed(&self) -> Result<Write> {
         twin!(self, sqlite::write(self).await, postgres::write_relaxed(self).await)
     }
 
-    /// Triggers that the migrations made and that are gone, changed or switched off: without them the audit log may shrink.
+    /// Returns a finding for each trigger of the migrations that is missing, changed or disabled.
+    /// Without these triggers, rows of the audit log could be altered or deleted.
     ///
     /// # Errors
-    /// When the database cannot be read, or was never migrated; when no schema may be made beside a server's own.
+    /// If the database cannot be read or was never migrated, or if no temporary schema can be
+    /// created on the server.
     pub async fn lost_triggers(&self) -> Result<Vec<String>> {
         let newest = self.newest_migration().await?;
         let expected = twin!(self, sqlite::made_triggers(newest).await?, postgres::made_triggers(self, newest).await?);
@@ -248,19 +261,19 @@ impl Database {
             .collect())
     }
 
-    /// What the engine itself finds wrong with its data: damaged pages, rows that point nowhere, indices and references that do not hold.
-    /// Empty when all is well.
+    /// Runs the engine's own integrity check and returns its findings: damaged pages, dangling
+    /// references, invalid indices and constraints. Empty if there are no problems.
     ///
     /// # Errors
-    /// When the database cannot be read at all.
+    /// If the database cannot be read at all.
     pub async fn integrity(&self) -> Result<Vec<String>> {
         twin!(self, sqlite::integrity(self).await, postgres::integrity(self).await)
     }
 
-    /// Every table; SQLite's own of the schema included.
+    /// Returns the names of all tables, including SQLite's schema table.
     ///
     /// # Errors
-    /// When the database cannot be read at all.
+    /// If the database cannot be read at all.
     pub async fn list_tables(&self) -> Result<Vec<String>> {
         let list = twin!(
             self,
@@ -270,27 +283,29 @@ impl Database {
         sqlx::query_scalar(list).fetch_all(&self.reader).await
     }
 
-    /// What the engine finds wrong with the pages of a table: quicker than [`Self::integrity`], which of SQLite also compares every index
-    /// and counts the pages that are free.
+    /// Checks the pages of one table. It is faster than [`Self::integrity`], which for SQLite also
+    /// compares every index and counts the free pages.
     ///
     /// # Errors
-    /// When the database cannot be read at all; of a server, when a page is damaged.
+    /// If the database cannot be read at all; on a server, if a page is damaged.
     pub async fn damaged_pages(&self, table: &str) -> Result<Vec<String>> {
         twin!(self, sqlite::damaged_pages(self, table).await, postgres::damaged_pages(self, table).await)
     }
 
-    /// Copies the database as it is at one moment into a file that must not exist. Others go on writing meanwhile.
+    /// Copies a consistent snapshot of the database into a new file. Other processes can write
+    /// meanwhile.
     ///
     /// # Errors
-    /// When the file exists, or the disk refuses; when a server keeps it: they say what to do instead.
+    /// If the file exists or cannot be written, or if the database is on a server; the error
+    /// explains the alternative.
     pub async fn copy_to(&self, file: &Path) -> Result<()> {
         twin!(self, sqlite::copy_to(self, file).await, Ok(postgres::refuse_file()?))
     }
 
-    /// What keeps the database, and which version of it.
+    /// Returns the name and version of the engine.
     ///
     /// # Errors
-    /// When it does not answer.
+    /// If the database does not respond.
     pub async fn engine_version(&self) -> Result<String> {
         let version = twin!(
             self,
@@ -300,10 +315,10 @@ impl Database {
         sqlx::query_scalar(version).fetch_one(&self.reader).await
     }
 
-    /// How large the database is, in bytes.
+    /// Returns the size of the database, in bytes.
     ///
     /// # Errors
-    /// When it cannot be read.
+    /// If the database cannot be read.
     pub async fn size(&self) -> Result<i64> {
         let size = twin!(
             self,
@@ -313,17 +328,19 @@ impl Database {
         sqlx::query_scalar(size).fetch_one(&self.reader).await
     }
 
-    /// After much was written: it is on the disk, and in the file itself, before anybody else waits for that; a server finds it quickly from
-    /// now on.
+    /// Finishes a bulk write. SQLite: moves the write-ahead log into the file and syncs it to the
+    /// disk, so that no later request has to wait for this. PostgreSQL: runs `VACUUM ANALYZE`, so
+    /// that the planner has current statistics.
     ///
     /// # Errors
-    /// When the disk refuses, or the server does not answer.
+    /// If the disk cannot be written, or the server does not respond.
     pub async fn settle(&self) -> Result<()> {
         twin!(self, sqlite::settle(self).await, sqlx::raw_sql("VACUUM ANALYZE").execute(&self.writer).await.map(drop),)
     }
 
-    /// Folds the write-ahead log into the file and empties it, so that what was overwritten stands nowhere on the disk. Where a reader is
-    /// in the way, the next one that writes much does it. A server lets go by itself, when nobody can see it any more.
+    /// Checkpoints the write-ahead log into the file and truncates it, so that overwritten data is
+    /// no longer on the disk. If a reader prevents this, a later checkpoint does it. PostgreSQL
+    /// needs no call: it vacuums deleted rows once no transaction can see them.
     pub async fn fold_log(&self) -> Result<()> {
         twin!(self, sqlite::fold_log(self).await, Ok(()))
     }
@@ -335,7 +352,7 @@ fn hold_file(address: &DatabaseAddress, holder: &str) -> std::result::Result<Fil
     FileLock::take_beside(&file, holder)
 }
 
-/// Whether the database has a table.
+/// Returns whether the database has a table.
 pub(crate) async fn is_table_there(executor: impl Executor<'_>, name: &str) -> Result<bool> {
     let is_there = twin!(
         executor,
@@ -345,14 +362,14 @@ pub(crate) async fn is_table_there(executor: impl Executor<'_>, name: &str) -> R
     sqlx::query_scalar(is_there).bind(name).fetch_one(executor).await
 }
 
-/// Lets a connection keep 256 MB of the database in memory, so that a large transaction goes to the disk once: what a server keeps there
-/// is said where it is started.
+/// Raises a connection's page cache to 256 MB, so that a large transaction is written to the disk
+/// once. On a server the cache size is part of the server's configuration.
 pub(crate) async fn keep_more_in_memory(writer: &mut Connection) -> Result<()> {
     twin!(writer, sqlx::query("PRAGMA cache_size = -256000").execute(writer).await.map(drop), Ok(()))
 }
 
-/// Counts anew what the planner goes by, in the middle of a transaction: a server does so by itself, but only between two of them. SQLite
-/// goes by nothing of it, for the order of a join is as it is written.
+/// Updates the planner's statistics within a transaction: PostgreSQL's autovacuum only sees
+/// committed rows. SQLite needs no statistics, because the statements fix the join order.
 pub(crate) async fn refresh_statistics(writer: &mut Connection) -> Result<()> {
     twin!(
         writer,
@@ -361,13 +378,14 @@ pub(crate) async fn refresh_statistics(writer: &mut Connection) -> Result<()> {
     )
 }
 
-/// Has triggers and references rest until [`resume_triggers`], or the transaction's end, where a server lets us: whoever writes then
-/// writes what would follow, too. SQLite's never rest.
+/// Disables triggers and foreign keys until [`resume_triggers`] or the end of the transaction, if
+/// the server permits it. The caller must then write everything that the triggers would have
+/// written. SQLite's triggers stay enabled.
 pub(crate) async fn suspend_triggers(writer: &mut Connection) -> Result<()> {
     twin!(writer, Ok(()), postgres::set_replication_role(writer, "replica").await)
 }
 
-/// Has triggers and references hold again.
+/// Enables triggers and foreign keys again.
 pub(crate) async fn resume_triggers(writer: &mut Connection) -> Result<()> {
     twin!(writer, Ok(()), postgres::set_replication_role(writer, "origin").await)
 }

@@ -1,4 +1,5 @@
-//! A driver of sqlx that wraps those of SQLite and PostgreSQL: the address of a database chooses which of them a connection uses.
+//! A driver for sqlx that wraps the drivers for SQLite and PostgreSQL. The address of the database
+//! selects the one that a connection uses.
 
 use std::str::FromStr;
 use std::time::Duration;
@@ -21,7 +22,7 @@ use super::values::{AnswerValue, Argument, Arguments, TypeInfo, ValueRef};
 use super::{EngineKind, native};
 use crate::{Error, Result};
 
-/// The engine: SQLite, or PostgreSQL where the program is built for it.
+/// The database engine: SQLite, or PostgreSQL with the feature `postgres`.
 #[derive(Debug)]
 pub struct Engine;
 
@@ -44,18 +45,18 @@ impl Database for Engine {
 
 impl HasStatementCache for Engine {}
 
-/// A connection that writes or reads.
+/// A database connection.
 #[derive(Debug)]
 pub enum Connection {
-    /// To a file.
+    /// A connection to a SQLite file.
     Sqlite(SqliteConnection),
-    /// To a server.
+    /// A connection to a PostgreSQL server.
     #[cfg(feature = "postgres")]
     Postgres(PgConnection),
 }
 
 impl Connection {
-    /// Which engine it leads to.
+    /// Returns the engine.
     pub(crate) const fn kind(&self) -> EngineKind {
         match self {
             Self::Sqlite(_) => EngineKind::Sqlite,
@@ -79,7 +80,8 @@ impl sqlx::Connection for Connection {
 
     async fn ping(&mut self) -> Result<()> {
         match self {
-            // A file does not go away, and asking its thread costs two switches each time a pool takes a connection back.
+            // A file cannot disconnect, and a ping of SQLite's thread costs two context switches
+            // each time a connection returns to its pool.
             Self::Sqlite(_) => Ok(()),
             #[cfg(feature = "postgres")]
             Self::Postgres(own) => own.ping().await,
@@ -111,18 +113,18 @@ impl sqlx::Connection for Connection {
     }
 }
 
-/// How to connect.
+/// Connection options.
 #[derive(Clone, Debug)]
 pub enum ConnectOptions {
-    /// To a file.
+    /// For a SQLite file.
     Sqlite(Box<SqliteConnectOptions>),
-    /// To a server.
+    /// For a PostgreSQL server.
     #[cfg(feature = "postgres")]
     Postgres(Box<PgConnectOptions>),
 }
 
 impl ConnectOptions {
-    /// Which engine they lead to.
+    /// Returns the engine.
     pub(crate) const fn kind(&self) -> EngineKind {
         match self {
             Self::Sqlite(_) => EngineKind::Sqlite,
@@ -234,7 +236,7 @@ impl TransactionManager for Transactions {
     }
 }
 
-/// A statement as an engine is given it.
+/// A statement for the native driver.
 struct NativeQuery<E: Database> {
     sql: SqlStr,
     arguments: Option<E::Arguments>,

@@ -1,4 +1,5 @@
-//! A dump that `pg_dump` has made, put into a database of its own beside the one that is served, to be looked at.
+//! Restores a dump made by `pg_dump` into a temporary database on the same server, for
+//! verification.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -10,10 +11,11 @@ use super::address::{DatabaseAddress, EngineKind};
 use super::{DumpRefused, postgres};
 use crate::{Database, Result};
 
-/// What the names of such databases begin with.
+/// Prefix of the names of temporary databases.
 const PREFIX: &str = "stylet_dump_";
 
-/// A dump in a database of its own, which goes by [`Self::remove`]: one that is left over by a death has a name that tells.
+/// A dump restored into a temporary database, which [`Self::remove`] drops. A database left over
+/// after a crash is recognizable by the prefix of its name.
 #[derive(Debug)]
 pub struct DumpedDatabase {
     database: Database,
@@ -22,10 +24,12 @@ pub struct DumpedDatabase {
 }
 
 impl DumpedDatabase {
-    /// Puts a dump into a new database of a server, as `pg_restore` reads it, and brings that up to date.
+    /// Restores a dump with `pg_restore` into a new database on the server of `beside`, and
+    /// migrates it.
     ///
     /// # Errors
-    /// When it is no server, no database can be made there, or what is in the file is no dump, or not whole.
+    /// If `beside` is not on a server, no database can be created there, or the file is not a
+    /// complete dump.
     pub async fn restore(file: &Path, beside: &DatabaseAddress) -> std::result::Result<Self, DumpRefused> {
         if beside.kind() == EngineKind::Sqlite {
             return Err(DumpRefused::on_sqlite(file));
@@ -52,23 +56,23 @@ impl DumpedDatabase {
         match opened.await {
             Ok(database) => Ok(Self { database, name, beside: beside.clone() }),
             Err(why) => {
-                // The first failure is told.
+                // The first error is returned; an error of the clean-up is ignored.
                 let _ = drop_database(beside, &name).await;
                 Err(refused(why))
             }
         }
     }
 
-    /// What the dump holds.
+    /// Returns the restored database.
     #[must_use]
     pub const fn database(&self) -> &Database {
         &self.database
     }
 
-    /// Removes the database that was made for it.
+    /// Drops the temporary database.
     ///
     /// # Errors
-    /// When the server does not answer.
+    /// If the server does not respond.
     pub async fn remove(self) -> Result<()> {
         self.database.close().await;
         drop_database(&self.beside, &self.name).await
@@ -81,7 +85,8 @@ async fn drop_database(beside: &DatabaseAddress, name: &str) -> Result<()> {
     sqlx::raw_sql(AssertSqlSafe(statement)).execute(&mut connection).await.map(drop)
 }
 
-/// Has `pg_restore` do it, in one transaction; what it says where it does not. Blocks.
+/// Runs `pg_restore` in a single transaction. On failure the error contains its output. Blocks the
+/// thread.
 fn put_dump(file: &Path, address: &str, password: Option<&str>) -> std::result::Result<(), String> {
     let mut command = Command::new("pg_restore");
     command.args(["--exit-on-error", "--single-transaction", "--no-owner", "--no-privileges", "--dbname", address]);

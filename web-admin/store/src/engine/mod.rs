@@ -1,5 +1,6 @@
-//! The database engines: SQLite, and PostgreSQL with the feature `postgres`. The rest of the storage uses [`Connection`], [`Executor`] and
-//! [`Pool`]; the address chooses the engine at run time. A row stays the engine's own until its values are decoded.
+//! The database engines: SQLite, and PostgreSQL with the feature `postgres`. The rest of the store
+//! uses [`Connection`], [`Executor`] and [`Pool`]; the address selects the engine at run time. Rows
+//! keep their native form until their values are decoded.
 
 use std::path::{Path, PathBuf};
 
@@ -27,18 +28,18 @@ pub use driver::{Connection, Engine};
 pub(crate) use postgres::{WRITING, options as postgres_options};
 pub(crate) use rows::{TableColumns, add_missing_rows};
 
-/// Why a dump could not be looked at.
+/// A dump could not be restored for verification.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}: {why}", file = file.display())]
 pub struct DumpRefused {
-    /// The dump.
+    /// Path of the dump.
     pub file: PathBuf,
-    /// Why, without a password.
+    /// Reason, without a password.
     pub why: String,
 }
 
 impl DumpRefused {
-    /// Because the database is SQLite's.
+    /// The error for a database on SQLite, which has no dumps.
     fn on_sqlite(file: &Path) -> Self {
         let why = "a dump is verified on the PostgreSQL server that --database names, and this database is SQLite's; of SQLite there are \
                    no dumps, and a copy of its database is verified by --database";
@@ -46,7 +47,8 @@ impl DumpRefused {
     }
 }
 
-/// Chooses by the engine of a connection, a pool, a database or an address: the first expression is SQLite's, the second PostgreSQL's.
+/// Selects an expression by the engine of a connection, a pool, a database or an address: the first
+/// is for SQLite, the second for PostgreSQL.
 macro_rules! twin {
     ($to:expr, $first:expr, $second:expr $(,)?) => {
         match $to.kind() {
@@ -58,7 +60,7 @@ macro_rules! twin {
 }
 pub(crate) use twin;
 
-/// Does the same with the variant of either engine.
+/// Evaluates the same expression with the native value of either engine's variant.
 macro_rules! native {
     ($of:ident, $value:expr, $own:ident => $does:expr) => {
         match $value {
@@ -70,12 +72,12 @@ macro_rules! native {
 }
 use native;
 
-/// Several connections.
+/// A connection pool.
 pub type Pool = sqlx::Pool<Engine>;
 
-/// Whatever a statement may be given to: a connection, a pool, a transaction.
+/// Runs statements: a connection, a pool or a transaction.
 pub trait Executor<'e>: sqlx::Executor<'e, Database = Engine> {
-    /// Which engine it leads to.
+    /// Returns the engine.
     fn kind(&self) -> EngineKind;
 }
 

@@ -1,4 +1,4 @@
-//! PostgreSQL: a server, whose database is made by whoever runs it.
+//! PostgreSQL. The database on the server is created by its administrator.
 
 use std::io;
 use std::str::FromStr;
@@ -15,24 +15,25 @@ use super::{Connection, EngineKind, Executor, is_table_there};
 use crate::locks::{BETWEEN_TRIES, LockError, TRIES};
 use crate::{Database, Error, Result, Write};
 
-/// Everything that makes the schema.
+/// The migrations.
 pub(super) static MIGRATIONS: Migrator = sqlx::migrate!("../../migrations/postgres");
 
-/// Names the lock that whoever writes holds, among those of the database.
+/// Key of the advisory lock that serializes writers.
 pub(crate) const WRITING: i64 = 0x7374_796c_6574;
-/// Names the lock of those that serve the database, or of the process that has it to itself.
+/// Key of the advisory lock held by all processes that serve the database, or exclusively by one
+/// process.
 const HOLDING: i64 = WRITING + 1;
-/// How long a statement waits for a lock before it fails.
+/// Lock timeout of a statement.
 const PATIENCE: &str = "10s";
-/// How long a request waits for a connection: one that is free, answers, and leads to the database.
+/// Timeout for a request to get a working connection from the pool.
 const LONGEST_CONNECTING: Duration = Duration::from_secs(10);
-/// How long a connection that has answered is taken to answer still: whoever borrows it again does not wait until it has.
+/// Longest idle time after which a connection is reused without a ping.
 const LONGEST_BELIEVED: Duration = Duration::from_secs(1);
-/// Statements that the server keeps prepared for each connection: all that pages use. Of a hundred, the usual number, it would have
-/// forgotten most when they come again.
+/// Number of prepared statements cached per connection: enough for the statements of all pages.
+/// With the default of 100, most would be evicted before they are used again.
 const PREPARED: usize = 1000;
-/// How the server ends sessions whose other end has fallen silent, so that nobody's lock outlives them: by TCP, in s and ms, and, where a
-/// transaction does nothing at all, by its time.
+/// Settings by which the server ends sessions with unresponsive clients, so that their locks are
+/// released: TCP keepalive in s, TCP user timeout in ms, and the timeout for idle transactions.
 const VIGILANCE: [(&str, &str); 5] = [
     ("tcp_keepalives_idle", "10"),
     ("tcp_keepalives_interval", "5"),
@@ -40,26 +41,28 @@ const VIGILANCE: [(&str, &str); 5] = [
     ("tcp_user_timeout", "25000"),
     ("idle_in_transaction_session_timeout", "60s"),
 ];
-/// What does for a server what copies of a file do otherwise.
+/// Error message: the alternatives to copying the database as a file.
 const COPIES: &str = "this database is kept by a PostgreSQL server and is no file: pg_dump copies it while it is served, `web-admin verify --dump` \
                       checks the copy, pg_restore puts it back, or the server archives its write-ahead log (WAL archiving); recordings are \
                       copied as files";
 
-/// A database that this process holds until it is dropped: a lock of a connection of its own, which the server lets go of when that ends.
+/// A lock on a database, held until dropped: an advisory lock on a dedicated connection, which the
+/// server releases when the connection ends.
 #[derive(Debug)]
 pub(super) struct ServerLock {
     connection: PgConnection,
 }
 
 impl ServerLock {
-    /// Whether the server still lets this process hold it: a server that was started anew knows of no lock.
+    /// Returns whether the lock is still held. A restarted server has lost its advisory locks.
     pub(super) async fn is_held(&mut self) -> bool {
         let asked = tokio::time::timeout(LONGEST_CONNECTING, self.connection.ping()).await;
         asked.is_ok_and(|answered| answered.is_ok())
     }
 }
 
-/// A pool whose connections answer, or are given up: neither who asks for one waits for long, nor is one kept that does not answer.
+/// Makes a pool that discards unresponsive connections, so that no request waits for one longer
+/// than the timeout.
 fn pool() -> PoolOptions<Engine> {
     PoolOptions::new()
         .acquire_timeout(LONGEST_CONNECTING)
@@ -76,32 +79,34 @@ fn pool() -> PoolOptions<Engine> {
             Box::pin(async move {
                 match tokio::time::timeout(LONGEST_CONNECTING, connection.ping()).await {
                     Ok(answered) => answered.map(|()| true),
-                    // An error has it dropped without a word; one that is closed in order says so, and waits.
+                    // The error makes the pool drop the connection at once. An orderly close would
+                    // send a message and wait for the unresponsive server.
                     Err(_silent) => Err(Error::PoolTimedOut),
                 }
             })
         })
 }
 
-/// How to connect to the database of an address.
+/// Returns the connection options for an address.
 pub(crate) fn options(address: &DatabaseAddress) -> Result<PgConnectOptions> {
-    // No statement of ours is so long that compiling it would be worth the time, and none may take every processor from the others.
+    // JIT compilation would take longer than any of our statements runs, and parallel workers would
+    // let one statement occupy all processors.
     let options = [("lock_timeout", PATIENCE), ("jit", "off"), ("max_parallel_workers_per_gather", "0")];
     let connecting = PgConnectOptions::from_str(address.as_url())?.statement_cache_capacity(PREPARED);
     Ok(connecting.options(options).options(VIGILANCE))
 }
 
-/// The address of another database of the same server.
+/// Returns the address of another database on the same server.
 pub(super) fn sibling(address: &DatabaseAddress, name: &str) -> Result<String> {
     Ok(PgConnectOptions::from_str(address.as_url())?.database(name).to_url_lossy().into())
 }
 
-/// Refuses what a file can do and a server cannot; says what to do instead.
+/// Returns the error for an operation that needs a database file; it explains the alternatives.
 pub(super) fn refuse_file<T>() -> io::Result<T> {
     Err(io::Error::new(io::ErrorKind::Unsupported, COPIES))
 }
 
-/// Makes the database anew, with nothing in it.
+/// Replaces the database with an empty one.
 pub(super) async fn make_anew(address: &DatabaseAddress) -> Result<()> {
     let options = PgConnectOptions::from_str(address.as_url())?;
     let name = options.get_database().unwrap_or_default().replace('"', "\"\"");
@@ -115,15 +120,15 @@ pub(super) async fn make_anew(address: &DatabaseAddress) -> Result<()> {
     Ok(())
 }
 
-/// Opens a database, which the server must have.
+/// Opens a database, which must exist on the server.
 pub(super) async fn open(address: &DatabaseAddress) -> Result<Database> {
     let options = options(address)?;
-    // Who reads twice in a transaction reads the same, as from SQLite.
+    // Repeated reads in a transaction return the same rows, as with SQLite.
     let reading = options
         .clone()
         .options([("default_transaction_read_only", "on"), ("default_transaction_isolation", "repeatable read")]);
     let writer = match pool().max_connections(1).connect_with(options.clone().into()).await {
-        // A pool says only that it has waited: the server itself says why.
+        // The pool reports only a timeout; a direct connection attempt returns the server's error.
         Err(Error::PoolTimedOut) => return Err(options.connect().await.err().unwrap_or(Error::PoolTimedOut)),
         connected => connected?,
     };
@@ -131,18 +136,18 @@ pub(super) async fn open(address: &DatabaseAddress) -> Result<Database> {
     Ok(Database { writer, reader, kind: EngineKind::Postgres })
 }
 
-/// Whether there is a database: one that was ever migrated.
+/// Returns whether the database was ever migrated.
 pub(super) async fn is_there(address: &DatabaseAddress) -> Result<bool> {
     let mut connection = Connection::Postgres(options(address)?.connect().await?);
     is_table_there(&mut connection, "_sqlx_migrations").await
 }
 
-/// Keeps a database from every other process that would hold it.
+/// Takes the exclusive lock on a database.
 pub(super) async fn hold(address: &DatabaseAddress, holder: &str) -> std::result::Result<ServerLock, LockError> {
     lock(address, holder, "SELECT pg_try_advisory_lock($1)").await
 }
 
-/// Holds a database beside others that serve it.
+/// Takes the shared lock of the processes that serve a database together.
 pub(super) async fn join(address: &DatabaseAddress, holder: &str) -> std::result::Result<ServerLock, LockError> {
     lock(address, holder, "SELECT pg_try_advisory_lock_shared($1)").await
 }
@@ -177,15 +182,16 @@ async fn lock(
     Err(LockError::Held { place: address.to_string(), holder: holder.unwrap_or_else(|| "another process".to_owned()) })
 }
 
-/// Starts a transaction that may write, once nobody else does.
+/// Starts a write transaction, after waiting for other writers.
 pub(super) async fn write(database: &Database) -> Result<Write> {
     let mut begun = database.writer.begin().await?;
     sqlx::query("SELECT pg_advisory_xact_lock($1)").bind(WRITING).execute(&mut *begun).await?;
     Ok(begun)
 }
 
-/// As [`write`], for what is done again should the server's machine lose it within the next second: whoever waits to write does not wait
-/// for the disk.
+/// Same as [`write`], with asynchronous commit, so that waiting writers need not wait for the disk:
+/// for changes that will be repeated if the server's machine crashes within the next second and
+/// loses them.
 pub(super) async fn write_relaxed(database: &Database) -> Result<Write> {
     let mut begun = database.writer.begin().await?;
     sqlx::query("SELECT pg_advisory_xact_lock($1), set_config('synchronous_commit', 'off', TRUE)")
@@ -195,7 +201,8 @@ pub(super) async fn write_relaxed(database: &Database) -> Result<Write> {
     Ok(begun)
 }
 
-/// The triggers that migrations as far as one make, in a schema beside the database's own.
+/// Returns the triggers that the migrations up to `newest` create. They are run in a temporary
+/// schema.
 pub(super) async fn made_triggers(database: &Database, newest: i64) -> Result<Vec<(String, String)>> {
     let mut tx = database.writer.begin().await?;
     sqlx::raw_sql("CREATE SCHEMA fresh; SET LOCAL search_path = fresh").execute(&mut *tx).await?;
@@ -207,7 +214,7 @@ pub(super) async fn made_triggers(database: &Database, newest: i64) -> Result<Ve
     Ok(made)
 }
 
-/// Every trigger of the schema that is written to: name, and all that it does.
+/// Returns all triggers of the current schema: name, and definition, state and source code.
 pub(super) async fn list_triggers(executor: impl Executor<'_>) -> Result<Vec<(String, String)>> {
     sqlx::query_as(
         "SELECT t.tgname::text, concat(pg_get_triggerdef(t.oid, TRUE), ' ', t.tgenabled, ' ', p.prosrc)
@@ -218,7 +225,7 @@ pub(super) async fn list_triggers(executor: impl Executor<'_>) -> Result<Vec<(St
     .await
 }
 
-/// What PostgreSQL itself knows to be wrong: indices and references that do not hold.
+/// Returns invalid indices and constraints that were never validated.
 pub(super) async fn integrity(database: &Database) -> Result<Vec<String>> {
     sqlx::query_scalar(
         "SELECT indexrelid::regclass || ': the index is not valid' FROM pg_index WHERE NOT indisvalid
@@ -228,14 +235,15 @@ pub(super) async fn integrity(database: &Database) -> Result<Vec<String>> {
     .await
 }
 
-/// What is wrong with the pages of a table: PostgreSQL says so of each that it reads.
+/// Reads all rows of a table. PostgreSQL returns an error for a damaged page.
 pub(super) async fn damaged_pages(database: &Database, table: &str) -> Result<Vec<String>> {
     let read = format!("SELECT count(t.*) FROM {table} t");
     sqlx::query(sqlx::AssertSqlSafe(read)).execute(&database.reader).await?;
     Ok(Vec::new())
 }
 
-/// Has triggers and references rest, or hold again, until the transaction's end, where the server lets us.
+/// Disables triggers and foreign keys (`replica`) or enables them (`origin`) until the end of the
+/// transaction, if the role is a superuser.
 pub(super) async fn set_replication_role(writer: &mut Connection, role: &str) -> Result<()> {
     sqlx::query(
         "SELECT set_config('session_replication_role', $1, TRUE) FROM pg_roles WHERE rolname = current_user AND rolsuper",

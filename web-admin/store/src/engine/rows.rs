@@ -1,4 +1,4 @@
-//! Many rows in one statement.
+//! Insertion of many rows with one statement.
 
 use sqlx::QueryBuilder;
 use sqlx::query_builder::Separated;
@@ -6,16 +6,16 @@ use sqlx::query_builder::Separated;
 use super::{Connection, Engine};
 use crate::Result;
 
-/// A table, and those of its columns that are given values.
+/// A table and the columns to be filled.
 pub(crate) struct TableColumns {
-    /// Its name.
+    /// Name of the table.
     pub table: &'static str,
-    /// Their names.
+    /// Names of the columns.
     pub columns: &'static [&'static str],
 }
 
-/// Adds rows to a table, and leaves out those whose key it has. `bind` gives a row's values, in the order of the columns. Engines take some
-/// thirty thousand values at a time.
+/// Inserts rows and skips those whose key exists. `bind` binds the values of a row, in the order of
+/// the columns. The engines accept about 30 000 values per statement.
 pub(crate) async fn add_missing_rows<T>(
     writer: &mut Connection,
     into: &TableColumns,

@@ -1,4 +1,4 @@
-//! SQLite: a file, one connection that writes, several that read.
+//! SQLite: a file with one connection for writing and several for reading.
 
 use std::fs::File;
 use std::io;
@@ -16,34 +16,35 @@ use super::driver::{ConnectOptions, Engine};
 use super::{Connection, EngineKind, Executor};
 use crate::{Database, Result, Write};
 
-/// Everything that makes the schema.
+/// The migrations.
 pub(super) static MIGRATIONS: Migrator = sqlx::migrate!("../../migrations");
 
-/// Takes the write lock at once.
+/// Takes the write lock immediately.
 const BEGIN: &str = "BEGIN IMMEDIATE";
 
-/// What each connection keeps of the database in memory, as `PRAGMA cache_size` reads it: 4 MB, so that the upper levels of a
-/// large school's indices stay there. Whatever else is read lies in the system's own cache.
+/// Page cache of each connection, in the unit of `PRAGMA cache_size`: 4 MB, enough for the upper
+/// levels of a large school's indices. Other pages are in the page cache of the operating system.
 const CACHE: &str = "-4000";
-/// Rows that a query may be ahead of whoever reads them: each wait for the other costs more than a row.
+/// Number of rows that SQLite's thread may read ahead of the consumer: waiting for each other costs
+/// more than reading a row.
 const ROWS: usize = 1024;
 
-/// The address of a file.
+/// Returns the address of a file.
 pub(super) fn address_of(path: &Path) -> String {
     format!("sqlite://{}", path.display())
 }
 
-/// How to connect to the file of an address.
+/// Returns the connection options for an address.
 pub(super) fn options(address: &DatabaseAddress) -> Result<SqliteConnectOptions> {
     SqliteConnectOptions::from_str(address.as_url())
 }
 
-/// The file of an address.
+/// Returns the file of an address.
 pub(super) fn file_of(address: &DatabaseAddress) -> io::Result<PathBuf> {
     Ok(options(address).map_err(io::Error::other)?.get_filename().to_owned())
 }
 
-/// Makes the database anew, with nothing in it.
+/// Removes the database file and its write-ahead log.
 pub(super) fn make_anew(address: &DatabaseAddress) -> Result<()> {
     let file = file_of(address)?;
     for end in ["", "-wal", "-shm"] {
@@ -57,32 +58,33 @@ pub(super) fn make_anew(address: &DatabaseAddress) -> Result<()> {
     Ok(())
 }
 
-/// Opens a database.
+/// Opens a database. `make` creates a missing file.
 pub(super) async fn open(address: &DatabaseAddress, make: bool) -> Result<Database> {
     let options = options(address)?
         .create_if_missing(make)
         .journal_mode(SqliteJournalMode::Wal)
-        // A score that was shown must survive a power cut, so each commit reaches the disk.
+        // A score that was shown must survive a power failure, so each commit is synced to the
+        // disk.
         .synchronous(SqliteSynchronous::Full)
         .foreign_keys(true)
         .pragma("cache_size", CACHE)
-        // What was erased is overwritten, and not left in pages that are free.
+        // Deleted data is overwritten with zeros instead of staying in free pages.
         .pragma("secure_delete", "ON")
         .row_buffer_size(ROWS)
         .busy_timeout(Duration::from_secs(10));
     let pool = PoolOptions::<Engine>::new();
     let writer = pool.clone().max_connections(1).connect_with(options.clone().into()).await?;
     let reading: ConnectOptions = options.create_if_missing(false).pragma("query_only", "ON").into();
-    // A file does not go away, and asking for it costs two changes of the thread before each statement.
+    // A file cannot disconnect, and a ping costs two context switches before each statement.
     let reader = pool.max_connections(4).test_before_acquire(false).connect_lazy_with(reading);
     Ok(Database { writer, reader, kind: EngineKind::Sqlite })
 }
 
-/// Starts a transaction that may write. `IMMEDIATE`: a deferred one that turns to writing later is refused at once
-/// and ignores the busy timeout.
+/// Starts a write transaction. It is `IMMEDIATE` because a deferred transaction that starts to
+/// write later fails at once if another one is writing, and ignores the busy timeout.
 ///
-/// A connection that cannot begin is thrown away and the next one tried once: after a full disk or an I/O error SQLite
-/// has rolled back by itself, and the connection still counts a transaction that is no more.
+/// If a connection cannot begin, it is closed and a new one is tried once: after a full disk or an
+/// I/O error SQLite has rolled back by itself, but the connection still counts an open transaction.
 pub(super) async fn write(database: &Database) -> Result<Write> {
     if let Ok(begun) = database.writer.begin_with(BEGIN).await {
         return Ok(begun);
@@ -91,7 +93,7 @@ pub(super) async fn write(database: &Database) -> Result<Write> {
     database.writer.begin_with(BEGIN).await
 }
 
-/// The triggers that migrations as far as one make: name and definition.
+/// Returns the triggers that the migrations up to `newest` create: name and definition.
 pub(super) async fn made_triggers(newest: i64) -> Result<Vec<(String, String)>> {
     let mut fresh = Connection::connect("sqlite::memory:").await?;
     for migration in MIGRATIONS.iter().filter(|migration| migration.version <= newest) {
@@ -100,12 +102,12 @@ pub(super) async fn made_triggers(newest: i64) -> Result<Vec<(String, String)>> 
     list_triggers(&mut fresh).await
 }
 
-/// Every trigger of a database: name and definition.
+/// Returns all triggers of a database: name and definition.
 pub(super) async fn list_triggers(executor: impl Executor<'_>) -> Result<Vec<(String, String)>> {
     sqlx::query_as("SELECT name, sql FROM sqlite_schema WHERE type = 'trigger' ORDER BY name").fetch_all(executor).await
 }
 
-/// What SQLite itself finds wrong with the file: damaged pages and rows that point nowhere.
+/// Runs SQLite's integrity check: returns damaged pages and dangling references.
 pub(super) async fn integrity(database: &Database) -> Result<Vec<String>> {
     let mut findings: Vec<String> =
         sqlx::query_scalar("SELECT integrity_check FROM pragma_integrity_check").fetch_all(&database.reader).await?;
@@ -122,7 +124,7 @@ pub(super) async fn integrity(database: &Database) -> Result<Vec<String>> {
     Ok(findings)
 }
 
-/// What SQLite finds wrong with the pages of a table.
+/// Returns damaged pages of a table.
 pub(super) async fn damaged_pages(database: &Database, table: &str) -> Result<Vec<String>> {
     let mut findings: Vec<String> = sqlx::query_scalar("SELECT quick_check FROM pragma_quick_check($1)")
         .bind(table)
@@ -132,12 +134,13 @@ pub(super) async fn damaged_pages(database: &Database, table: &str) -> Result<Ve
     Ok(findings.iter().map(|lines| format!("{table}: {}", lines.replace('\n', " "))).collect())
 }
 
-/// Copies the database as it is at one moment into a file that must not exist. Others go on writing meanwhile.
+/// Copies a consistent snapshot of the database into a new file. Other processes can write
+/// meanwhile.
 pub(super) async fn copy_to(database: &Database, file: &Path) -> Result<()> {
     sqlx::query("VACUUM INTO $1").bind(file.to_string_lossy()).execute(&database.writer).await.map(drop)
 }
 
-/// After much was written: it is on the disk, and in the file itself, before anybody else waits for that.
+/// Finishes a bulk write: moves the write-ahead log into the file and syncs the file to the disk.
 pub(super) async fn settle(database: &Database) -> Result<()> {
     fold_log(database).await?;
     let file: String = sqlx::query_scalar("SELECT file FROM pragma_database_list WHERE name = 'main'")
@@ -146,7 +149,7 @@ pub(super) async fn settle(database: &Database) -> Result<()> {
     Ok(File::open(file)?.sync_all()?)
 }
 
-/// Folds the write-ahead log into the file and empties it.
+/// Checkpoints the write-ahead log into the file and truncates it.
 pub(super) async fn fold_log(database: &Database) -> Result<()> {
     sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").execute(&database.writer).await.map(drop)
 }

@@ -1,5 +1,5 @@
-//! Arguments of statements and values of rows. An argument becomes the engine's own when its statement runs; a value is read by the engine's
-//! own decoder, without a copy.
+//! Arguments of statements and values of rows. An argument is converted for the native driver when
+//! its statement runs; a value is decoded by the native driver, without a copy.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -15,14 +15,14 @@ use uuid::Uuid;
 use super::driver::Engine;
 use super::native;
 
-/// The type of a value.
+/// Type of a value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TypeInfo {
-    /// Of an argument.
+    /// Type of an argument.
     Given(ArgumentKind),
-    /// Of a value of SQLite.
+    /// Type of a SQLite value.
     Sqlite(SqliteTypeInfo),
-    /// Of a value of PostgreSQL.
+    /// Type of a PostgreSQL value.
     #[cfg(feature = "postgres")]
     Postgres(PgTypeInfo),
 }
@@ -66,11 +66,11 @@ impl sqlx::TypeInfo for TypeInfo {
     }
 }
 
-/// A value that borrows from its row.
+/// A value borrowed from its row.
 pub enum ValueRef<'r> {
-    /// SQLite's.
+    /// A SQLite value.
     Sqlite(SqliteValueRef<'r>),
-    /// PostgreSQL's.
+    /// A PostgreSQL value.
     #[cfg(feature = "postgres")]
     Postgres(PgValueRef<'r>),
 }
@@ -108,11 +108,11 @@ impl<'r> sqlx::ValueRef<'r> for ValueRef<'r> {
     }
 }
 
-/// A value that owns its bytes.
+/// An owned value.
 pub enum AnswerValue {
-    /// SQLite's.
+    /// A SQLite value.
     Sqlite(SqliteValue),
-    /// PostgreSQL's.
+    /// A PostgreSQL value.
     #[cfg(feature = "postgres")]
     Postgres(PgValue),
 }
@@ -133,7 +133,7 @@ impl sqlx::Value for AnswerValue {
     }
 }
 
-/// Arguments of a statement, in their order.
+/// Arguments of a statement, in order.
 #[derive(Debug, Default)]
 pub struct Arguments(Vec<Argument>);
 
@@ -165,7 +165,7 @@ impl sqlx::Arguments for Arguments {
 sqlx_core::impl_into_arguments_for_arguments!(Arguments);
 sqlx_core::impl_encode_for_option!(Engine);
 
-/// Types of a column that each engine's own decoder reads.
+/// Implements decoding with the native decoder of each engine.
 macro_rules! read_natively {
     ($($kind:ident: $read:ty),+ $(,)?) => {$(
         impl Type<Engine> for $read {
@@ -195,10 +195,10 @@ macro_rules! read_natively {
     )+};
 }
 
-/// The types of arguments, each of which both engines take.
+/// Defines the argument types, all supported by both engines.
 macro_rules! arguments {
     ($($kind:ident: $given:ty),+ $(,)?) => {
-        /// The type of an argument.
+        /// Type of an argument.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum ArgumentKind {
             $(#[doc = stringify!($given)] $kind),+
@@ -215,7 +215,7 @@ macro_rules! arguments {
         /// An argument of a statement.
         #[derive(Clone, Debug)]
         pub enum Argument {
-            /// NULL, with its type, which PostgreSQL needs.
+            /// NULL with its type, which PostgreSQL needs.
             Null(ArgumentKind),
             $(#[doc = stringify!($given)] $kind($given)),+
         }
@@ -300,7 +300,7 @@ impl Encode<'_, Engine> for &[u8] {
     }
 }
 
-/// Types that are read without a copy.
+/// Implements decoding of borrowed values, without a copy.
 macro_rules! read_borrowed {
     ($($whole:ty: $borrowed:ty),+) => {$(
         impl Type<Engine> for $borrowed {
@@ -327,7 +327,7 @@ macro_rules! read_borrowed {
 
 read_borrowed!(String: str, Vec<u8>: [u8]);
 
-// Enumerations that a column holds as text.
+// Enumerations stored as text.
 read_natively! {
     Text: crate::account_links::Purpose,
     Text: crate::audit_search::AuditObjectKind,

@@ -1,4 +1,4 @@
-//! What lets somebody in, for themselves: never the secrets.
+//! A person's credentials in their data export, without the secrets.
 
 use model::{Moment, PersonKey};
 use serde::Serialize;
@@ -8,7 +8,7 @@ use super::{Pool, Result};
 use crate::passkeys::{self, KeptPasskey};
 use crate::second_factors;
 
-/// What lets somebody in besides their password.
+/// Credentials other than the password.
 #[derive(Clone, Debug, Serialize)]
 pub struct AccessFacts {
     second_factor_since: Option<Moment>,
@@ -17,7 +17,7 @@ pub struct AccessFacts {
     tokens: Vec<TokenFacts>,
 }
 
-/// A token for a program.
+/// An API token.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct TokenFacts {
     name: Option<String>,
@@ -27,7 +27,7 @@ pub struct TokenFacts {
     revoked_at: Option<Moment>,
 }
 
-/// A passkey; its public key is of use to nobody else.
+/// A passkey. Its public key is left out, because the person has no use for it.
 #[derive(Clone, Debug, Serialize)]
 pub struct PasskeyFacts {
     name: String,

@@ -1,6 +1,8 @@
-//! What else is held about somebody, a kind at a time: rows as they are, without what is a secret's hash.
+//! Other records about a person in their data export, by kind: the rows as stored, without hashes
+//! of secrets.
 //!
-//! A column says by its name how it is to be read: `…_at` is a moment, `is_…` is true or false, `…_json` is JSON.
+//! The name of a column determines its conversion: `…_at` is a time, `is_…` a boolean, `…_json`
+//! JSON.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +15,7 @@ use uuid::Uuid;
 use crate::engine::AnswerRow;
 use crate::{Pool, Result};
 
-/// A kind of rows, by school and person.
+/// A kind of record and its query, by school and person.
 struct RecordKind {
     key: &'static str,
     rows: &'static str,
@@ -23,7 +25,7 @@ const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
     RecordKind { key, rows }
 }
 
-/// What others did about them, and what stands in their name.
+/// Records about the person, including those made by others.
 const ABOUT: [RecordKind; 21] = [
     kind(
         "overrides",
@@ -134,7 +136,7 @@ const ABOUT: [RecordKind; 21] = [
     ),
 ];
 
-/// What they did themselves, to others' or to the school's things.
+/// Records of the person's actions on the data of other people or of the school.
 const DONE: [RecordKind; 19] = [
     kind(
         "comments_made",
@@ -211,7 +213,7 @@ const DONE: [RecordKind; 19] = [
     kind("pairing_codes_made", "SELECT expires_at FROM pairing_codes WHERE school_id = $1 AND made_by = $2"),
 ];
 
-/// All of it, by kind.
+/// Returns all records, by kind.
 pub(super) async fn of_person(
     reader: &Pool,
     school: SchoolId,
@@ -226,7 +228,7 @@ pub(super) async fn of_person(
     Ok(held)
 }
 
-/// A row as an object of JSON.
+/// Converts a row into a JSON object.
 fn object(row: &AnswerRow) -> Result<Value> {
     let mut object = serde_json::Map::new();
     for (at, column) in row.columns().iter().enumerate() {

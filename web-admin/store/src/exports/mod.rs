@@ -1,4 +1,4 @@
-//! Everything held about a person, for themselves.
+//! A person's data export: all stored data about them.
 
 mod access;
 mod held;
@@ -16,39 +16,39 @@ use sqlx::FromRow;
 
 use super::{ExactNumber, Json, Pool, Result};
 
-/// Everything held about a person.
+/// All stored data about a person.
 #[derive(Clone, Debug, Serialize)]
 pub struct PersonExport {
-    /// Who.
+    /// Personal details.
     pub person: PersonFacts,
-    /// Cohorts, by name.
+    /// Names of the cohorts, sorted.
     pub cohorts: Vec<String>,
-    /// Attempts, in order of time.
+    /// Attempts, by start time.
     pub attempts: Vec<AttemptFacts>,
-    /// What was measured in them.
+    /// Metrics of the attempts.
     pub metrics: Vec<MetricFacts>,
-    /// How they were graded, every time.
+    /// All computed scores of the attempts.
     pub scores: Vec<ScoreFacts>,
-    /// What was said about their attempts, by them and others.
+    /// Comments and replies on the attempts.
     pub comments: Vec<CommentFacts>,
-    /// What was assigned to them.
+    /// Assignments.
     pub assignments: Vec<AssignmentFacts>,
-    /// What raters gave their attempts, without the raters.
+    /// Finished ratings of the attempts, without the raters.
     pub ratings: Vec<RatingFacts>,
-    /// The pops that they marked, and how near they came.
+    /// Marked pops, and the accuracy of the marks.
     pub marked_pops: Vec<MarksFacts>,
-    /// What they answered in surveys that are not anonymous.
+    /// Answers in surveys that are not anonymous.
     pub survey_answers: Vec<AnswerFacts>,
-    /// What lets them in besides their password.
+    /// Credentials other than the password.
     pub access: AccessFacts,
-    /// What else is held, by kind.
+    /// Other records, by kind.
     #[serde(flatten)]
     pub held: BTreeMap<&'static str, Vec<Value>>,
-    /// What they did, and what was done with their account, their attempts and their tokens.
+    /// Audit log entries on the person's actions, account, attempts and tokens.
     pub log: Vec<LogFacts>,
 }
 
-/// Who somebody is.
+/// Personal details.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct PersonFacts {
     id: PersonId,
@@ -62,7 +62,7 @@ pub struct PersonFacts {
     created_at: Moment,
 }
 
-/// An attempt, with what its recording is and where it is had.
+/// An attempt, with the URL of its recording.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct AttemptFacts {
     session_id: SessionId,
@@ -94,7 +94,7 @@ pub struct MetricFacts {
     unit: String,
 }
 
-/// A grading of an attempt.
+/// A computed score of an attempt.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct ScoreFacts {
     session_id: SessionId,
@@ -116,7 +116,7 @@ pub struct LogFacts {
     details: Json<Value>,
 }
 
-/// Gathers it. `None` when there is no such person.
+/// Collects the data export of a person. Returns `None` if there is no such person.
 pub async fn of_person(reader: &Pool, school: SchoolId, person: PersonId) -> Result<Option<PersonExport>> {
     let facts: Option<PersonFacts> = sqlx::query_as(
         "SELECT p.id, s.name AS school, p.role, p.email, p.display_name, p.pseudonym, p.registrar_id, p.language, p.created_at
@@ -165,7 +165,8 @@ pub async fn of_person(reader: &Pool, school: SchoolId, person: PersonId) -> Res
     }))
 }
 
-/// What was measured in their attempts: a row for each attempt, since what SQLite hands over costs by the cell.
+/// Returns the metrics of the person's attempts. Each attempt is one row with a JSON array, because
+/// SQLite's cost grows with the number of cells.
 async fn metrics(reader: &Pool, school: SchoolId, person: PersonId) -> Result<Vec<MetricFacts>> {
     /// Id, version, value and unit.
     type Measured = (String, i64, ExactNumber, String);
@@ -186,7 +187,8 @@ async fn metrics(reader: &Pool, school: SchoolId, person: PersonId) -> Result<Ve
     Ok(rows.into_iter().flat_map(facts).collect())
 }
 
-/// What they did, and what was done with their account, their attempts and their tokens; and whatever else names them by their id.
+/// Returns the audit log entries on the person's actions, account, attempts, tokens, assignments
+/// and extensions.
 async fn log(reader: &Pool, PersonKey { school_id: school, person_id: person }: PersonKey) -> Result<Vec<LogFacts>> {
     sqlx::query_as(
         "WITH ids (id) AS (SELECT $2 UNION ALL SELECT id FROM sessions WHERE school_id = $1 AND trainee_id = $2

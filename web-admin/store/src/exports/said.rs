@@ -1,4 +1,4 @@
-//! What was said to and about somebody, and what they answered.
+//! Comments, assignments, ratings, marks and survey answers in a person's data export.
 
 use assessment::questionnaire::Answer;
 use attempt::AttemptCurve;
@@ -11,7 +11,7 @@ use sqlx::FromRow;
 
 use crate::{Json, Pool, Result, assignments};
 
-/// A comment on an attempt of theirs, or an answer to one.
+/// A comment on one of the person's attempts, or a reply.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct CommentFacts {
     session_id: SessionId,
@@ -25,7 +25,7 @@ pub struct CommentFacts {
     made_at: Moment,
 }
 
-/// Something that was assigned.
+/// An assignment.
 #[derive(Clone, Debug, Serialize)]
 pub struct AssignmentFacts {
     id: AssignmentId,
@@ -37,7 +37,7 @@ pub struct AssignmentFacts {
     supervised: bool,
 }
 
-/// A finished rating of an attempt of theirs.
+/// A finished rating of one of the person's attempts.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct RatingFacts {
     session_id: SessionId,
@@ -48,7 +48,7 @@ pub struct RatingFacts {
     finished_at: Moment,
 }
 
-/// Pops that they marked. The truth is there once the marks were sent.
+/// Pops marked by the person. The results are present once the marks have been submitted.
 #[derive(Clone, Debug, Serialize)]
 pub struct MarksFacts {
     task: String,
@@ -62,7 +62,7 @@ pub struct MarksFacts {
     largest_error_ms: Option<f64>,
 }
 
-/// Their answers in a survey.
+/// The person's answers in a survey.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct AnswerFacts {
     survey: String,

@@ -1,4 +1,4 @@
-//! Generated attempts, what was measured in them, and the sums over them.
+//! Generated attempts with their metrics and scores, and the sums over them.
 
 use std::ops::Range;
 
@@ -7,9 +7,10 @@ use model::ids::SessionId;
 use super::{ATTEMPTS, GeneratedCrowd, TRAINEES};
 use crate::{Connection, Result};
 
-/// Each trainee goes through the school's exercises in turn, at the hours of a day, no two at once. One re-simulation in a thousand differs,
-/// one attempt in five is not passed, nine of ten were looked at, and one in fifty has a question: rows that say so follow, and triggers find
-/// nothing to do.
+/// Generates sessions: each trainee goes through the school's exercises in turn, with start times
+/// spread over eight hours of a day and never equal. One re-simulation in a thousand differs, one
+/// attempt in five fails, nine of ten are reviewed, and one in fifty has a question. Only the flags
+/// are set here; the matching rows are inserted later.
 pub(super) async fn add(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, trainees: &Range<u32>) -> Result<()> {
     sqlx::query(
         "WITH RECURSIVE t (i) AS (SELECT CAST($7 AS BIGINT) UNION ALL SELECT i + 1 FROM t WHERE i + 1 < $2),
@@ -43,8 +44,9 @@ pub(super) async fn add(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, tra
     .map(drop)
 }
 
-/// Scores scattered by the order of the attempts, and the grades that follow from them; the model's metrics, scattered, for a trainee's latest
-/// attempt at each exercise and one in ten of the others; and the model's curve for one in fifty.
+/// Generates pseudo-random scores and the grades derived from them; the model's metrics, varied,
+/// for each trainee's latest attempt at each exercise and for one in ten of the others; and the
+/// model's curve for one attempt in fifty.
 pub(super) async fn score(
     writer: &mut Connection,
     crowd: &GeneratedCrowd<'_>,
@@ -87,7 +89,7 @@ pub(super) async fn score(
     Ok(())
 }
 
-/// A row of practice for each trainee and exercise.
+/// Inserts a practice row for each trainee and exercise.
 pub(super) async fn sum_up(
     writer: &mut Connection,
     crowd: &GeneratedCrowd<'_>,
@@ -110,7 +112,7 @@ pub(super) async fn sum_up(
     .map(drop)
 }
 
-/// Sums by month, of each cohort and of the school.
+/// Inserts the monthly sums of each cohort and of the school.
 pub(super) async fn tally(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(
         "INSERT INTO tallies (school_id, cohort_id, month, attempts, passes, points)

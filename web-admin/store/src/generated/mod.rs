@@ -1,7 +1,7 @@
-//! A large database of generated people and attempts, to measure pages on. Nothing in it was ever practised.
+//! A large database of generated people and attempts, for measuring the performance of pages.
 //!
-//! [`found`] makes the people, [`practise`] the attempts of some of them, and [`conclude`] the sums over all: three steps, so
-//! that each can be a transaction of a size that the disk bears.
+//! [`found`] generates the people, [`practise`] the attempts of some of them, and [`conclude`] the
+//! sums over all. They are separate steps so that each transaction has a reasonable size.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use model::ids::{SchoolId, SessionId};
 
 use super::{Connection, Result, engine};
 
-/// A statement that selects from `n`, whose `i` counts from 0 up to $2.
+/// Makes a statement that selects from `n`, whose column `i` counts from 0 to `$2` − 1.
 macro_rules! counted {
     ($statement:literal) => {
         concat!("WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i + 1 < $2) ", $statement)
@@ -19,32 +19,32 @@ macro_rules! counted {
 mod attempts;
 mod said;
 
-/// The first ids of each kind, far apart; the numbers in them keep generated rows apart from others.
+/// First id of each kind. The ranges are far apart and distinguish generated rows from real ones.
 const TRAINEES: i64 = 1_000_000_000;
 const COHORTS: i64 = 2_000_000_000;
 const ATTEMPTS: i64 = 3_000_000_000;
 const INSTRUCTORS: i64 = 4_000_000_000;
-/// How many cohorts an instructor teaches.
+/// Number of cohorts per instructor.
 const COHORTS_EACH: i64 = 4;
 
-/// What to generate in a school whose course is published.
+/// Parameters of the data generated for a school with a published course.
 #[derive(Clone, Copy, Debug)]
 pub struct GeneratedCrowd<'a> {
     /// School.
     pub school_id: SchoolId,
-    /// How many trainees.
+    /// Number of trainees.
     pub trainees: u32,
-    /// How many trainees a cohort has.
+    /// Number of trainees per cohort.
     pub cohort_size: u32,
-    /// Attempts of each trainee.
+    /// Number of attempts per trainee.
     pub attempts_each: u32,
-    /// Everybody's password, hashed.
+    /// Hash of the password shared by all generated people.
     pub password_hash: &'a str,
-    /// The earliest attempt, in µs since 1970 UTC.
+    /// Time of the earliest attempt, in µs since 1970 UTC.
     pub from_us: i64,
-    /// From an attempt to the next of the same trainee, in µs.
+    /// Interval between the attempts of a trainee, in µs.
     pub every_us: i64,
-    /// A scored attempt whose recording, curve and metrics the generated ones share.
+    /// A scored attempt whose recording, curve and metrics are reused by the generated ones.
     pub model: SessionId,
 }
 
@@ -57,33 +57,33 @@ impl GeneratedCrowd<'_> {
         (self.cohorts() + COHORTS_EACH - 1) / COHORTS_EACH
     }
 
-    /// The ids of the attempts of some trainees, by their places: the first, and the one after the last.
+    /// Returns the first attempt id of a range of trainees, and the id after the last.
     fn attempts_of(&self, trainees: &Range<u32>) -> (SessionId, SessionId) {
         let first = |trainee: u32| id(ATTEMPTS + i64::from(trainee) * i64::from(self.attempts_each));
         (first(trainees.start), first(trainees.end))
     }
 }
 
-/// The id with a number, as `unhex(printf('%032x', …))` makes it.
+/// Returns the id with a number, equal to `unhex(printf('%032x', …))` in SQL.
 fn id(number: i64) -> SessionId {
     SessionId::from_u128(u128::from(number.unsigned_abs()))
 }
 
-/// The address of a generated trainee.
+/// Returns the email address of a generated trainee.
 #[must_use]
 pub fn trainee_email(place: u32) -> String {
     format!("generated{place}@example.org")
 }
 
-/// The address of a generated instructor.
+/// Returns the email address of a generated instructor.
 #[must_use]
 pub fn instructor_email(place: u32) -> String {
     format!("instructor{place}@example.org")
 }
 
-/// Generates trainees, cohorts, instructors with four cohorts each, and what these have assigned.
+/// Generates trainees, cohorts, instructors with four cohorts each, and their assignments.
 pub async fn found(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
-    // The indices grow at random places.
+    // Random keys touch all pages of the indices, which must stay in the cache.
     engine::keep_more_in_memory(writer).await?;
     engine::suspend_triggers(writer).await?;
     trainees(writer, crowd).await?;
@@ -93,7 +93,7 @@ pub async fn found(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Resul
     engine::resume_triggers(writer).await
 }
 
-/// Generates the attempts of some trainees, by their places, with their scores and metrics, and what was said about them.
+/// Generates the attempts of a range of trainees, with scores, metrics, comments and reviews.
 pub async fn practise(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, trainees: Range<u32>) -> Result<()> {
     engine::suspend_triggers(writer).await?;
     attempts::add(writer, crowd, &trainees).await?;
@@ -108,13 +108,15 @@ pub async fn practise(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, train
     engine::resume_triggers(writer).await
 }
 
-/// Whether the school is twice as large as when this was last so: then the planner needs to know.
+/// Returns whether the number of attempts has doubled since the planner's statistics were last
+/// updated.
 fn is_doubled(trainees: &Range<u32>) -> bool {
     let blocks = trainees.start / (trainees.end - trainees.start).max(1);
     blocks == 0 || blocks.is_power_of_two()
 }
 
-/// Sums the school up. The planner is told nothing of its size but what a server finds out by itself.
+/// Computes the monthly sums of the school. It does not update the planner's statistics; PostgreSQL
+/// does so by itself.
 pub async fn conclude(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query("DELETE FROM tallies WHERE school_id = $1").bind(crowd.school_id).execute(&mut *writer).await?;
     attempts::tally(writer, crowd).await

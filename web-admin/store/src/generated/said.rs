@@ -1,11 +1,12 @@
-//! What generated instructors ask for, and what is said about generated attempts.
+//! Generated assignments, comments and reviews.
 
 use model::ids::SessionId;
 
 use super::{COHORTS, COHORTS_EACH, GeneratedCrowd, INSTRUCTORS};
 use crate::{Connection, Result};
 
-/// An exercise that is over and a course that is due in a month, for each cohort.
+/// Generates two assignments per cohort: an exercise that is past its due date, and a course due in
+/// a month.
 pub(super) async fn assignments(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     let until_us = crowd.from_us + crowd.every_us * i64::from(crowd.attempts_each);
     for statement in [
@@ -38,7 +39,7 @@ pub(super) async fn assignments(writer: &mut Connection, crowd: &GeneratedCrowd<
     Ok(())
 }
 
-/// A trainee's question on each attempt that has one.
+/// Generates a trainee's question on each attempt flagged as having one.
 pub(super) async fn comments(
     writer: &mut Connection,
     crowd: &GeneratedCrowd<'_>,
@@ -58,7 +59,7 @@ pub(super) async fn comments(
     .map(drop)
 }
 
-/// Who looked at those attempts that were looked at.
+/// Generates the reviews of attempts flagged as reviewed.
 pub(super) async fn reviews(
     writer: &mut Connection,
     crowd: &GeneratedCrowd<'_>,

@@ -1,4 +1,4 @@
-//! What stands for moving in a program that is built for SQLite alone: nothing of it can be there.
+//! Placeholders for a program without the feature `postgres`, which cannot move a database.
 
 use super::{CarriedTable, MoveError};
 use crate::engine::without_password;
@@ -6,23 +6,23 @@ use crate::locks::LockError;
 use crate::sessions::RecordingFile;
 use crate::{Connection, Result};
 
-/// The databases of a move, from which rows are carried and into which.
+/// Source and target of a move. Without the feature `postgres` it has no values.
 #[derive(Debug)]
 pub enum DatabaseMove {}
 
-/// One of both databases, held by this process until it is dropped.
+/// A lock on one of the databases. Without the feature `postgres` it has no values.
 #[derive(Debug)]
 pub enum MoveLock {}
 
-/// Rows that are carried and compared, and not kept yet.
+/// Copied rows before the commit. Without the feature `postgres` it has no values.
 #[derive(Debug)]
 pub enum CarriedRows {}
 
 impl DatabaseMove {
-    /// Refuses.
+    /// Refuses the move.
     ///
     /// # Errors
-    /// Always; they say which program moves.
+    /// Always. The error explains how to build a program that can move a database.
     pub fn parse(from: &str, to: &str) -> std::result::Result<Self, MoveError> {
         Err(MoveError::Refused {
             place: format!("{} to {}", without_password(from), without_password(to)),
@@ -32,19 +32,19 @@ impl DatabaseMove {
         })
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     #[must_use]
     pub fn source(&self) -> String {
         match *self {}
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     #[must_use]
     pub fn target(&self) -> String {
         match *self {}
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     ///
     /// # Errors
     /// Never.
@@ -52,7 +52,7 @@ impl DatabaseMove {
         match *self {}
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     ///
     /// # Errors
     /// Never.
@@ -60,7 +60,7 @@ impl DatabaseMove {
         match *self {}
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     ///
     /// # Errors
     /// Never.
@@ -68,7 +68,7 @@ impl DatabaseMove {
         match *self {}
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     ///
     /// # Errors
     /// Never.
@@ -76,7 +76,7 @@ impl DatabaseMove {
         match *self {}
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     ///
     /// # Errors
     /// Never.
@@ -86,30 +86,30 @@ impl DatabaseMove {
 }
 
 impl CarriedRows {
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     #[must_use]
     pub fn tables(&self) -> &[CarriedTable] {
         match *self {}
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     #[must_use]
     pub fn findings(&self) -> &[String] {
         match *self {}
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     #[must_use]
     pub fn forgotten_uploads(&self) -> u64 {
         match *self {}
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     pub fn target(&mut self) -> &mut Connection {
         match *self {}
     }
 
-    /// None is there.
+    /// Unreachable: there are no values of this type.
     ///
     /// # Errors
     /// Never.

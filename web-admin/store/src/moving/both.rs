@@ -1,4 +1,4 @@
-//! Both ends of a move.
+//! Moves a database between SQLite and PostgreSQL.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -16,14 +16,14 @@ use crate::locks::{FileLock, LockError};
 use crate::sessions::{RECORDINGS, RecordingFile};
 use crate::{Connection, Database, DatabaseAddress, DatabaseLock, Result};
 
-/// Where rows go.
+/// Direction of the move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum MoveDirection {
     ToPostgres,
     ToSqlite,
 }
 
-/// The databases of a move, from which rows are carried and into which.
+/// Source and target of a move.
 #[derive(Clone, Debug)]
 pub struct DatabaseMove {
     file: PathBuf,
@@ -31,7 +31,7 @@ pub struct DatabaseMove {
     direction: MoveDirection,
 }
 
-/// One of both databases, held by this process until it is dropped.
+/// A lock on one of the databases, held until dropped.
 #[derive(Debug)]
 pub struct MoveLock {
     _held: HeldEnd,
@@ -45,10 +45,10 @@ enum HeldEnd {
 }
 
 impl DatabaseMove {
-    /// The databases that two addresses name: one of SQLite, as a `sqlite:` URL or a path, and one of PostgreSQL.
+    /// Parses two addresses: one of SQLite, as a `sqlite:` URL or a path, and one of PostgreSQL.
     ///
     /// # Errors
-    /// When both are of one engine, or one is of neither.
+    /// If both name the same engine, or one names an unsupported engine.
     pub fn parse(from: &str, to: &str) -> std::result::Result<Self, MoveError> {
         let (file, server, direction) = match (EngineKind::of(from), EngineKind::of(to)) {
             (Some(EngineKind::Sqlite), Some(EngineKind::Postgres)) => (from, to, MoveDirection::ToPostgres),
@@ -68,7 +68,7 @@ impl DatabaseMove {
         Ok(Self { file, server, direction })
     }
 
-    /// In words for people: where rows come from.
+    /// Returns the source, in a form suitable for messages.
     #[must_use]
     pub fn source(&self) -> String {
         match self.direction {
@@ -77,7 +77,7 @@ impl DatabaseMove {
         }
     }
 
-    /// In words for people: where they go.
+    /// Returns the target, in a form suitable for messages.
     #[must_use]
     pub fn target(&self) -> String {
         match self.direction {
@@ -90,18 +90,20 @@ impl DatabaseMove {
         self.file.display().to_string()
     }
 
-    /// Keeps the source from every other process; `holder` tells them who has it.
+    /// Takes the exclusive lock on the source. `holder` names this process in the error messages of
+    /// others.
     ///
     /// # Errors
-    /// When another process has it, or it cannot be held.
+    /// If another process holds the lock, or it cannot be taken.
     pub async fn hold_source(&self, holder: &str) -> std::result::Result<MoveLock, LockError> {
         self.hold(self.direction == MoveDirection::ToPostgres, holder).await
     }
 
-    /// Keeps the target from every other process; `holder` tells them who has it.
+    /// Takes the exclusive lock on the target. `holder` names this process in the error messages of
+    /// others.
     ///
     /// # Errors
-    /// When another process has it, or it cannot be held.
+    /// If another process holds the lock, or it cannot be taken.
     pub async fn hold_target(&self, holder: &str) -> std::result::Result<MoveLock, LockError> {
         self.hold(self.direction == MoveDirection::ToSqlite, holder).await
     }
@@ -129,10 +131,11 @@ impl DatabaseMove {
         MoveError::Refused { place: self.source(), why: why.into() }
     }
 
-    /// Makes the tables of the target where they are missing, and refuses what cannot be moved or moved into.
+    /// Checks source and target, and creates the missing tables of the target.
     ///
     /// # Errors
-    /// When the source is none, or of another version than this program; when something is in the target; when one does not answer.
+    /// If the source is not a database of the service or has another schema version than this
+    /// program, if the target is not empty, or if one of them does not respond.
     pub async fn prepare(&self) -> std::result::Result<(), MoveError> {
         let (mut file, mut server) = (self.open_file().await?, self.connect().await?);
         let failed_source = |why| MoveError::Failed { place: self.source(), why };
@@ -170,10 +173,10 @@ impl DatabaseMove {
         if holds_rows { Err(MoveError::Refused { place: self.target(), why: why.to_owned() }) } else { Ok(()) }
     }
 
-    /// Every recording that the source names. It may be served meanwhile.
+    /// Returns all recordings in the source, which may be in use meanwhile.
     ///
     /// # Errors
-    /// When the source does not answer.
+    /// If the source does not respond.
     pub async fn list_recordings(&self) -> std::result::Result<Vec<RecordingFile>, MoveError> {
         let listed = match self.direction {
             MoveDirection::ToPostgres => {
@@ -186,11 +189,13 @@ impl DatabaseMove {
         listed.map_err(|why| MoveError::Failed { place: self.source(), why })
     }
 
-    /// Carries every row and compares both tables. Nobody writes to either meanwhile, and nothing is kept before [`CarriedRows::keep`]:
-    /// a move that is stopped before, however, has changed nothing.
+    /// Copies all rows and compares the tables of both databases. Both are locked for writing
+    /// meanwhile, and nothing is committed before [`CarriedRows::keep`]: a move that is interrupted
+    /// earlier changes nothing.
     ///
     /// # Errors
-    /// As [`Self::prepare`]; when a value is none that the other engine keeps, when a database does not answer, or has no room.
+    /// Same as [`Self::prepare`]; also if the other engine cannot store a value, a database does
+    /// not respond, or the disk is full.
     pub async fn carry(&self) -> std::result::Result<CarriedRows, MoveError> {
         self.prepare().await?;
         let (mut file, mut server) = (self.open_file().await?, self.connect().await?);
@@ -215,9 +220,10 @@ impl DatabaseMove {
         Ok(carried)
     }
 
-    /// Whoever writes waits until this connection ends, and what is read was there at one moment.
+    /// Locks the server's database for writing until the connection ends, and begins a transaction
+    /// that reads a consistent snapshot.
     async fn begin_on_server(&self, server: &mut PgConnection) -> Result<()> {
-        // Before the transaction, whose moment is that of its first statement.
+        // The lock comes before the transaction, whose snapshot is taken at its first statement.
         sqlx::query("SELECT pg_advisory_lock($1)").bind(WRITING).execute(&mut *server).await?;
         let begin = match self.direction {
             MoveDirection::ToPostgres => "BEGIN",
@@ -226,7 +232,7 @@ impl DatabaseMove {
         postgres_end::execute(server, begin).await.map(drop)
     }
 
-    /// Refuses databases that have not the same columns: what one lacks would be lost.
+    /// Returns an error if the columns of the databases differ: values would be lost.
     fn compare_columns(&self, on_file: &[String], plans: &[TablePlan]) -> std::result::Result<(), MoveError> {
         let on_file: BTreeSet<String> = on_file.iter().cloned().collect();
         let own = |plan: &TablePlan| {
@@ -241,7 +247,7 @@ impl DatabaseMove {
     }
 }
 
-/// The column by which PostgreSQL counts rows as they arrive: SQLite does so unasked.
+/// The column that PostgreSQL needs for the order of insertion, which SQLite provides implicitly.
 const ARRIVAL: &str = "rowid";
 
 async fn carry_to_postgres(
@@ -285,7 +291,7 @@ async fn carry_to_sqlite(
     Ok((read, findings))
 }
 
-/// Tables that are not the same on both sides, each in words.
+/// Returns a finding for each table that differs between the databases.
 fn compare_tables(read: &[CarriedTable], written: &[CarriedTable]) -> Vec<String> {
     let differing = read.iter().zip(written).filter(|(read, written)| read != written);
     let words = |(read, written): (&CarriedTable, &CarriedTable)| {
@@ -297,7 +303,7 @@ fn compare_tables(read: &[CarriedTable], written: &[CarriedTable]) -> Vec<String
     differing.map(words).collect()
 }
 
-/// Rows that are carried and compared, and not kept yet.
+/// Copied and compared rows in an uncommitted transaction.
 #[derive(Debug)]
 pub struct CarriedRows {
     source: Connection,
@@ -308,25 +314,26 @@ pub struct CarriedRows {
 }
 
 impl CarriedRows {
-    /// What was carried, as both sides have it.
+    /// Returns the copied tables, as read from the source.
     #[must_use]
     pub fn tables(&self) -> &[CarriedTable] {
         &self.tables
     }
 
-    /// Where both sides differ, and what the target's engine finds wrong with it.
+    /// Returns differences between the databases, and findings of the target's integrity check.
     #[must_use]
     pub fn findings(&self) -> &[String] {
         &self.findings
     }
 
-    /// Uploads that were not whole and are not in the target: their pieces stay where they are, and whoever sends them begins again.
+    /// Returns the number of incomplete uploads, which are not copied. Their files stay in place;
+    /// clients have to start these uploads again.
     #[must_use]
     pub fn forgotten_uploads(&self) -> u64 {
         self.forgotten_uploads
     }
 
-    /// The database that they were carried into.
+    /// Returns the connection to the target.
     pub fn target(&mut self) -> &mut Connection {
         &mut self.target
     }
@@ -338,12 +345,12 @@ impl CarriedRows {
         Ok(sqlx::query(uploads).execute(&mut self.target).await?.rows_affected())
     }
 
-    /// Keeps the rows in the target. Until this is called, and where it is not, nothing is in it.
+    /// Commits the rows in the target. Without this call the target stays empty.
     ///
     /// # Errors
-    /// When the target does not answer, or has no room.
+    /// If the target does not respond, or the disk is full.
     pub async fn keep(mut self) -> Result<()> {
-        // The source lets go when its connection ends: until the rows are kept, nobody writes to it.
+        // The source stays locked until its connection ends, that is, until the rows are committed.
         sqlx::raw_sql("COMMIT").execute(&mut self.target).await?;
         self.source.close().await?;
         self.target.close().await

@@ -1,4 +1,5 @@
-//! Tables and their columns as PostgreSQL's catalogue lists them: its kinds say what a value is, where SQLite keeps two by one kind.
+//! Tables and columns from PostgreSQL's catalogue. Its types determine the kinds of values, because
+//! SQLite uses one type for several kinds.
 
 use std::collections::BTreeMap;
 
@@ -7,18 +8,18 @@ use sqlx::postgres::PgConnection;
 
 use crate::Result;
 
-/// What the values of a column are.
+/// Kind of the values of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ValueKind {
-    /// An id of 16 bytes: a UUID to one, a BLOB to the other.
+    /// A 16-byte id: UUID in PostgreSQL, BLOB in SQLite.
     Id,
     /// Bytes.
     Bytes,
-    /// A whole number.
+    /// A 64-bit integer.
     Whole,
-    /// A number of floating point.
+    /// A 64-bit floating-point number.
     Real,
-    /// A truth value: 0 or 1 to SQLite.
+    /// A boolean: 0 or 1 in SQLite.
     Truth,
     /// A text.
     Text,
@@ -38,31 +39,32 @@ impl ValueKind {
     }
 }
 
-/// A column whose values are carried.
+/// A column to be copied.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct CarriedColumn {
     pub name: String,
     pub kind: ValueKind,
 }
 
-/// A table whose rows are carried.
+/// A table to be copied.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct TablePlan {
     pub name: String,
     pub columns: Vec<CarriedColumn>,
-    /// The columns that settle the order of its rows.
+    /// Columns that determine the order of the rows.
     pub order: Vec<String>,
-    /// It counts rows as they arrive, as SQLite does by itself.
+    /// It has an identity column for the order of insertion, which SQLite provides implicitly.
     pub counts_arrivals: bool,
 }
 
 impl TablePlan {
-    /// The names of its columns, for a statement.
+    /// Returns the column names, for use in a statement.
     pub fn column_list(&self) -> String {
         self.columns.iter().map(|column| format!("\"{}\"", column.name)).collect::<Vec<_>>().join(", ")
     }
 
-    /// What its rows are read in the order of, for a statement: its key, or every column where it has none.
+    /// Returns the sort order of the rows, for use in a statement: the primary key, or all columns
+    /// without one.
     pub fn order_list(&self) -> String {
         self.order.iter().map(|name| format!("\"{name}\" NULLS FIRST")).collect::<Vec<_>>().join(", ")
     }
@@ -77,8 +79,8 @@ struct ListedColumn {
     is_identity: bool,
 }
 
-/// Every table but that of the migrations, with the columns that are not computed of others. A column that is none of ours is told
-/// by its name.
+/// Returns all tables except the one of the migrations, with their columns except generated ones.
+/// If a column has an unsupported type, the inner error names it.
 pub(super) async fn list_tables(connection: &mut PgConnection) -> Result<std::result::Result<Vec<TablePlan>, String>> {
     let listed: Vec<ListedColumn> = sqlx::query_as(
         "SELECT c.relname::TEXT AS table, a.attname::TEXT AS column, format_type(a.atttypid, NULL) AS kind,

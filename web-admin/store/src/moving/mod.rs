@@ -1,6 +1,8 @@
-//! A school's rows on their way from one engine to the other: table by table, as they are, in one transaction, and compared afterwards.
+//! Moves all rows from one engine to the other: table by table, unchanged, in one transaction, with
+//! a comparison afterwards.
 //!
-//! A program that speaks to both moves both ways. One that speaks to SQLite alone says how to build the other.
+//! With the feature `postgres` it moves in both directions. Without it, the error explains how to
+//! build a program that can.
 
 #[cfg(not(feature = "postgres"))]
 mod absent;
@@ -22,34 +24,35 @@ pub use both::{CarriedRows, DatabaseMove, MoveLock};
 
 use crate::Error;
 
-/// A table that was carried.
+/// A copied table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CarriedTable {
-    /// Its name.
+    /// Name of the table.
     pub name: String,
-    /// Its rows.
+    /// Number of rows.
     pub rows: u64,
-    /// SHA-256 of all its rows in the order of its key, lower-case hexadecimal: the same of both engines.
+    /// SHA-256 over all rows in the order of the key, in lower-case hexadecimal. It does not depend
+    /// on the engine.
     pub sha256: String,
 }
 
-/// Why rows were not carried.
+/// Error of a move.
 #[derive(Debug, thiserror::Error)]
 pub enum MoveError {
-    /// What was named, or what it holds, is not what can be moved or moved into.
+    /// The source or the target is not suitable.
     #[error("{place}: {why}")]
     Refused {
         /// The database, without its password, or a place in it.
         place: String,
-        /// Why, and what is allowed.
+        /// Reason, and accepted values.
         why: String,
     },
-    /// A database has not done what was asked.
+    /// A database operation failed.
     #[error("{place}: {why}")]
     Failed {
         /// The database, without its password.
         place: String,
-        /// Why.
+        /// Cause.
         why: Error,
     },
 }

@@ -1,4 +1,4 @@
-//! PostgreSQL's end of a move: a database of a server.
+//! The PostgreSQL side of a move.
 
 use futures::TryStreamExt;
 use sqlx::AssertSqlSafe;
@@ -9,15 +9,16 @@ use super::columns::{TablePlan, ValueKind};
 use super::tuples::{HEADER, RowReader, TRAILER, TableTally};
 use crate::Result;
 
-/// So many bytes are sent at once.
+/// Size of the chunks sent to the server, in bytes.
 const PIECE: usize = 1 << 16;
 
-/// Does what no value is part of.
+/// Executes a statement without parameters.
 pub(super) async fn execute(connection: &mut PgConnection, statement: impl Into<String>) -> Result<u64> {
     Ok(sqlx::raw_sql(AssertSqlSafe(statement.into())).execute(connection).await?.rows_affected())
 }
 
-/// The newest migration that a database has had; none where it is none of the service's.
+/// Returns the version of the newest applied migration; `None` if it is not a database of the
+/// service.
 pub(super) async fn newest_migration(connection: &mut PgConnection) -> Result<Option<i64>> {
     if !is_table_there(&mut *connection, "_sqlx_migrations").await? {
         return Ok(None);
@@ -29,7 +30,7 @@ async fn is_table_there(connection: &mut PgConnection, name: &str) -> Result<boo
     sqlx::query_scalar("SELECT to_regclass($1) IS NOT NULL").bind(name).fetch_one(connection).await
 }
 
-/// Whether a school is in a database, or was.
+/// Returns whether the database holds a school, or entries in the audit log.
 pub(super) async fn holds_rows(connection: &mut PgConnection) -> Result<bool> {
     for table in ["schools", "audit_log"] {
         if is_table_there(&mut *connection, table).await? {
@@ -42,7 +43,8 @@ pub(super) async fn holds_rows(connection: &mut PgConnection) -> Result<bool> {
     Ok(false)
 }
 
-/// Hands on every row of a table in its binary form, in an order that both engines have. SQLite does not keep the sign of zero: it is left out here.
+/// Passes every row of a table to `take`, in binary form and in an order common to both engines.
+/// Adding zero turns −0.0 into 0.0, because SQLite does not store the sign of zero.
 pub(super) async fn read_table(
     connection: &mut PgConnection,
     table: &TablePlan,
@@ -70,8 +72,8 @@ pub(super) async fn read_table(
     Ok(tally.finish())
 }
 
-/// Has triggers not fire, takes references out, and all that migrations have left; what puts the references back, which looks through
-/// all rows at once.
+/// Drops the foreign keys, disables the triggers and deletes rows inserted by migrations. Returns
+/// the statements that restore the foreign keys; each then checks all rows at once.
 pub(super) async fn make_room(connection: &mut PgConnection, tables: &[TablePlan]) -> Result<Vec<String>> {
     let references: Vec<ForeignKey> = sqlx::query_as(
         "SELECT conrelid::regclass::TEXT AS table, quote_ident(conname) AS name, pg_get_constraintdef(oid) AS definition
@@ -99,7 +101,7 @@ struct ForeignKey {
     definition: String,
 }
 
-/// Whether what the schema keeps by itself happens when rows are written.
+/// Enables (`ENABLE`) or disables (`DISABLE`) the triggers of the tables.
 async fn set_triggers(connection: &mut PgConnection, tables: &[TablePlan], does: &str) -> Result<()> {
     for table in tables {
         execute(connection, format!("ALTER TABLE \"{}\" {does} TRIGGER USER", table.name)).await?;
@@ -107,8 +109,9 @@ async fn set_triggers(connection: &mut PgConnection, tables: &[TablePlan], does:
     Ok(())
 }
 
-/// Puts references and triggers back, counts on from the last row that has arrived, and lets the planner know what is there: whoever
-/// asks before the server has looked by itself would wait for long.
+/// Restores foreign keys and triggers, sets the sequences to the number after the last row, and
+/// updates the planner's statistics, so that the first queries are not slow until autovacuum has
+/// run.
 pub(super) async fn settle(connection: &mut PgConnection, tables: &[TablePlan], references: Vec<String>) -> Result<()> {
     for reference in references {
         execute(connection, reference).await?;
@@ -124,7 +127,7 @@ pub(super) async fn settle(connection: &mut PgConnection, tables: &[TablePlan], 
     execute(connection, "ANALYZE").await.map(drop)
 }
 
-/// Writes rows of a table.
+/// Writes the rows of a table with `COPY`.
 pub(super) struct TableSender<'a> {
     copy: PgCopyIn<&'a mut PgConnection>,
     waiting: Vec<u8>,
@@ -136,7 +139,7 @@ impl<'a> TableSender<'a> {
         Ok(Self { copy: connection.copy_in_raw(&copy).await?, waiting: HEADER.to_vec() })
     }
 
-    /// Takes a row in its binary form.
+    /// Adds a row in binary form.
     pub async fn write(&mut self, row: &[u8]) -> Result<()> {
         self.waiting.extend(row);
         if self.waiting.len() >= PIECE {

@@ -1,4 +1,4 @@
-//! SQLite's end of a move: a file.
+//! The SQLite side of a move.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -14,16 +14,16 @@ use super::columns::{TablePlan, ValueKind};
 use super::tuples::{FieldReader, TableTally, append_row};
 use crate::{Error, Result};
 
-/// Rows that a query may be ahead of whoever reads them.
+/// Number of rows that SQLite's thread may read ahead of the consumer.
 const ROWS: usize = 1024;
-/// Most values of a statement, which is SQLite's own limit, ...
+/// Maximum number of values per statement: SQLite's own limit.
 const MOST_VALUES: usize = 32_766;
-/// ... most rows, ...
+/// Maximum number of rows per statement.
 const MOST_ROWS: usize = 200;
-/// ... and about how many bytes.
+/// Approximate maximum size of the values of a statement, in bytes.
 const MOST_BYTES: usize = 1 << 20;
 
-/// The file that an address names: a `sqlite:` URL or a path.
+/// Returns the file of an address, which is a `sqlite:` URL or a path.
 pub(super) fn parse_file(given: &str) -> Result<PathBuf> {
     if given.starts_with("sqlite:") {
         return Ok(SqliteConnectOptions::from_str(given)?.get_filename().to_owned());
@@ -31,12 +31,12 @@ pub(super) fn parse_file(given: &str) -> Result<PathBuf> {
     Ok(PathBuf::from(given))
 }
 
-/// Opens a file; `make` makes it where it is missing.
+/// Opens a file. `make` creates a missing file.
 pub(super) async fn open_file(file: &Path, make: bool) -> Result<SqliteConnection> {
     let options = SqliteConnectOptions::new()
         .filename(file)
         .create_if_missing(make)
-        // They are all looked through at the end.
+        // Foreign keys are checked once, at the end.
         .foreign_keys(false)
         .synchronous(SqliteSynchronous::Full)
         .pragma("cache_size", "-64000")
@@ -45,7 +45,8 @@ pub(super) async fn open_file(file: &Path, make: bool) -> Result<SqliteConnectio
     options.connect().await
 }
 
-/// The newest migration that a database has had; none where it is none of the service's.
+/// Returns the version of the newest applied migration; `None` if it is not a database of the
+/// service.
 pub(super) async fn newest_migration(connection: &mut SqliteConnection) -> Result<Option<i64>> {
     if !is_table_there(connection, "_sqlx_migrations").await? {
         return Ok(None);
@@ -53,7 +54,7 @@ pub(super) async fn newest_migration(connection: &mut SqliteConnection) -> Resul
     sqlx::query_scalar("SELECT max(version) FROM _sqlx_migrations").fetch_one(connection).await
 }
 
-/// Whether a school is in a database, or was.
+/// Returns whether the database holds a school, or entries in the audit log.
 pub(super) async fn holds_rows(connection: &mut SqliteConnection) -> Result<bool> {
     for table in ["schools", "audit_log"] {
         if is_table_there(connection, table).await? {
@@ -73,7 +74,7 @@ async fn is_table_there(connection: &mut SqliteConnection, name: &str) -> Result
         .await
 }
 
-/// Tables and columns that a database has, with those that are not computed of others.
+/// Returns all columns as `table.column`, except generated ones.
 pub(super) async fn list_columns(connection: &mut SqliteConnection) -> Result<Vec<String>> {
     sqlx::query_scalar(
         "SELECT t.name || '.' || c.name FROM sqlite_schema t JOIN pragma_table_xinfo(t.name) c
@@ -83,7 +84,7 @@ pub(super) async fn list_columns(connection: &mut SqliteConnection) -> Result<Ve
     .await
 }
 
-/// Hands on every row of a table in its binary form, in an order that both engines have.
+/// Passes every row of a table to `take`, in binary form and in an order common to both engines.
 pub(super) async fn read_table(
     connection: &mut SqliteConnection,
     table: &TablePlan,
@@ -101,7 +102,8 @@ pub(super) async fn read_table(
     Ok(tally.finish())
 }
 
-/// Takes the triggers out, so that what they would write is not written twice, and all that migrations have left; what puts them back.
+/// Drops the triggers, whose effects are copied as rows, and deletes rows inserted by migrations.
+/// Returns the statements that restore the triggers.
 pub(super) async fn make_room(connection: &mut SqliteConnection, tables: &[TablePlan]) -> Result<Vec<String>> {
     let triggers: Vec<String> =
         sqlx::query_scalar("SELECT name FROM sqlite_schema WHERE type = 'trigger' ORDER BY name")
@@ -119,7 +121,7 @@ pub(super) async fn make_room(connection: &mut SqliteConnection, tables: &[Table
     Ok(made)
 }
 
-/// Puts the triggers back, and looks for rows that point nowhere and for damage: what is found.
+/// Restores the triggers and checks the database. Returns dangling references and damaged pages.
 pub(super) async fn settle(connection: &mut SqliteConnection, triggers: Vec<String>) -> Result<Vec<String>> {
     for trigger in triggers {
         execute(connection, trigger).await?;
@@ -134,12 +136,12 @@ pub(super) async fn settle(connection: &mut SqliteConnection, triggers: Vec<Stri
     Ok([findings, dangling].concat())
 }
 
-/// Does what no value is part of.
+/// Executes a statement without parameters.
 pub(super) async fn execute(connection: &mut SqliteConnection, statement: impl Into<String>) -> Result<u64> {
     Ok(sqlx::raw_sql(AssertSqlSafe(statement.into())).execute(connection).await?.rows_affected())
 }
 
-/// Writes rows of a table, many by a statement.
+/// Writes the rows of a table, many per statement.
 pub(super) struct TableWriter<'a> {
     connection: &'a mut SqliteConnection,
     table: &'a TablePlan,
@@ -152,7 +154,7 @@ impl<'a> TableWriter<'a> {
         Self { connection, table, waiting: Vec::new(), bytes: 0 }
     }
 
-    /// Takes a row in its binary form.
+    /// Adds a row in binary form.
     pub async fn write(&mut self, row: &[u8]) -> Result<()> {
         self.bytes += row.len();
         self.waiting.push(row.to_owned());
@@ -160,7 +162,7 @@ impl<'a> TableWriter<'a> {
         if self.waiting.len() >= most || self.bytes >= MOST_BYTES { self.flush().await } else { Ok(()) }
     }
 
-    /// Writes what waits.
+    /// Writes the buffered rows.
     pub async fn flush(&mut self) -> Result<()> {
         if self.waiting.is_empty() {
             return Ok(());
@@ -190,7 +192,7 @@ fn bind_row<'q>(mut query: Insert<'q>, row: &[u8], table: &TablePlan) -> Result<
     Ok(query)
 }
 
-/// Adds a value to a statement; none where it is not of its kind.
+/// Binds a value. Returns `None` if it does not have the expected kind.
 fn bind_value<'q>(query: Insert<'q>, kind: ValueKind, value: Option<&[u8]>) -> Option<Insert<'q>> {
     let Some(value) = value else { return Some(query.bind(None::<i64>)) };
     Some(match kind {

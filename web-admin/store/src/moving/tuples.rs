@@ -1,5 +1,5 @@
-//! Rows in the binary form of PostgreSQL's `COPY`: exact for every kind, and the same whichever engine has them, so that a hash of it
-//! says whether two tables are one.
+//! Rows in the binary format of PostgreSQL's `COPY`. It is exact for all kinds and independent of
+//! the engine, so that equal hashes prove equal tables.
 
 use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
@@ -10,14 +10,14 @@ use super::CarriedTable;
 use super::columns::{CarriedColumn, TablePlan, ValueKind};
 use crate::{Error, Result};
 
-/// What stands before the first row: the form's name, no flags, and nothing more.
+/// Header of the format: signature, no flags, no extension.
 pub(super) const HEADER: [u8; 19] = *b"PGCOPY\n\xff\r\n\0\0\0\0\0\0\0\0\0";
-/// What stands behind the last.
+/// Trailer of the format.
 pub(super) const TRAILER: [u8; 2] = (-1_i16).to_be_bytes();
-/// In place of a length: no value.
+/// Length of a NULL value.
 const ABSENT: i32 = -1;
 
-/// What has been carried of a table so far.
+/// Number and hash of the rows copied so far.
 pub(super) struct TableTally {
     name: String,
     rows: u64,
@@ -29,7 +29,7 @@ impl TableTally {
         Self { name: table.name.clone(), rows: 0, hash: Sha256::new() }
     }
 
-    /// Counts a row in its binary form.
+    /// Adds a row in binary form.
     pub fn count(&mut self, row: &[u8]) {
         self.rows += 1;
         self.hash.update(row);
@@ -40,7 +40,8 @@ impl TableTally {
     }
 }
 
-/// Writes a row of SQLite's behind what a buffer holds. A value that PostgreSQL keeps in no way is told by its column.
+/// Appends a row from SQLite in binary form. If PostgreSQL cannot store a value, the error names
+/// the column.
 pub(super) fn append_row(row: &SqliteRow, table: &TablePlan, to: &mut Vec<u8>) -> Result<()> {
     let columns = i16::try_from(table.columns.len()).map_err(|error| Error::Encode(error.into()))?;
     to.extend(columns.to_be_bytes());
@@ -94,7 +95,7 @@ fn append_field(
     Ok(())
 }
 
-/// Takes what `COPY` sends apart into rows, however it comes.
+/// Splits the output of `COPY` into rows, independently of the size of its chunks.
 #[derive(Default)]
 pub(super) struct RowReader {
     left: Vec<u8>,
@@ -103,14 +104,14 @@ pub(super) struct RowReader {
 }
 
 impl RowReader {
-    /// Adds what has come.
+    /// Adds a chunk.
     pub fn add(&mut self, piece: &[u8]) {
         self.left.drain(..self.taken);
         self.taken = 0;
         self.left.extend(piece);
     }
 
-    /// The next row in its binary form, if it is here whole.
+    /// Returns the next complete row in binary form, or `None` if more data is needed.
     pub fn next_row(&mut self) -> Option<&[u8]> {
         if !self.is_begun {
             self.left.get(..HEADER.len())?;
@@ -128,21 +129,21 @@ impl RowReader {
     }
 }
 
-/// Takes a row in its binary form apart.
+/// Splits a row in binary form into values.
 pub(super) struct FieldReader<'a> {
     rest: &'a [u8],
     left: u16,
 }
 
 impl<'a> FieldReader<'a> {
-    /// Of a row; none where it is not whole, or is no row but the end.
+    /// Makes a reader. Returns `None` for an incomplete row or the trailer.
     pub fn new(row: &'a [u8]) -> Option<Self> {
         let (count, rest) = row.split_first_chunk()?;
         let left = u16::try_from(i16::from_be_bytes(*count)).ok()?;
         Some(Self { rest, left })
     }
 
-    /// The next value, or that there is none; nothing where it is not whole.
+    /// Returns the next value: `Some(None)` is NULL, `None` an incomplete value.
     pub fn next_field(&mut self) -> Option<Option<&'a [u8]>> {
         let (length, rest) = self.rest.split_first_chunk()?;
         let value = match usize::try_from(i32::from_be_bytes(*length)) {

@@ -1,4 +1,4 @@
-//! Who can be asked to rate, and which attempts.
+//! Possible raters and attempts for a round of ratings.
 
 use model::Moment;
 use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
@@ -7,15 +7,15 @@ use sqlx::FromRow;
 use crate::{Executor, Result};
 use model::titles::StoredTitle;
 
-/// Most attempts that are offered at once.
+/// Maximum number of attempts to offer.
 const OFFERED: u32 = 100;
 
-/// Somebody who can be asked.
+/// A possible rater.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Rater {
-    /// Who.
+    /// Id.
     pub id: PersonId,
-    /// Their name.
+    /// Name.
     pub name: String,
 }
 
@@ -24,16 +24,16 @@ pub struct Rater {
 pub struct RateableAttempt {
     /// The attempt.
     pub id: SessionId,
-    /// Who tried.
+    /// Name of the trainee.
     pub trainee: String,
     /// Title of the exercise, or its id.
     #[sqlx(try_from = "StoredTitle")]
     pub exercise: String,
-    /// When it began.
+    /// Start time.
     pub started_at: Moment,
 }
 
-/// The instructors of a school who can sign in, by name.
+/// Returns the instructors of a school who can sign in, sorted by name.
 pub async fn raters(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Rater>> {
     sqlx::query_as(
         "SELECT id, display_name AS name FROM people
@@ -45,8 +45,8 @@ pub async fn raters(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec
     .await
 }
 
-/// The scored attempts at what was assigned, by those to whom it was and since it was, the latest first. For a course
-/// those at any of its exercises.
+/// Returns the scored attempts of an assignment's trainees at its exercise, or at any exercise of
+/// its course, that were started after the assignment was made; latest first.
 pub async fn of_assignment(
     executor: impl Executor<'_>,
     school: SchoolId,

@@ -1,4 +1,4 @@
-//! The attempts of a re-grading: what each was and would be.
+//! The attempts of a re-grading: previous and new scores.
 
 use assessment::Assessment;
 use model::ids::{RegradingId, SchoolId, ScoreId, SessionId};
@@ -9,7 +9,7 @@ use super::Regrading;
 use crate::engine::twin;
 use crate::{Connection, Executor, Json, Result};
 
-/// What finds a line.
+/// Key of a line.
 #[derive(Clone, Copy)]
 struct LineKey {
     school_id: SchoolId,
@@ -23,31 +23,31 @@ impl Regrading {
     }
 }
 
-/// What was found out about an attempt.
+/// Result of re-grading one attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegradedAttempt {
-    /// What becomes of it.
+    /// Outcome.
     pub outcome: RegradingOutcome,
-    /// How it is judged, where it gets a score.
+    /// New assessment, if there is one.
     pub assessment: Option<Assessment>,
-    /// Why it cannot be judged.
+    /// Reason why it cannot be graded.
     pub why: Option<String>,
 }
 
-/// An attempt whose score is to be added.
+/// An attempt whose new score is to be stored.
 #[derive(Clone, Debug, FromRow)]
 pub struct ToGrade {
     /// The attempt.
     pub session_id: SessionId,
-    /// Its score.
+    /// New assessment.
     pub assessment: Json<Assessment>,
-    /// The computed score before, 0–100.
+    /// Previous computed score, 0–100.
     pub before: f64,
-    /// It still has the score that was looked at.
+    /// The attempt still has the score that was compared.
     pub current: bool,
 }
 
-/// The next attempts that wait to be looked at.
+/// Returns the next attempts to be compared.
 pub async fn to_look(executor: impl Executor<'_>, regrading: RegradingId, most: u32) -> Result<Vec<SessionId>> {
     sqlx::query_scalar(
         "SELECT session_id FROM regrading_lines WHERE regrading_id = $1 AND outcome IS NULL ORDER BY session_id LIMIT $2 + 0",
@@ -58,7 +58,7 @@ pub async fn to_look(executor: impl Executor<'_>, regrading: RegradingId, most: 
     .await
 }
 
-/// Keeps what was found out about an attempt.
+/// Stores the result of comparing one attempt.
 pub async fn found(
     writer: &mut Connection,
     regrading: &Regrading,
@@ -83,7 +83,7 @@ pub async fn found(
     .map(drop)
 }
 
-/// The next attempts whose scores are to be added.
+/// Returns the next attempts whose new scores are to be stored.
 pub async fn to_grade(executor: impl Executor<'_>, regrading: RegradingId, most: u32) -> Result<Vec<ToGrade>> {
     sqlx::query_as(
         "SELECT l.session_id, l.assessment, l.before, g.score_id = l.score_id AS current FROM regrading_lines l
@@ -96,7 +96,7 @@ pub async fn to_grade(executor: impl Executor<'_>, regrading: RegradingId, most:
     .await
 }
 
-/// Notes the score that an attempt was given; none where somebody was quicker.
+/// Records the new score of an attempt; `None` if another change to its score came first.
 pub async fn graded(
     writer: &mut Connection,
     regrading: &Regrading,
@@ -118,10 +118,11 @@ pub async fn graded(
     .map(drop)
 }
 
-/// How many attempts there are of each outcome, and their scores before and after. Reads every line.
+/// Returns the number of attempts and the sums of scores before and after, by outcome. Reads all
+/// lines.
 ///
 /// # Errors
-/// When an attempt waits to be looked at, or the database fails.
+/// If an attempt has not been compared yet, or the database fails.
 pub(super) async fn sum_up(executor: impl Executor<'_>, regrading: &Regrading) -> Result<Vec<OutcomeCount>> {
     sqlx::query_as(
         "SELECT outcome, count(*) AS attempts, sum(before) AS before, sum(coalesce(after, before)) AS after
@@ -133,7 +134,7 @@ pub(super) async fn sum_up(executor: impl Executor<'_>, regrading: &Regrading) -
     .await
 }
 
-/// How many attempts were looked at, and how many there are.
+/// Returns the number of compared attempts and the number of all attempts.
 pub async fn looked_at(executor: impl Executor<'_>, regrading: RegradingId) -> Result<(i64, i64)> {
     sqlx::query_as("SELECT count(outcome), count(*) FROM regrading_lines WHERE regrading_id = $1")
         .bind(regrading)
@@ -141,7 +142,7 @@ pub async fn looked_at(executor: impl Executor<'_>, regrading: RegradingId) -> R
         .await
 }
 
-/// How many scores are yet to be added.
+/// Returns the number of scores still to be stored.
 pub async fn left(executor: impl Executor<'_>, regrading: RegradingId) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM regrading_lines WHERE regrading_id = $1 AND assessment IS NOT NULL")
         .bind(regrading)
@@ -149,7 +150,7 @@ pub async fn left(executor: impl Executor<'_>, regrading: RegradingId) -> Result
         .await
 }
 
-/// Lines of some outcomes after one attempt, by its id, so many at most.
+/// Returns the lines with some outcomes, in order of their ids, starting after `after`.
 pub async fn lines(
     executor: impl Executor<'_>,
     regrading: &Regrading,
@@ -157,7 +158,8 @@ pub async fn lines(
     after: SessionId,
     most: u32,
 ) -> Result<Vec<RegradingLine>> {
-    // A page of each outcome is put in order: however many attempts there are, no more are read. Cross joins keep this order.
+    // Each outcome contributes one sorted page, so that the number of rows read does not depend on
+    // the number of attempts. The cross joins fix the order of the join.
     sqlx::query_as(twin!(
             executor,
             "SELECT l.session_id, s.started_at, p.display_name AS trainee, l.before, l.passed_before, l.after, l.passed_after,

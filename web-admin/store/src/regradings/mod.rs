@@ -1,4 +1,5 @@
-//! Re-gradings of every attempt at an exercise: what each attempt was and would be, and how far the work is.
+//! Re-grading of all attempts at an exercise with a revised rubric: preview, confirmation and
+//! progress.
 
 use model::ids::{OverrideId, PersonId, RegradingId, RevisionId, SchoolId, ScoreId, SessionId};
 use model::regrading::{OutcomeCount, RegradingState};
@@ -19,44 +20,45 @@ pub struct Regrading {
     pub id: RegradingId,
     /// School.
     pub school_id: SchoolId,
-    /// Exercise.
+    /// Id of the exercise.
     pub exercise_id: String,
-    /// The revision whose rubric judges.
+    /// Revision whose rubric is applied.
     pub revision_id: RevisionId,
-    /// When that was published.
+    /// Publication time of the revision.
     pub published_at: Moment,
-    /// SHA-256 of its document.
+    /// SHA-256 of the exercise document.
     pub exercise_sha256: String,
-    /// How far it is.
+    /// State.
     pub state: RegradingState,
-    /// Why it was done.
+    /// Reason.
     pub reason: Option<String>,
-    /// Who looked, and confirmed.
+    /// Person who started the preview and confirmed it.
     pub made_by: PersonId,
-    /// Their name.
+    /// Name of that person.
     pub by: String,
-    /// When they looked.
+    /// Start time of the preview.
     pub made_at: Moment,
-    /// When it was all done.
+    /// Time of completion.
     pub ended_at: Option<Moment>,
-    /// How many attempts there are of each outcome; none before it is shown.
+    /// Number of attempts by outcome; empty until the preview is complete.
     pub counts: Json<Vec<OutcomeCount>>,
-    /// Stands for the attempts and their grades as they were shown.
+    /// Hash of the attempts and grades shown in the preview.
     pub shown_sha256: Option<String>,
 }
 
-/// An attempt as its grade stands.
+/// An attempt and its current grade.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, FromRow)]
 pub struct Stood {
     /// The attempt.
     pub session_id: SessionId,
-    /// The newest computed score.
+    /// Newest computed score.
     pub score_id: ScoreId,
-    /// What somebody has put in its place.
+    /// Override, if there is one.
     pub override_id: Option<OverrideId>,
 }
 
-/// The scored attempts at an exercise that count and that somebody may judge: $1 school, $2 exercise, $3 who, $4 whether all.
+/// Selects counted and scored attempts: school `$1`, exercise `$2`, person who may grade them `$3`,
+/// all attempts of the school `$4`.
 macro_rules! attempts {
     ($select:literal) => {
         concat!(
@@ -83,11 +85,11 @@ macro_rules! regrading {
     };
 }
 
-/// Begins to look what the rubric of a revision would change, for every attempt that somebody may judge. None where there is
-/// no attempt.
+/// Starts the preview of a re-grading with the rubric of a revision, for all attempts that the
+/// person may grade. Returns `None` without such attempts.
 ///
 /// # Errors
-/// When exercise or revision are not of the school, or the database fails.
+/// If the exercise or the revision does not belong to the school, or the database fails.
 pub async fn begin(
     writer: &mut Connection,
     by: &CurrentPerson,
@@ -122,7 +124,8 @@ pub async fn begin(
     Ok((lines.rows_affected() > 0).then_some(id))
 }
 
-/// The attempts at an exercise that somebody may judge, as their grades stand now, by id.
+/// Returns the attempts at an exercise that the person may grade, with their current grades, sorted
+/// by id.
 pub async fn standing(executor: impl Executor<'_>, by: &CurrentPerson, exercise: &str) -> Result<Vec<Stood>> {
     let mut attempts: Vec<Stood> = sqlx::query_as(attempts!("SELECT s.id AS session_id, g.score_id, g.override_id"))
         .bind(by.school_id)
@@ -131,12 +134,13 @@ pub async fn standing(executor: impl Executor<'_>, by: &CurrentPerson, exercise:
         .bind(by.role == Role::Administrator)
         .fetch_all(executor)
         .await?;
-    // Sorted by the statement, every attempt of the school would be read for its order.
+    // With ORDER BY, the engine would read all attempts of the school in the order of their ids.
     attempts.sort_by_key(|attempt| attempt.session_id);
     Ok(attempts)
 }
 
-/// The attempts of a re-grading, as their grades stood when they were looked at, by id.
+/// Returns the attempts of a re-grading, with their grades at the start of the preview, sorted by
+/// id.
 pub async fn stood(executor: impl Executor<'_>, regrading: &Regrading) -> Result<Vec<Stood>> {
     sqlx::query_as(
         "SELECT session_id, score_id, override_id FROM regrading_lines WHERE school_id = $1 AND regrading_id = $2
@@ -148,7 +152,7 @@ pub async fn stood(executor: impl Executor<'_>, regrading: &Regrading) -> Result
     .await
 }
 
-/// A re-grading that somebody may see: their own, any of the school for an administrator.
+/// Returns a re-grading: one's own, or for an administrator any of the school.
 pub async fn find(executor: impl Executor<'_>, by: &CurrentPerson, id: RegradingId) -> Result<Option<Regrading>> {
     sqlx::query_as(regrading!("WHERE g.school_id = $1 AND g.id = $2 AND ($3 OR g.made_by = $4)"))
         .bind(by.school_id)
@@ -159,7 +163,7 @@ pub async fn find(executor: impl Executor<'_>, by: &CurrentPerson, id: Regrading
         .await
 }
 
-/// The re-gradings of an exercise that somebody may see, the latest first, at most 20.
+/// Returns the re-gradings of an exercise that the person may see, latest first; at most 20.
 pub async fn of_exercise(executor: impl Executor<'_>, by: &CurrentPerson, exercise: &str) -> Result<Vec<Regrading>> {
     sqlx::query_as(regrading!(
         "WHERE g.school_id = $1 AND g.exercise_id = $2 AND ($3 OR g.made_by = $4)
@@ -173,14 +177,14 @@ pub async fn of_exercise(executor: impl Executor<'_>, by: &CurrentPerson, exerci
     .await
 }
 
-/// The re-grading that the worker is to go on with: the oldest of every school's.
+/// Returns the re-grading that the worker continues with: the oldest of all schools.
 pub async fn under_way(executor: impl Executor<'_>) -> Result<Option<Regrading>> {
     sqlx::query_as(regrading!("WHERE g.state IN ('looking', 'grading') ORDER BY g.made_at LIMIT 1"))
         .fetch_optional(executor)
         .await
 }
 
-/// Looking has come to its end: what was found is summed up, and stands under a digest.
+/// Completes the preview: stores the sums and the hash of the shown grades.
 pub async fn show(writer: &mut Connection, regrading: &Regrading, shown_sha256: &str) -> Result<()> {
     let counts = lines::sum_up(&mut *writer, regrading).await?;
     sqlx::query(
@@ -195,10 +199,10 @@ pub async fn show(writer: &mut Connection, regrading: &Regrading, shown_sha256: 
     .map(drop)
 }
 
-/// Lets the scores be added.
+/// Confirms a re-grading: the worker then stores the new scores.
 ///
 /// # Errors
-/// When the reason is empty, or the database fails.
+/// If the reason is empty, or the database fails.
 pub async fn confirm(writer: &mut Connection, regrading: &Regrading, reason: &str, now: Moment) -> Result<()> {
     sqlx::query(
         "UPDATE regradings SET state = 'grading', reason = $3, confirmed_at = $4 WHERE school_id = $1 AND id = $2",
@@ -212,7 +216,8 @@ pub async fn confirm(writer: &mut Connection, regrading: &Regrading, reason: &st
     .map(drop)
 }
 
-/// Every score was added; those that somebody else was quicker with are counted as such.
+/// Completes a re-grading and updates the counts: attempts whose score changed in the meantime are
+/// counted separately.
 pub async fn end(writer: &mut Connection, regrading: &Regrading, now: Moment) -> Result<()> {
     let counts = lines::sum_up(&mut *writer, regrading).await?;
     sqlx::query("UPDATE regradings SET state = 'done', counts = $3, ended_at = $4 WHERE school_id = $1 AND id = $2")
@@ -225,7 +230,7 @@ pub async fn end(writer: &mut Connection, regrading: &Regrading, now: Moment) ->
         .map(drop)
 }
 
-/// Throws away what was looked at before a moment and never confirmed.
+/// Deletes previews that were started before `moment` and never confirmed.
 pub async fn forget_before(writer: &mut Connection, moment: Moment) -> Result<()> {
     let forgotten: Vec<RegradingId> =
         sqlx::query_scalar("SELECT id FROM regradings WHERE made_at < $1 AND confirmed_at IS NULL")
@@ -238,10 +243,8 @@ pub async fn forget_before(writer: &mut Connection, moment: Moment) -> Result<()
     Ok(())
 }
 
-/// Throws a re-grading away that was not confirmed.
-///
-/// # Errors
-/// When it was confirmed, or the database fails.
+/// Deletes a re-grading that was not confirmed. The caller checks this: of a confirmed one, the
+/// lines would be deleted.
 pub async fn forget(writer: &mut Connection, id: RegradingId) -> Result<()> {
     sqlx::query("DELETE FROM regrading_lines WHERE regrading_id = $1").bind(id).execute(&mut *writer).await?;
     sqlx::query("DELETE FROM regradings WHERE id = $1 AND confirmed_at IS NULL")
@@ -251,29 +254,29 @@ pub async fn forget(writer: &mut Connection, id: RegradingId) -> Result<()> {
         .map(drop)
 }
 
-/// Who had a score of an attempt computed again, alone or with every other at its exercise, and why.
+/// A re-grading in the history of an attempt.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct RegradingAct {
-    /// The score.
+    /// New score.
     pub score_id: ScoreId,
-    /// Their name; none at the command line.
+    /// Name of the person; `None` on the command line.
     pub by: Option<String>,
-    /// Why.
+    /// Reason.
     pub reason: String,
 }
 
-/// Why one attempt was graded again.
+/// Reason for re-grading one attempt.
 #[derive(Clone, Copy, Debug)]
 pub struct NewReason<'a> {
-    /// The score that was added.
+    /// New score.
     pub score_id: ScoreId,
-    /// Why.
+    /// Reason.
     pub reason: &'a str,
-    /// By whom; none at the command line.
+    /// Person; `None` on the command line.
     pub made_by: Option<PersonId>,
 }
 
-/// Keeps why one attempt was graded again.
+/// Stores the reason for re-grading one attempt.
 pub async fn add_reason(writer: &mut Connection, session: SessionKey, new: NewReason<'_>, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO regrade_reasons (score_id, school_id, session_id, reason, made_by, made_at)
@@ -290,9 +293,11 @@ pub async fn add_reason(writer: &mut Connection, session: SessionKey, new: NewRe
     .map(drop)
 }
 
-/// The re-gradings in the history of an attempt's grade. Reasons of before stand in the audit log.
+/// Returns the re-gradings in the history of an attempt's grade. Reasons recorded before the table
+/// `regrade_reasons` existed are taken from the audit log.
 pub async fn of_session(executor: impl Executor<'_>, session: SessionKey) -> Result<Vec<RegradingAct>> {
-    // Left to itself, SQLite reads every line of the school: it is told that few are of one attempt.
+    // Without the hint SQLite reads all lines of the school: `unlikely` states that few belong to
+    // one attempt.
     sqlx::query_as(
         "SELECT l.new_score_id AS score_id, p.display_name AS \"by\", g.reason
          FROM regrading_lines l

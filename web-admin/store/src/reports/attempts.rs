@@ -15,34 +15,34 @@ use model::titles::StoredTitle;
 pub struct ListedAttempt {
     /// Session.
     pub id: SessionId,
-    /// When it began.
+    /// Start time.
     pub started_at: Moment,
-    /// Who tried.
+    /// Name of the trainee.
     pub trainee: String,
-    /// The exercise's title, or its id where this school never published it.
+    /// Title of the exercise, or its id if this school never published it.
     #[sqlx(try_from = "StoredTitle")]
     pub exercise: String,
-    /// What became of it.
+    /// State.
     pub state: SessionState,
-    /// Why it was refused.
+    /// Reason for the rejection.
     pub refusal: Option<String>,
-    /// Why it counts nowhere; absent where it counts.
+    /// Reason why it does not count; `None` if it counts.
     pub uncounted: Option<Uncounted>,
     /// The re-simulation differs.
     pub flagged: bool,
-    /// 0–100, by the grade that counts.
+    /// Effective score, 0–100.
     pub score: Option<f64>,
-    /// Passed, by the grade that counts.
+    /// Passed, by the effective grade.
     pub passed: Option<bool>,
-    /// The computed score, 0–100, where somebody has put another in its place.
+    /// Computed score, 0–100, if it was overridden.
     pub computed: Option<f64>,
-    /// Points lost, by the newest computed score.
+    /// Deductions of the newest computed score.
     pub deductions: Option<Json<Vec<Deduction>>>,
-    /// Reasons of hard fails, by the newest computed score.
+    /// Hard fails of the newest computed score.
     pub hard_fails: Option<Json<Vec<HardFailure>>>,
 }
 
-/// A list of attempts: the same columns whatever limits it, and what a file has more.
+/// Selects a list of attempts. All lists have the same columns; files have additional ones.
 macro_rules! listed {
     ($more:literal, $from:literal, $rest:literal) => {
         concat!(
@@ -62,47 +62,47 @@ macro_rules! listed {
     };
 }
 
-/// An attempt as a file has it: what lists show, and by what it is known elsewhere.
+/// An attempt in an exported file: the listed values, and identifiers.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct AttemptRecord {
-    /// As it is listed.
+    /// Listed values.
     #[sqlx(flatten)]
     pub listed: ListedAttempt,
-    /// Who tried.
+    /// Id of the trainee.
     pub trainee_id: PersonId,
-    /// Their pseudonym, which recordings carry.
+    /// Pseudonym of the trainee, which recordings contain.
     pub pseudonym: String,
     /// Exercise id.
     pub exercise_id: String,
     /// SHA-256 of the exercise document.
     pub exercise_sha256: String,
-    /// When the upload was acknowledged.
+    /// Time at which the upload was acknowledged.
     pub received_at: Moment,
-    /// Length, in s.
+    /// Duration, in s.
     pub duration_s: f64,
-    /// The recording has its end; a cut one has not.
+    /// The recording is complete, not truncated.
     pub complete: bool,
     /// Device.
     pub device: String,
     /// Version of the simulator.
     pub simulator_version: String,
-    /// When it began by what the recording says, where that is not believed.
+    /// Start time claimed by the recording, if it differs from `started_at`.
     pub claimed_started_at: Option<Moment>,
-    /// What is proved of it.
+    /// Proofs.
     #[sqlx(flatten)]
     pub proof: Proof,
 }
 
-/// A stretch of a list.
+/// A page of a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ListStretch {
-    /// At most so many.
+    /// Maximum number of entries.
     pub limit: u32,
-    /// After so many.
+    /// Number of entries to skip.
     pub offset: u32,
 }
 
-/// The attempts of a trainee, newest first.
+/// Returns the attempts of a trainee, newest first.
 pub async fn attempts_of(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -118,7 +118,7 @@ pub async fn attempts_of(
         .await
 }
 
-/// The attempts of a trainee at an exercise, newest first.
+/// Returns the attempts of a trainee at an exercise, newest first.
 pub async fn attempts_at(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -136,7 +136,7 @@ pub async fn attempts_at(
         .await
 }
 
-/// How many attempts a trainee has made.
+/// Returns the number of attempts of a trainee.
 pub async fn count_attempts(executor: impl Executor<'_>, school: SchoolId, trainee: PersonId) -> Result<u32> {
     sqlx::query_scalar("SELECT count(*) FROM sessions WHERE school_id = $1 AND trainee_id = $2")
         .bind(school)
@@ -146,15 +146,17 @@ pub async fn count_attempts(executor: impl Executor<'_>, school: SchoolId, train
         .map(count_u32::<i64>)
 }
 
-/// The latest attempts in the cohorts that somebody teaches; for an administrator, of all trainees of the school.
+/// Returns the latest attempts in the cohorts that a person teaches; for an administrator, of all
+/// trainees of the school.
 pub async fn latest_taught(executor: impl Executor<'_>, viewer: &CurrentPerson) -> Result<Vec<ListedAttempt>> {
-    // From those who are taught to the latest of each, and from these to the latest of all: however many attempts the
-    // school has. A cross join keeps this order. Where there are ten whose last attempt is later than something, no
-    // earlier one is among the latest ten.
+    // The query goes from the trainees to the latest attempts of each, and from these to the latest
+    // of all, so that its cost does not depend on the number of attempts. The cross join fixes this
+    // order. If ten trainees have their last attempt after some time, no attempt before that time
+    // is among the latest ten.
     let statement = match viewer.role {
         Role::Administrator => listed!(
             "",
-            // From the end of the index, until there are enough.
+            // Reads backwards from the end of the index until there are enough.
             "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND n.started_at > -9000000000000000000
                  AND (SELECT role FROM people WHERE people.id = n.trainee_id) = 'trainee'
                ORDER BY n.started_at DESC, n.id DESC LIMIT $3 + 0) chosen
@@ -194,7 +196,7 @@ pub async fn latest_taught(executor: impl Executor<'_>, viewer: &CurrentPerson) 
     sqlx::query_as(statement).bind(viewer.school_id).bind(viewer.id).bind(10).bind(0).fetch_all(executor).await
 }
 
-/// The latest attempts at an exercise that a person may see.
+/// Returns the latest attempts at an exercise that a person may see.
 pub async fn latest_at(
     executor: impl Executor<'_>,
     viewer: &CurrentPerson,
@@ -209,7 +211,7 @@ pub async fn latest_at(
              CROSS JOIN sessions s",
             "WHERE s.school_id = $1 AND s.id = chosen.id"
         ),
-        // As in [`latest_taught`], with their own.
+        // Same as in [`latest_taught`], including the viewer's own attempts.
         Role::Instructor | Role::Trainee | Role::Guest => twin!(
             executor,
             listed!(
@@ -247,7 +249,8 @@ pub async fn latest_at(
         .await
 }
 
-/// Attempts of a school's people, newest first, after one of them; at most `limit`. Those of guests are in their studies.
+/// Returns attempts of a school after a cursor, newest first; at most `limit`. Attempts of guests
+/// are left out: they belong to studies.
 pub async fn records_after(
     executor: impl Executor<'_>,
     school: SchoolId,

@@ -9,7 +9,7 @@ use sqlx::FromRow;
 
 use crate::{Executor, Result};
 
-/// A name and what it belongs to.
+/// An id with a name.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct NamedItem<Id> {
     /// Id of a person or a cohort.
@@ -18,7 +18,7 @@ pub struct NamedItem<Id> {
     pub name: String,
 }
 
-/// Cohorts of a school, $1, that the person $2 teaches, or any where $3.
+/// Selects cohorts of school `$1` that person `$2` teaches, or all if `$3`.
 macro_rules! cohorts {
     ($rest:literal) => {
         concat!(
@@ -29,7 +29,8 @@ macro_rules! cohorts {
     };
 }
 
-/// The cohorts that a person may see: those they teach, or all of the school for an administrator.
+/// Returns the cohorts that a person may see: those they teach, or all of the school for an
+/// administrator.
 pub async fn cohorts(executor: impl Executor<'_>, viewer: &CurrentPerson) -> Result<Vec<NamedItem<CohortId>>> {
     sqlx::query_as(cohorts!("ORDER BY c.name"))
         .bind(viewer.school_id)
@@ -39,7 +40,7 @@ pub async fn cohorts(executor: impl Executor<'_>, viewer: &CurrentPerson) -> Res
         .await
 }
 
-/// One of [`cohorts`].
+/// Returns one of the cohorts that a person may see; see [`cohorts`].
 pub async fn cohort(
     executor: impl Executor<'_>,
     viewer: &CurrentPerson,
@@ -54,7 +55,7 @@ pub async fn cohort(
         .await
 }
 
-/// The cohorts that a person may see, by name, from the first after `after`: what there is to a page of them.
+/// Returns summaries of the cohorts that a person may see, sorted by name, starting after `after`.
 pub async fn cohorts_in_short(
     executor: impl Executor<'_>,
     viewer: &CurrentPerson,
@@ -80,7 +81,7 @@ pub async fn cohorts_in_short(
     .await
 }
 
-/// The people of a cohort in a role, by name.
+/// Returns the enabled members of a cohort with a role, sorted by name.
 pub async fn members(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -100,7 +101,7 @@ pub async fn members(
     .await
 }
 
-/// What the registrar knows a cohort's trainees by, where that is known.
+/// Returns the known registration numbers of a cohort's trainees.
 pub async fn registrar_ids(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -118,7 +119,8 @@ pub async fn registrar_ids(
     Ok(rows.into_iter().collect())
 }
 
-/// The pseudonyms of a cohort's trainees: what tells namesakes apart in a file, and finds their recordings.
+/// Returns the pseudonyms of a cohort's trainees, which distinguish people with equal names in a
+/// file and identify their recordings.
 pub async fn pseudonyms(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -136,7 +138,8 @@ pub async fn pseudonyms(
     Ok(found.into_iter().collect())
 }
 
-/// Somebody whose practice a person may see: themselves, a trainee of a cohort they teach, or any for an administrator.
+/// Returns a person whose practice the viewer may see: themselves, a trainee of a cohort they
+/// teach, or for an administrator any trainee.
 pub async fn trainee(
     executor: impl Executor<'_>,
     viewer: &CurrentPerson,

@@ -1,4 +1,4 @@
-//! What pages show: read-only queries, each limited to what the visitor may see.
+//! Read-only queries for pages, each limited to data that the viewer may see.
 
 mod attempts;
 mod groups;

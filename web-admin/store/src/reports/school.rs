@@ -1,4 +1,4 @@
-//! A school as a whole: exercises, counts, people.
+//! Overview of a school: exercises, counts, failing jobs.
 
 use model::Moment;
 use model::ids::{SchoolId, SessionId};
@@ -7,7 +7,7 @@ use sqlx::FromRow;
 use crate::tries::MOST_DEATHS;
 use crate::{Executor, Result};
 
-/// An exercise in short, in the revision that trainees are given.
+/// Summary of the current revision of an exercise.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct ExerciseInShort {
     /// Exercise id.
@@ -19,7 +19,7 @@ pub struct ExerciseInShort {
     pub difficulty: u8,
 }
 
-/// The exercises a school gives to trainees.
+/// Returns the current exercises of a school.
 pub async fn exercises(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<ExerciseInShort>> {
     sqlx::query_as(
         "SELECT e.exercise_id, r.pass_mark, r.difficulty FROM exercises e
@@ -30,20 +30,20 @@ pub async fn exercises(executor: impl Executor<'_>, school: SchoolId) -> Result<
     .await
 }
 
-/// The school at a glance.
+/// Counts of a school.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct SchoolCounts {
-    /// The school's name.
+    /// Name of the school.
     pub school: String,
-    /// People who may sign in, by role.
+    /// Trainees with an enabled account.
     pub trainees: i64,
-    /// As `trainees`.
+    /// Instructors with an enabled account.
     pub instructors: i64,
-    /// As `trainees`.
+    /// Administrators with an enabled account.
     pub administrators: i64,
     /// Scored attempts.
     pub attempts: i64,
-    /// Attempts begun since a moment.
+    /// Trainees' attempts started since the given time.
     pub recent: i64,
     /// Recordings in the queue.
     pub waiting: i64,
@@ -53,7 +53,7 @@ pub struct SchoolCounts {
     pub flagged: i64,
 }
 
-/// Counts of a school; `since` bounds the recent ones.
+/// Returns the counts of a school; `since` applies to the recent attempts.
 pub async fn counts(executor: impl Executor<'_>, school: SchoolId, since: Moment) -> Result<SchoolCounts> {
     sqlx::query_as(
         "SELECT s.name AS school,
@@ -79,18 +79,18 @@ pub async fn counts(executor: impl Executor<'_>, school: SchoolId, since: Moment
     .await
 }
 
-/// A job that was tried and is not done.
+/// A job that failed and is not finished.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct FailingJob {
     /// Session.
     pub session_id: SessionId,
-    /// How often it was tried.
+    /// Number of failures, crashes included.
     pub attempts: i64,
-    /// What went wrong last.
+    /// Last error.
     pub error: String,
 }
 
-/// The jobs of a school that failed at least once, at most 50.
+/// Returns the jobs of a school that failed at least once; at most 50.
 pub async fn failing_jobs(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<FailingJob>> {
     sqlx::query_as(
         "SELECT session_id, attempts,

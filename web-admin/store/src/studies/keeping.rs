@@ -1,4 +1,4 @@
-//! How long the data of studies are kept.
+//! Retention of study data.
 
 use model::Moment;
 use model::ids::{SchoolId, StudyId};
@@ -6,7 +6,7 @@ use model::ids::{SchoolId, StudyId};
 use super::{Study, study};
 use crate::{Connection, Executor, Result};
 
-/// The studies of a school that have ended and whose data are kept still.
+/// Returns the closed studies of a school whose data have not been erased.
 pub async fn list_kept_studies(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Study>> {
     sqlx::query_as(study!(
         "WHERE u.school_id = $1 AND u.closed_at IS NOT NULL AND u.erased_at IS NULL ORDER BY u.closed_at, u.id"
@@ -16,7 +16,8 @@ pub async fn list_kept_studies(executor: impl Executor<'_>, school: SchoolId) ->
     .await
 }
 
-/// Notes that the end of a study's data is announced, by the clock and by the time that the service has run.
+/// Records that the erasure of a study's data was announced, by the clock and by the uptime of the
+/// service.
 pub async fn announce_study_erasure(writer: &mut Connection, study: &Study, now: Moment) -> Result<()> {
     sqlx::query(
         "UPDATE studies SET told_at = $3, told_observed_s = (SELECT observed_s FROM service_time)
@@ -30,7 +31,7 @@ pub async fn announce_study_erasure(writer: &mut Connection, study: &Study, now:
     .map(drop)
 }
 
-/// Takes the announcement back.
+/// Withdraws the announcement.
 pub async fn call_off_study_erasure(writer: &mut Connection, school: SchoolId, study: StudyId) -> Result<()> {
     sqlx::query("UPDATE studies SET told_at = NULL, told_observed_s = NULL WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -40,7 +41,7 @@ pub async fn call_off_study_erasure(writer: &mut Connection, school: SchoolId, s
         .map(drop)
 }
 
-/// Notes that the data of a study are gone.
+/// Records that the data of a study were erased.
 pub async fn mark_study_erased(writer: &mut Connection, study: &Study, now: Moment) -> Result<()> {
     sqlx::query("UPDATE studies SET erased_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(study.school_id)

@@ -1,4 +1,4 @@
-//! Who takes part in a study, and the attempts that they make for it.
+//! Participants of studies and their attempts.
 
 use model::ids::{PersonId, SessionId, StudyId};
 use model::{Moment, PersonKey, count_u32};
@@ -7,53 +7,54 @@ use sqlx::FromRow;
 use super::Study;
 use crate::{Connection, Executor, Json, Result};
 
-/// Somebody who takes part.
+/// A participant or invited person.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct StudyParticipant {
-    /// Who.
+    /// Person.
     pub person_id: PersonId,
-    /// What recordings and files say of them.
+    /// Pseudonym, used in recordings and files.
     pub pseudonym: String,
-    /// The name of somebody of the school; a guest has none.
+    /// Name of a person of the school; `None` for a guest.
     pub name: Option<String>,
-    /// The place of their group in the study's.
+    /// Index of their group among the groups of the study.
     #[sqlx(try_from = "i64")]
     pub group_place: u32,
-    /// What the study asked them, in the order of its questions.
+    /// Answers to the study's questions, in order.
     pub facts: Json<Vec<String>>,
-    /// When the person consented; absent while invited.
+    /// Time of consent; `None` while invited.
     pub agreed_at: Option<Moment>,
-    /// When they left or declined.
+    /// Time at which they left or declined.
     pub withdrawn_at: Option<Moment>,
-    /// A guest's code that was not used yet.
+    /// A guest has an unused sign-in code.
     pub has_code: bool,
-    /// Attempts made, of those that are asked.
+    /// Number of required attempts that were made.
     #[sqlx(try_from = "i64")]
     pub attempts: u32,
-    /// Answers sent to what the study asks.
+    /// Number of submitted responses to the study's surveys.
     #[sqlx(try_from = "i64")]
     pub answers: u32,
 }
 
-/// A person to invite.
+/// A person to be invited.
 #[derive(Clone, Copy, Debug)]
 pub struct NewParticipant<'a> {
     /// The study.
     pub study: &'a Study,
-    /// Who.
+    /// Person.
     pub person_id: PersonId,
-    /// The place of their group in the study's.
+    /// Index of their group among the groups of the study.
     pub group_place: u32,
-    /// What the study asked them, in the order of its questions.
+    /// Answers to the study's questions, in order.
     pub facts: &'a [String],
-    /// Who added them.
+    /// Person who adds them.
     pub added_by: PersonId,
 }
 
-/// Invites a person to a study, also one who had left. Returns false if the person takes part or is invited already.
+/// Invites a person to a study, also one who left it. Returns false if the person takes part or is
+/// already invited.
 ///
 /// # Errors
-/// When somebody is of another school, or the database fails.
+/// If one of the people belongs to another school, or the database fails.
 pub async fn add_participant(writer: &mut Connection, new: NewParticipant<'_>, now: Moment) -> Result<bool> {
     sqlx::query(
         "INSERT INTO study_participants (school_id, study_id, person_id, group_place, facts, added_at, added_by, consented_at)
@@ -74,7 +75,7 @@ pub async fn add_participant(writer: &mut Connection, new: NewParticipant<'_>, n
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Who takes part in a study $2 of a school $1, and how far each has come.
+/// Selects the participants of study `$2` of school `$1`, with their progress.
 macro_rules! participant {
     ($rest:literal) => {
         concat!(
@@ -96,7 +97,7 @@ macro_rules! participant {
     };
 }
 
-/// Everybody who takes part or has left, by group, in the order in which they came.
+/// Returns all current and former participants, by group, in the order of their invitation.
 pub async fn list_participants(executor: impl Executor<'_>, study: &Study) -> Result<Vec<StudyParticipant>> {
     sqlx::query_as(participant!("ORDER BY t.group_place, t.added_at, t.person_id"))
         .bind(study.school_id)
@@ -105,7 +106,7 @@ pub async fn list_participants(executor: impl Executor<'_>, study: &Study) -> Re
         .await
 }
 
-/// How many take part in a study, or have left it.
+/// Returns the number of current and former participants.
 pub async fn count_participants(executor: impl Executor<'_>, study: &Study) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM study_participants WHERE school_id = $1 AND study_id = $2")
         .bind(study.school_id)
@@ -114,7 +115,7 @@ pub async fn count_participants(executor: impl Executor<'_>, study: &Study) -> R
         .await
 }
 
-/// Somebody who takes part or is asked to, and has not left.
+/// Returns a participant or invited person who has not left.
 pub async fn find_participant(
     executor: impl Executor<'_>,
     study: &Study,
@@ -128,7 +129,8 @@ pub async fn find_participant(
         .await
 }
 
-/// Records that an invited person has consented; an earlier consent stays. Returns false if the person is not invited.
+/// Records the consent of an invited person and keeps an earlier one. Returns false if the person
+/// is not invited.
 pub async fn note_consent(writer: &mut Connection, study: &Study, person: PersonId, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE study_participants SET agreed_at = coalesce(agreed_at, $4)
@@ -143,7 +145,8 @@ pub async fn note_consent(writer: &mut Connection, study: &Study, person: Person
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Takes somebody out of a study, with what they told and answered for it. False where they do not take part.
+/// Removes a person from a study and deletes their answers to its questions and surveys. Returns
+/// false if they do not take part.
 pub async fn withdraw_participant(
     writer: &mut Connection,
     study: &Study,
@@ -184,27 +187,27 @@ pub async fn withdraw_participant(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// An attempt of a study: one of those that are asked of somebody who takes part.
+/// A required attempt of a participant.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct StudyAttempt {
-    /// Who.
+    /// Person.
     pub person_id: PersonId,
     /// The attempt.
     pub session_id: SessionId,
-    /// At which exercise.
+    /// Id of the exercise.
     pub exercise_id: String,
-    /// Their how-manieth at it, from 1.
+    /// Number of the person's attempt at this exercise, from 1.
     #[sqlx(try_from = "i64")]
     pub number: u32,
-    /// When it began.
+    /// Start time.
     pub started_at: Moment,
-    /// 0–100, by the grade that counts.
+    /// Effective score, 0–100.
     pub score: f64,
-    /// Passed, by the grade that counts.
+    /// Passed, by the effective grade.
     pub passed: bool,
 }
 
-/// The scored attempts of a study, person by person in the order of their groups, in order of time.
+/// Returns the scored attempts of a study, sorted by group, person and time.
 pub async fn list_study_attempts(executor: impl Executor<'_>, study: &Study) -> Result<Vec<StudyAttempt>> {
     sqlx::query_as(
         "SELECT person_id, session_id, exercise_id, number, started_at, score, passed FROM (
@@ -225,7 +228,7 @@ pub async fn list_study_attempts(executor: impl Executor<'_>, study: &Study) -> 
     .await
 }
 
-/// How many attempts somebody has yet to make for a study.
+/// Returns the number of attempts that a person still has to make for a study.
 pub async fn count_open_attempts(
     executor: impl Executor<'_>,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -248,7 +251,7 @@ pub async fn count_open_attempts(
     .map(count_u32::<i64>)
 }
 
-/// The exercises of the open studies that somebody takes part in.
+/// Returns the exercises of the open studies that a person takes part in.
 pub async fn list_studied_exercises(
     executor: impl Executor<'_>,
     PersonKey { school_id: school, person_id: person }: PersonKey,

@@ -1,4 +1,4 @@
-//! Letters with a survey's link to people without an account.
+//! Letters with a survey link to people without an account.
 
 use model::ids::{LetterId, ResponseId, SchoolId};
 use model::mail::{LetterDelivery, SurveyLetter};
@@ -7,7 +7,7 @@ use model::{Moment, count_u32};
 
 use crate::{Connection, Executor, Result};
 
-/// Queues a letter. False when somebody of that address was written to before.
+/// Queues a letter. Returns false if one was already queued for this address.
 pub async fn queue_survey_letter(
     writer: &mut Connection,
     survey: &Survey,
@@ -30,7 +30,8 @@ pub async fn queue_survey_letter(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// How many letters of a school were queued since a moment. Their ids tell when; the plus keeps SQLite to them, past the school’s index.
+/// Returns the number of letters of a school queued since a time. Their ids contain the time; the
+/// unary plus keeps SQLite from using the index by school instead of the ids.
 pub async fn queued_since(executor: impl Executor<'_>, school: SchoolId, since: Moment) -> Result<u32> {
     let milliseconds = since.duration_since(Moment::from_micros(0)).as_millis();
     let first = LetterId::from_u128(milliseconds << 80);
@@ -42,7 +43,7 @@ pub async fn queued_since(executor: impl Executor<'_>, school: SchoolId, since: 
         .map(count_u32::<i64>)
 }
 
-/// The letters that are due, oldest first.
+/// Returns the letters that are due, oldest first.
 pub async fn list_due_survey_letters(
     executor: impl Executor<'_>,
     now: Moment,
@@ -59,8 +60,8 @@ pub async fn list_due_survey_letters(
     .await
 }
 
-/// Takes a letter from the queue before it goes out: whatever happens then, it does not go out again by itself. False where somebody else
-/// has taken it.
+/// Claims a letter before it is sent, so that it is never sent twice automatically, even after a
+/// crash. Returns false if another worker has claimed it.
 pub async fn claim_survey_letter(writer: &mut Connection, letter: &SurveyLetter, response: ResponseId) -> Result<bool> {
     sqlx::query(
         "UPDATE survey_letters SET next_run_at = NULL, tries = tries + 1, error = NULL, response_id = $3
@@ -74,7 +75,7 @@ pub async fn claim_survey_letter(writer: &mut Connection, letter: &SurveyLetter,
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Notes that a letter is out; it no longer leads to the answer.
+/// Records that a letter was sent, and removes its reference to the response.
 pub async fn mark_letter_sent(writer: &mut Connection, letter: &SurveyLetter, now: Moment) -> Result<()> {
     sqlx::query("UPDATE survey_letters SET sent_at = $3, response_id = NULL WHERE school_id = $1 AND id = $2")
         .bind(letter.school_id)
@@ -85,7 +86,7 @@ pub async fn mark_letter_sent(writer: &mut Connection, letter: &SurveyLetter, no
         .map(drop)
 }
 
-/// Notes why a letter did not go out, and when to try again; never, where that is `None`.
+/// Records that a letter could not be sent, and when to retry; `None` means that it is not retried.
 pub async fn mark_letter_failed(
     writer: &mut Connection,
     letter: &SurveyLetter,
@@ -102,7 +103,7 @@ pub async fn mark_letter_failed(
         .map(drop)
 }
 
-/// How the letters of a survey went, by address.
+/// Returns the status of a survey's letters, sorted by address.
 pub async fn list_deliveries(executor: impl Executor<'_>, survey: &Survey) -> Result<Vec<LetterDelivery>> {
     sqlx::query_as(
         "SELECT name, email, sent_at, error, next_run_at FROM survey_letters

@@ -1,4 +1,5 @@
-//! What a survey is tied to: cohorts, exercises, courses, themes of comments; and who is asked to answer it.
+//! Relations of a survey: cohorts, exercises, courses, tags of comments, and the people who are
+//! asked.
 
 use model::Moment;
 use model::ids::{CohortId, PersonId, ResponseId, RevisionId, SchoolId, SessionId, SurveyId};
@@ -12,7 +13,7 @@ use crate::{Connection, Executor, Result};
 /// Sends a survey to a cohort.
 ///
 /// # Errors
-/// When either is of another school, or the database fails.
+/// If one of them belongs to another school, or the database fails.
 pub async fn add_cohort(writer: &mut Connection, school: SchoolId, survey: SurveyId, cohort: CohortId) -> Result<()> {
     sqlx::query("INSERT INTO survey_cohorts (school_id, survey_id, cohort_id) VALUES ($1, $2, $3)")
         .bind(school)
@@ -23,7 +24,7 @@ pub async fn add_cohort(writer: &mut Connection, school: SchoolId, survey: Surve
         .map(drop)
 }
 
-/// Names of the cohorts that a survey was sent to.
+/// Returns the names of the cohorts that a survey was sent to, sorted.
 pub async fn cohort_names(executor: impl Executor<'_>, school: SchoolId, survey: SurveyId) -> Result<Vec<String>> {
     sqlx::query_scalar(
         "SELECT c.name FROM survey_cohorts sc CROSS JOIN cohorts c
@@ -35,7 +36,7 @@ pub async fn cohort_names(executor: impl Executor<'_>, school: SchoolId, survey:
     .await
 }
 
-/// Asks a survey after an exercise.
+/// Makes a survey appear after attempts at an exercise.
 pub async fn add_exercise(writer: &mut Connection, school: SchoolId, survey: SurveyId, exercise: &str) -> Result<()> {
     sqlx::query(
         "INSERT INTO survey_exercises (school_id, survey_id, exercise_id) VALUES ($1, $2, $3)
@@ -49,8 +50,8 @@ pub async fn add_exercise(writer: &mut Connection, school: SchoolId, survey: Sur
     .map(drop)
 }
 
-/// Which instruments the courses of a school ask for, after which exercises: the instrument's id, the revision that is
-/// current, its title, and the exercise. Instruments that were never published are left out.
+/// Returns the instruments that a school's courses use after exercises: current revision of the
+/// instrument, its title, and the id of the exercise. Unpublished instruments are left out.
 pub async fn asked_by_courses(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -68,7 +69,7 @@ pub async fn asked_by_courses(
     Ok(asked.into_iter().map(|(revision, title, exercise)| (revision, title.into(), exercise)).collect())
 }
 
-/// The open surveys that courses have asked for: those without an owner.
+/// Returns the open surveys that were created for courses, which have no owner.
 pub async fn of_course(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!(
         "WHERE s.school_id = $1 AND s.after_attempts = 1 AND s.owner_id IS NULL AND s.closes_at IS NULL"
@@ -78,7 +79,7 @@ pub async fn of_course(executor: impl Executor<'_>, school: SchoolId) -> Result<
     .await
 }
 
-/// Sets when a survey closes; `None` opens it again for good.
+/// Sets the closing time of a survey; `None` opens it without limit.
 pub async fn close(writer: &mut Connection, school: SchoolId, survey: SurveyId, at: Option<Moment>) -> Result<()> {
     sqlx::query("UPDATE surveys SET closes_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -89,7 +90,8 @@ pub async fn close(writer: &mut Connection, school: SchoolId, survey: SurveyId, 
         .map(drop)
 }
 
-/// The open surveys that a person is asked once, by a cohort they are in as a trainee.
+/// Returns the open one-time surveys of a person, through the cohorts to which they belong as a
+/// trainee.
 pub async fn of_person(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -110,21 +112,21 @@ pub async fn of_person(
     .await
 }
 
-/// Who has practised what: an attempt, or whatever they may practise.
+/// A finished attempt of a trainee, or future practice.
 #[derive(Clone, Copy, Debug)]
 pub struct Practised<'a> {
-    /// Their school.
+    /// School.
     pub school: SchoolId,
-    /// Whoever practises.
+    /// Trainee.
     pub trainee: PersonId,
-    /// The exercise; none: any.
+    /// Exercise; `None` means any.
     pub exercise: Option<&'a str>,
-    /// When the attempt ended; none: it is yet to be made.
+    /// End of the attempt; `None` if it has not been made yet.
     pub ended_at: Option<Moment>,
 }
 
 impl<'a> Practised<'a> {
-    /// An attempt.
+    /// Makes the value for a finished attempt.
     #[must_use]
     pub fn by(session: &'a Session) -> Self {
         Self {
@@ -136,7 +138,8 @@ impl<'a> Practised<'a> {
     }
 }
 
-/// The open surveys that are asked after an attempt: of trainees by their cohort or of all of them, and of whoever takes part in a study.
+/// Returns the open surveys that appear after an attempt. They concern the trainees of their
+/// cohorts, all trainees if they have no cohorts, or the participants of their study.
 pub async fn after_attempt(executor: impl Executor<'_>, practised: Practised<'_>, now: Moment) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!(
         "WHERE s.school_id = $1 AND s.after_attempts = 1 AND s.opens_at <= $4
@@ -161,7 +164,8 @@ pub async fn after_attempt(executor: impl Executor<'_>, practised: Practised<'_>
     .await
 }
 
-/// The exercises after which surveys of a school are asked: survey and exercise. A survey without one is asked after all.
+/// Returns the exercises after which the surveys of a school appear, as pairs of survey and
+/// exercise. A survey without exercises appears after all.
 pub async fn exercises(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<(SurveyId, String)>> {
     sqlx::query_as(
         "SELECT e.survey_id, e.exercise_id FROM surveys s JOIN survey_exercises e ON e.survey_id = s.id
@@ -172,13 +176,14 @@ pub async fn exercises(executor: impl Executor<'_>, school: SchoolId) -> Result<
     .await
 }
 
-/// Whether a person has answered a survey, for an attempt or at all.
+/// Returns whether a person has answered a survey, for one attempt or at all.
 pub async fn answered(
     executor: impl Executor<'_>,
     survey: &Survey,
     person: PersonId,
     session: Option<SessionId>,
 ) -> Result<bool> {
+    // The unary plus keeps SQLite from using an index by school.
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM survey_participations WHERE +school_id = $1 AND survey_id = $2
            AND person_id = $3 AND session_id IS NOT DISTINCT FROM $4)",
@@ -191,7 +196,7 @@ pub async fn answered(
     .await
 }
 
-/// Puts a theme on a comment. False when there is no such comment in the survey.
+/// Adds a tag to a comment. Returns false if the survey has no such comment.
 pub async fn add_tag(
     writer: &mut Connection,
     survey: &Survey,
@@ -215,7 +220,7 @@ pub async fn add_tag(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Takes a theme from a comment. False when it was not there.
+/// Removes a tag from a comment. Returns false if it was not there.
 pub async fn remove_tag(
     writer: &mut Connection,
     survey: &Survey,

@@ -1,4 +1,4 @@
-//! Responses, from a link or a beginning to sent answers.
+//! Responses, from the invitation to the submitted answers.
 
 use assessment::questionnaire::Answer;
 use model::Moment;
@@ -11,55 +11,55 @@ use crate::{Connection, Executor, Json, Result};
 /// A response.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct SurveyResponse {
-    /// Id: random.
+    /// Random id.
     pub id: ResponseId,
-    /// Its school.
+    /// School.
     pub school_id: SchoolId,
-    /// Its survey.
+    /// Survey.
     pub survey_id: SurveyId,
-    /// How far it has come.
+    /// State.
     pub state: ResponseState,
-    /// Whose it is, where it is a person's and may be known.
+    /// Person who responds, if it is a person of the school and may be known.
     pub person_id: Option<PersonId>,
-    /// After which attempt.
+    /// Attempt that it refers to.
     pub session_id: Option<SessionId>,
-    /// In which language it is given.
+    /// Language of the response.
     pub language: String,
-    /// In the order of the instrument's items.
+    /// Answers, in the order of the instrument's items.
     pub answers: Json<Vec<Option<Answer>>>,
-    /// Until when its link is good.
+    /// Expiry time of its link.
     pub expires_at: Option<Moment>,
 }
 
-/// A response to be added: a link, or the beginning of a person's.
+/// A response to be stored: a link, or the start of a person's response.
 #[derive(Clone, Debug)]
 pub struct NewResponse<'a> {
-    /// Its school.
+    /// School.
     pub school_id: SchoolId,
-    /// Its survey.
+    /// Survey.
     pub survey_id: SurveyId,
-    /// What is kept of the address by which it is given.
+    /// SHA-256 of the token in its URL.
     pub token_sha256: [u8; 32],
     /// `professional`, or the person's role.
     pub role: &'a str,
-    /// Whom a link is for.
+    /// Recipient of a link.
     pub label: Option<&'a str>,
-    /// The person.
+    /// Person who responds.
     pub person_id: Option<PersonId>,
-    /// After which attempt.
+    /// Attempt that it refers to.
     pub session_id: Option<SessionId>,
-    /// In which language.
+    /// Language of the response.
     pub language: &'a str,
-    /// When the person consented; none: a link that nobody has opened.
+    /// Time of consent; `None` for a link that was not opened.
     pub consented_at: Option<Moment>,
-    /// Until when a link is good.
+    /// Expiry time of a link.
     pub expires_at: Option<Moment>,
 }
 
-/// Adds a response without answers.
+/// Stores a response without answers.
 ///
 /// # Errors
-/// When the person has begun one already, or the database fails.
+/// If the person has already started one, or the database fails.
 pub async fn add(writer: &mut Connection, new: &NewResponse<'_>) -> Result<ResponseId> {
     let state = if new.consented_at.is_some() { ResponseState::Begun } else { ResponseState::Invited };
     sqlx::query_scalar(
@@ -71,7 +71,7 @@ pub async fn add(writer: &mut Connection, new: &NewResponse<'_>) -> Result<Respo
            (SELECT simulator_version FROM sessions WHERE school_id = $2 AND id = $9), $10, '[]', $11, $12)
          RETURNING id",
     )
-    // A sorted id would tell the order in which people began.
+    // A sequential id would reveal the order in which people started.
     .bind(ResponseId::random())
     .bind(new.school_id)
     .bind(new.survey_id)
@@ -88,7 +88,7 @@ pub async fn add(writer: &mut Connection, new: &NewResponse<'_>) -> Result<Respo
     .await
 }
 
-/// The response of an address, in any school: the address names none.
+/// Returns the response with this token, in any school: the URL contains no school.
 pub async fn by_token(executor: impl Executor<'_>, token_sha256: &[u8; 32]) -> Result<Option<SurveyResponse>> {
     sqlx::query_as(
         "SELECT id, school_id, survey_id, state, person_id, session_id, language, answers, expires_at
@@ -99,7 +99,7 @@ pub async fn by_token(executor: impl Executor<'_>, token_sha256: &[u8; 32]) -> R
     .await
 }
 
-/// What a person has begun, or sent under their name or pseudonym.
+/// Returns the response that a person has started, or submitted under their name or pseudonym.
 pub async fn draft_of(
     executor: impl Executor<'_>,
     school: SchoolId,
@@ -107,6 +107,7 @@ pub async fn draft_of(
     person: PersonId,
     session: Option<SessionId>,
 ) -> Result<Option<SurveyResponse>> {
+    // The unary plus keeps SQLite from using an index by school.
     sqlx::query_as(
         "SELECT id, school_id, survey_id, state, person_id, session_id, language, answers, expires_at
          FROM survey_responses WHERE +school_id = $1 AND survey_id = $2 AND person_id = $3
@@ -120,7 +121,7 @@ pub async fn draft_of(
     .await
 }
 
-/// Gives a response another address; the one before leads nowhere then.
+/// Replaces the token of a response, which invalidates the previous one.
 pub async fn set_token(
     writer: &mut Connection,
     school: SchoolId,
@@ -136,7 +137,8 @@ pub async fn set_token(
         .map(drop)
 }
 
-/// Stores the answers so far. False when they were sent or taken back in the meantime.
+/// Stores the answers so far. Returns false if the response was submitted or withdrawn in the
+/// meantime.
 pub async fn put_answers(writer: &mut Connection, response: &SurveyResponse, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE survey_responses SET answers = $3, language = $4, state = 'begun',
@@ -153,22 +155,23 @@ pub async fn put_answers(writer: &mut Connection, response: &SurveyResponse, now
     .map(|done| done.rows_affected() == 1)
 }
 
-/// What is to be sent, and how much may be known of it.
+/// A response to be submitted.
 #[derive(Clone, Copy, Debug)]
 pub struct Submission<'a> {
     /// What.
     pub response: &'a SurveyResponse,
-    /// Whether it leads to who gave it.
+    /// Identity to be kept with it.
     pub identity: Identity,
-    /// When; of an anonymous one only the day is kept.
+    /// Time of submission; for an anonymous response only the day is stored.
     pub at: Moment,
 }
 
-/// Sends a response: notes who has answered, and cuts what would lead from an anonymous one to them. False when it was
-/// sent or taken back in the meantime.
+/// Submits a response and records the participation. Removes everything that identifies the
+/// respondent from an anonymous response. Returns false if it was submitted or withdrawn in the
+/// meantime.
 ///
 /// # Errors
-/// When the person has answered already, or the database fails.
+/// If the person has already answered, or the database fails.
 pub async fn submit(writer: &mut Connection, Submission { response, identity, at }: Submission<'_>) -> Result<bool> {
     const DAY_US: i64 = 86_400_000_000;
     if let Some(person) = response.person_id {
@@ -203,7 +206,7 @@ pub async fn submit(writer: &mut Connection, Submission { response, identity, at
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Forgets what was begun: a person's response goes, a link is as if it had never been opened.
+/// Discards a started response: a person's response is deleted, a link becomes unopened again.
 pub async fn reset(writer: &mut Connection, response: &SurveyResponse) -> Result<()> {
     let statement = if response.person_id.is_some() {
         "DELETE FROM survey_responses WHERE school_id = $1 AND id = $2 AND state = 'begun'"
@@ -214,7 +217,8 @@ pub async fn reset(writer: &mut Connection, response: &SurveyResponse) -> Result
     sqlx::query(statement).bind(response.school_id).bind(response.id).execute(writer).await.map(drop)
 }
 
-/// Takes sent answers back: what was said, and the themes found in it, are gone. False when there was nothing sent.
+/// Withdraws a submitted response: deletes its answers and tags. Returns false if it was not
+/// submitted.
 pub async fn withdraw(writer: &mut Connection, response: &SurveyResponse) -> Result<bool> {
     sqlx::query("DELETE FROM survey_tags WHERE school_id = $1 AND response_id = $2")
         .bind(response.school_id)

@@ -1,4 +1,4 @@
-//! What a survey was answered: one indexed query for all answers, one for the attempts behind them.
+//! Results of a survey: one indexed query for all answers, one for the attempts that they refer to.
 
 use assessment::questionnaire::Answer;
 use model::Moment;
@@ -8,34 +8,35 @@ use sqlx::FromRow;
 
 use crate::{Executor, Json, Result};
 
-/// Sent answers.
+/// A submitted response.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct SubmittedResponse {
-    /// The response.
+    /// Id of the response.
     pub id: ResponseId,
     /// `professional`, or the person's role.
     pub role: String,
-    /// Name or pseudonym, as the survey allows.
+    /// Name or pseudonym, as the survey permits.
     pub who: Option<String>,
-    /// After which attempt.
+    /// Attempt that it refers to.
     pub session_id: Option<SessionId>,
-    /// Its exercise.
+    /// Exercise of the attempt.
     pub exercise_id: Option<String>,
-    /// Its device.
+    /// Device of the attempt.
     pub device: Option<String>,
-    /// Its simulator's version.
+    /// Simulator version of the attempt.
     pub simulator_version: Option<String>,
-    /// Their pseudonym, which tells namesakes apart; none of an anonymous survey, and of somebody without an account.
+    /// Pseudonym, which distinguishes people with equal names; `None` in an anonymous survey and
+    /// for people without an account.
     pub pseudonym: Option<String>,
-    /// In which language.
+    /// Language of the response.
     pub language: String,
-    /// When; of an anonymous one the day.
+    /// Time of submission; for an anonymous response only the day.
     pub submitted_at: Moment,
-    /// In the order of the instrument's items.
+    /// Answers, in the order of the instrument's items.
     pub answers: Json<Vec<Option<Answer>>>,
 }
 
-/// Every sent response of a survey, in no telling order.
+/// Returns the submitted responses of a survey, sorted by their random ids.
 pub async fn submitted(executor: impl Executor<'_>, survey: &Survey) -> Result<Vec<SubmittedResponse>> {
     let mut submitted: Vec<SubmittedResponse> = sqlx::query_as(
         "SELECT r.id, r.role, CASE $3 WHEN 'named' THEN coalesce(p.display_name, r.label)
@@ -49,21 +50,22 @@ pub async fn submitted(executor: impl Executor<'_>, survey: &Survey) -> Result<V
     .bind(survey.identity)
     .fetch_all(executor)
     .await?;
-    // Sorted by the statement, every response of the school would be read for its order.
+    // With ORDER BY, the engine would read all responses of the school in the order of their ids.
     submitted.sort_by_key(|response| response.id);
     Ok(submitted)
 }
 
-/// A figure of the attempt behind a response.
+/// Value of a metric for the attempt of a response.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct ResponseMetric {
-    /// The response.
+    /// Id of the response.
     pub response_id: ResponseId,
-    /// The figure.
+    /// Value, in the metric's unit.
     pub value: f64,
 }
 
-/// A metric of the attempts behind the sent responses; `score` is the grade that counts.
+/// Returns a metric of the attempts that the submitted responses refer to; `score` is the effective
+/// score.
 pub async fn attempts(executor: impl Executor<'_>, survey: &Survey, metric: &str) -> Result<Vec<ResponseMetric>> {
     if survey.identity == Identity::Anonymous {
         return Ok(Vec::new());
@@ -82,24 +84,25 @@ pub async fn attempts(executor: impl Executor<'_>, survey: &Survey, metric: &str
     sqlx::query_as(statement).bind(survey.school_id).bind(survey.id).bind(metric).fetch_all(executor).await
 }
 
-/// How many were asked and have answered.
+/// Counts of invitations and responses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, FromRow)]
 pub struct ResponseCounts {
-    /// Links that were made.
+    /// Number of links.
     pub links: i64,
-    /// Of them, those by which answers were sent.
+    /// Number of responses submitted through links.
     pub links_answered: i64,
-    /// Trainees of the cohorts, of a survey that is asked once.
+    /// Number of trainees in the cohorts, for a survey that is asked once.
     pub people: i64,
-    /// Attempts at its exercises while it was open, at most 50 000, of a survey that is asked after each.
+    /// Number of attempts at its exercises while it was open, at most 50 000, for a survey that is
+    /// asked after each attempt.
     pub attempts: i64,
-    /// Answers that were sent by people of the school.
+    /// Number of responses submitted by people of the school.
     pub people_answered: i64,
-    /// Answers that were taken back.
+    /// Number of withdrawn responses.
     pub withdrawn: i64,
 }
 
-/// Counts a survey.
+/// Returns the counts of a survey.
 pub async fn counts(executor: impl Executor<'_>, survey: &Survey, now: Moment) -> Result<ResponseCounts> {
     sqlx::query_as(
         "SELECT
@@ -144,18 +147,18 @@ pub async fn counts(executor: impl Executor<'_>, survey: &Survey, now: Moment) -
     .await
 }
 
-/// A theme of a comment.
+/// A tag of a comment.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Tag {
-    /// The response.
+    /// Id of the response.
     pub response_id: ResponseId,
-    /// The item.
+    /// Id of the item.
     pub item_id: String,
-    /// The theme.
+    /// The tag.
     pub tag: String,
 }
 
-/// Every theme of a survey's comments.
+/// Returns all tags of a survey's comments.
 pub async fn tags(executor: impl Executor<'_>, survey: &Survey) -> Result<Vec<Tag>> {
     sqlx::query_as(
         "SELECT response_id, item_id, tag FROM survey_tags WHERE school_id = $1 AND survey_id = $2

@@ -1,5 +1,6 @@
-//! The queue of mails: each is made when it is sent, so that no link lies in the database. Each goes out at most once: it leaves the queue
-//! before it is handed over. Of one whose sender dies in between, nobody can know whether it went; pages say so.
+//! The mail queue. A mail is composed when it is sent, so that no link is stored in the database.
+//! Each is sent at most once: it is claimed before it is handed to the mail server. If the sender
+//! crashes in between, it is unknown whether the mail was sent; the pages show this.
 
 use acts::error::{Error, tell_in_full};
 use acts::mailer::Letter;
@@ -19,11 +20,11 @@ use words::Language;
 mod retention;
 mod surveys;
 
-/// Most of what is new that a letter lists.
+/// Maximum number of notices listed in a mail.
 const SHOWN_NEWS: u32 = 20;
-/// Mails of one look.
+/// Number of mails read from the queue at once.
 pub(super) const BATCH: u32 = 50;
-/// Sends what is due, now and then and when rung.
+/// Sends due mails periodically and when notified.
 pub async fn run_outbox(state: AppState) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::Letters, work_off_letters(&state)).await {
@@ -36,10 +37,10 @@ pub async fn run_outbox(state: AppState) {
     }
 }
 
-/// Sends what is due.
+/// Sends all due mails.
 ///
 /// # Errors
-/// When the database fails; a mail that cannot be sent waits for its next try.
+/// Fails if the database fails; a mail that cannot be sent is retried later.
 pub async fn work_off_letters(state: &AppState) -> Result<(), Error> {
     accounts::answer_asked(state).await?;
     loop {
@@ -59,7 +60,7 @@ async fn deliver_letter(state: &AppState, mail: &Mail) -> Result<(), Error> {
     let letter = words::speaking(language, compose_letter(state, mail)).await?;
     let Some(letter) = letter else { return mailing::withdraw_mail(state, mail).await };
     let _in_hand = state.letter_in_hand.lock().await;
-    // Whoever was held up for long may have been taken for dead: then another sends them.
+    // This replica may have been suspended and declared dead; then another one sends the mails.
     if !mailing::claim_mail(state, mail).await? {
         return Ok(());
     }
@@ -67,7 +68,7 @@ async fn deliver_letter(state: &AppState, mail: &Mail) -> Result<(), Error> {
     until_database_answers(state, || mailing::note_mail(state, mail, &sent)).await
 }
 
-/// Notes what nobody else can know.
+/// Records a result, retrying while the database is unavailable: no other process knows it.
 async fn until_database_answers<F: Future<Output = Result<(), Error>>>(
     state: &AppState,
     note: impl Fn() -> F,
@@ -80,7 +81,7 @@ async fn until_database_answers<F: Future<Output = Result<(), Error>>>(
     }
 }
 
-/// The letter of a mail; none where it is not wanted any more.
+/// Composes a mail; returns `None` if it is obsolete.
 async fn compose_letter(state: &AppState, mail: &Mail) -> Result<Option<Letter>, Error> {
     if !mail.enabled {
         return Ok(None);
@@ -105,7 +106,7 @@ async fn compose_letter(state: &AppState, mail: &Mail) -> Result<Option<Letter>,
     Ok(Some(Letter { id: mail.id, name: mail.name.clone(), email: mail.email.clone(), subject, body }))
 }
 
-/// What is new for somebody; none where they have read it by now.
+/// Composes a mail about unread notices; returns `None` if all have been read.
 async fn compose_news_letter(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
     let whom = PersonKey { school_id: mail.school_id, person_id: mail.person_id };
     let unread = notices::list_unread_notices(state.db.reader(), whom, SHOWN_NEWS).await?;
@@ -113,7 +114,8 @@ async fn compose_news_letter(state: &AppState, mail: &Mail) -> Result<Option<(St
     Ok((!items.is_empty()).then(|| letters::write_news_letter(mail, &items, &state.config.address())))
 }
 
-/// A reminder of what is still to be done: an assignment, or a task to mark pops.
+/// Composes a reminder of an open assignment or marking task; returns `None` if it has been
+/// completed.
 async fn compose_reminder(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
     let (is_meant, address) = (|id: DatedId| Some(id) == mail.assignment_id, &state.config.address());
     let standings = assignments::standings(state, mail.school_id, mail.person_id).await?;

@@ -1,5 +1,5 @@
-//! Letters to whoever is to be erased because they do nothing any more. They alone stay in the queue until they are known to be out: to be
-//! warned twice is better than to be erased unwarned.
+//! Warnings before the erasure of inactive people. Unlike other mails, they stay in the queue until
+//! they are known to have been sent: a second warning is better than an erasure without one.
 
 use acts::error::Error;
 use acts::mailer::Letter;
@@ -13,10 +13,10 @@ use words::Language;
 
 use super::{BATCH, until_database_answers};
 
-/// Sends the letters that are due.
+/// Sends all due warnings.
 ///
 /// # Errors
-/// When the database fails; a letter that cannot be sent waits for its next try.
+/// Fails if the database fails; a mail that cannot be sent is retried later.
 pub(super) async fn work_off_retention_letters(state: &AppState) -> Result<(), Error> {
     loop {
         let due = retention::list_due_warnings(state.db.reader(), state.clock.now(), BATCH).await?;
@@ -24,7 +24,8 @@ pub(super) async fn work_off_retention_letters(state: &AppState) -> Result<(), E
             return Ok(());
         }
         for letter in due {
-            // Whoever was held up for long may have been taken for dead: then another sends them.
+            // This replica may have been suspended and declared dead; then another one sends the
+            // mails.
             if !replicas::is_on_duty(state, Duty::Letters).await? {
                 return Ok(());
             }
@@ -40,7 +41,7 @@ async fn deliver_retention_letter(state: &AppState, letter: &RetentionLetter) ->
 }
 
 async fn send_retention_letter(state: &AppState, letter: &RetentionLetter) -> anyhow::Result<()> {
-    // Whoever set the rule has taken it back: the next look calls the warning off.
+    // The school has removed its retention policy; the next evaluation withdraws the warning.
     let Some(months) = letter.months else { return Ok(()) };
     let language = letter.language.as_deref().and_then(Language::named).unwrap_or(Language::ENGLISH);
     let link = format!("{}/login", state.config.address());

@@ -1,4 +1,4 @@
-//! Letters with a survey's link.
+//! Mails with survey links.
 
 use acts::error::Error;
 use acts::mailer::Letter;
@@ -11,10 +11,10 @@ use store::surveys;
 
 use super::{BATCH, until_database_answers};
 
-/// Sends the letters that are due.
+/// Sends all due mails.
 ///
 /// # Errors
-/// When the database fails; a letter that cannot be sent waits for its next try.
+/// Fails if the database fails; a mail that cannot be sent is retried later.
 pub(super) async fn work_off_survey_letters(state: &AppState) -> Result<(), Error> {
     loop {
         let due = surveys::letters::list_due_survey_letters(state.db.reader(), state.clock.now(), BATCH).await?;

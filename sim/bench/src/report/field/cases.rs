@@ -1,4 +1,5 @@
-//! The reference cases, built into the program so that every copy measures the same, and the error against them.
+//! The reference cases, embedded in the program so that every copy measures the same, and the error
+//! relative to them.
 
 use documents::field_case;
 use serde::Deserialize;
@@ -6,7 +7,7 @@ use tissue::{FieldModel, Problem, relative_distance};
 
 use crate::error::BenchError;
 
-/// The cases.
+/// Names of the cases.
 pub const NAMES: [&str; 3] = ["homogeneous", "lower_back", "stiff_skin_soft_fat"];
 
 const JSON: [&str; 3] = [
@@ -15,17 +16,17 @@ const JSON: [&str; 3] = [
     include_str!("../../../../../tests/data/field/stiff_skin_soft_fat.json"),
 ];
 
-/// One load of a reference case, with what it should come to.
+/// A load of a reference case with its reference solution.
 pub struct ReferenceLoad {
     /// Name of its case.
     pub case: &'static str,
     /// Depth of the load, in m.
     pub depth_m: f64,
-    /// Size of the load, in N.
+    /// Magnitude of the load, in N.
     pub force_n: f64,
-    /// The question.
+    /// The problem.
     pub problem: Problem,
-    /// Axial displacement, at every sample, in m: depth after depth.
+    /// Axial displacement at every sample, in m, ordered by depth, then radius.
     reference_m: Vec<f64>,
 }
 
@@ -39,10 +40,10 @@ struct ReferenceSolution {
     u_axial_m: Vec<Vec<f64>>,
 }
 
-/// Every load of every case.
+/// Returns every load of every case.
 ///
 /// # Errors
-/// When a case built in is refused, which a test would have shown.
+/// If an embedded case is refused; a test excludes this.
 pub fn all() -> Result<Vec<ReferenceLoad>, BenchError> {
     let mut loads = Vec::new();
     for (case, json) in NAMES.into_iter().zip(JSON) {
@@ -61,7 +62,8 @@ pub fn all() -> Result<Vec<ReferenceLoad>, BenchError> {
 }
 
 impl ReferenceLoad {
-    /// The relative L2 error of the axial displacement over all samples, for the field's last answer.
+    /// Returns the relative L2 error of the axial displacement over all samples, for the field's
+    /// last solution.
     pub fn error(&self, field: &dyn FieldModel) -> f64 {
         relative_distance(&self.problem.axial_m(field), &self.reference_m)
     }

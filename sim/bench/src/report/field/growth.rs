@@ -1,16 +1,18 @@
-//! How set-up and solve grow with the unknowns: exponents fitted on lower_back, load at the surface.
+//! Growth of set-up and solve times with the number of unknowns: exponents fitted on lower_back,
+//! load at the surface.
 
 use super::{FieldRow, MODELS};
 use crate::report::chart::{Chart, ChartCurve};
 use crate::report::sheet::ReportSheet;
 
-/// Unknowns and time, in s, of a model's meshes on lower_back.
+/// Returns number of unknowns and time, in s, of a model's meshes on lower_back.
 fn points(rows: &[FieldRow], model: &str, time_s: impl Fn(&FieldRow) -> f64) -> Vec<(f64, f64)> {
     let meshes = rows.iter().filter(|row| row.is_surface_load_on("lower_back") && row.tolerance.is_none());
     meshes.filter(|row| row.model == model).map(|row| (row.unknowns as f64, time_s(row))).collect()
 }
 
-/// The exponent p of time ∝ unknownsᵖ by least squares on logarithms; absent with fewer than three sizes.
+/// Returns the exponent p of time ∝ unknownsᵖ by least squares on logarithms; `None` with fewer
+/// than three sizes.
 fn exponent(points: &[(f64, f64)]) -> Option<f64> {
     let logs: Vec<(f64, f64)> = points.iter().map(|&(n, t)| (libm::log(n), libm::log(t))).collect();
     let count = logs.len() as f64;
@@ -20,7 +22,7 @@ fn exponent(points: &[(f64, f64)]) -> Option<f64> {
     (points.len() >= 3 && spread > 0.0).then(|| slope / spread)
 }
 
-/// The exponents.
+/// Returns the table of exponents.
 pub fn markdown(rows: &[FieldRow]) -> String {
     let mut sheet = ReportSheet::new(["model", "sizes", "set-up ∝ unknowns^p, p", "re-solve or step ∝ unknowns^p, p"]);
     let shown = |p: Option<f64>| p.map_or_else(|| "–".to_owned(), |p| format!("{p:.2}"));
@@ -31,7 +33,7 @@ pub fn markdown(rows: &[FieldRow]) -> String {
     sheet.markdown()
 }
 
-/// Set-up and solve against unknowns.
+/// Plots set-up and solve times against unknowns.
 pub fn chart(rows: &[FieldRow]) -> Chart {
     let curve = |name: &str, what: &str, points: Vec<(f64, f64)>| ChartCurve {
         name: format!("{name}, {what}"),

@@ -1,4 +1,5 @@
-//! The tissue: error against time for each model and reference case, with the planner's choice marked.
+//! The tissue: error against time for each model and reference case, with the planner's choice
+//! marked.
 
 mod cases;
 mod growth;
@@ -20,17 +21,17 @@ use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 use crate::timing::{self, TimingEffort, answer_s};
 
-/// Tolerances at which the planner is asked.
+/// Tolerances requested from the planner.
 const TOLERANCES: [f64; 4] = [0.05, 0.02, 0.01, 0.001];
 
 const MODELS: [Model; 3] = [Model::Axisymmetric, Model::MassSpring, Model::Volumetric];
 
-/// One mesh of one model on one load, or what the planner chose for it.
+/// One mesh of one model for one load, or the planner's choice for that load.
 pub struct FieldRow {
     case: &'static str,
     depth_m: f64,
     model: &'static str,
-    /// The tolerance the planner was asked for; absent for a mesh of the sweep.
+    /// The tolerance requested from the planner; `None` for a mesh of the sweep.
     tolerance: Option<f64>,
     unknowns: usize,
     bytes: usize,
@@ -47,13 +48,14 @@ impl FieldRow {
     }
 }
 
-/// The option by which others come beside us, as the report's head has it.
+/// The command-line option for the results of other solvers, as in the report's head.
 pub const BESIDE: &str = " --peers field-peers.csv";
 
-/// Measures, and writes `field*.{csv,md,svg}`, with what other solvers reach in the same plots and tables; returns the files written.
+/// Measures and writes `field*.{csv,md,svg}`, with the results of other solvers in the same plots
+/// and tables; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses.
+/// On an I/O error.
 pub fn measure(out: &Path, quick: bool, peers: &[Peer]) -> Result<Vec<PathBuf>, BenchError> {
     let loads = cases::all()?;
     let rows = sweep(&loads, quick)?;
@@ -76,7 +78,7 @@ pub fn measure(out: &Path, quick: bool, peers: &[Peer]) -> Result<Vec<PathBuf>, 
     Ok(written)
 }
 
-/// What the planner chooses for every load, and every mesh of every model.
+/// Measures the planner's choice for every load, and every mesh of every model.
 fn sweep(loads: &[ReferenceLoad], quick: bool) -> Result<Vec<FieldRow>, BenchError> {
     let progress = MeasurementProgress::new(loads.len() as u64, "tissue");
     let mut rows = Vec::new();
@@ -84,7 +86,8 @@ fn sweep(loads: &[ReferenceLoad], quick: bool) -> Result<Vec<FieldRow>, BenchErr
         for tolerance in TOLERANCES {
             rows.push(chosen(load, tolerance)?);
         }
-        // The other loads differ from the first only in depth: 3-D sweeps of them would take long and show the same.
+        // The other loads differ from the first only in depth: 3-D sweeps of them would take long
+        // and show the same.
         let models = MODELS.into_iter().filter(|model| *model == Model::Axisymmetric || load.depth_m <= 0.0);
         for model in models {
             rows.extend(ladder(load, model, quick)?);
@@ -103,7 +106,7 @@ fn chosen(load: &ReferenceLoad, tolerance: f64) -> Result<FieldRow, BenchError> 
     Ok(FieldRow { tolerance: Some(tolerance), estimate, ..row(load, planned.field, setup_s) })
 }
 
-/// Every mesh of a model's ladder; the coarsest two of a shortened report.
+/// Measures every mesh of a model's ladder; in a shortened report, the coarsest two.
 fn ladder(load: &ReferenceLoad, model: Model, quick: bool) -> Result<Vec<FieldRow>, BenchError> {
     let mut rows = Vec::new();
     for at in 0..if quick { 2 } else { usize::MAX } {
@@ -166,10 +169,11 @@ fn sheet(rows: &[FieldRow]) -> ReportSheet {
     sheet
 }
 
-/// What an error stands against.
+/// Horizontal axis of an error plot.
 #[derive(Clone, Copy)]
 pub enum Axis {
-    /// Time of an answer, in ms: a re-solve, a step or, where nothing is factorised, all steps to rest.
+    /// Time of a solution, in ms: a re-solve, a step or, if nothing is factorised, all steps to
+    /// rest.
     Time,
     /// Unknowns.
     Unknowns,
@@ -183,7 +187,7 @@ impl Axis {
         }
     }
 
-    /// The place on it of so many unknowns and a time in s.
+    /// Returns the position on the axis for a number of unknowns and a time in s.
     fn place(self, unknowns: usize, solve_s: f64) -> f64 {
         match self {
             Self::Time => solve_s * 1e3,
@@ -192,7 +196,7 @@ impl Axis {
     }
 }
 
-/// Error of every model, the load at the surface.
+/// Plots the error of every model for the load at the surface.
 fn chart(rows: &[FieldRow], case: &str, axis: Axis) -> Chart {
     let of = |wanted: &dyn Fn(&&FieldRow) -> bool| {
         let shown = rows.iter().filter(|row| row.is_surface_load_on(case)).filter(wanted);
@@ -216,7 +220,7 @@ fn chart(rows: &[FieldRow], case: &str, axis: Axis) -> Chart {
     }
 }
 
-/// What the planner chooses.
+/// Returns the table of the planner's choices.
 fn chosen_sheet(rows: &[FieldRow]) -> ReportSheet {
     let mut sheet = ReportSheet::new([
         "case",
@@ -251,7 +255,7 @@ fn chosen_sheet(rows: &[FieldRow]) -> ReportSheet {
     sheet
 }
 
-/// Every mesh, the load at the surface, and what others reach beside it.
+/// Returns the table of every mesh for the load at the surface, with the results of other solvers.
 fn swept_sheet(rows: &[FieldRow], peers: &[Peer]) -> ReportSheet {
     let mut sheet = ReportSheet::new(["case", "model", "unknowns", "error", "set-up", "re-solve", "superposed"]);
     for case in cases::NAMES {
@@ -294,7 +298,7 @@ fn markdown(head: &str, rows: &[FieldRow], oblique: &ReportSheet, peers: &[Peer]
     )
 }
 
-/// A time as people write it.
+/// Formats a time with a suitable unit.
 pub(super) fn human_time(time_s: f64) -> String {
     match time_s {
         t if t < 1e-6 => format!("{:.0} ns", t * 1e9),

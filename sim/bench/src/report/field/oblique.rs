@@ -1,4 +1,4 @@
-//! An oblique needle: every mesh of the volumetric model against the finest.
+//! An oblique needle: every mesh of the volumetric model compared with the finest.
 
 use tissue::volumetric::{self, Problem3, Volumetric};
 use tissue::{FieldModel, relative_distance};
@@ -11,7 +11,7 @@ use crate::timing::{self, TimingEffort};
 
 const TILT_DEG: f64 = 30.0;
 
-/// A mesh, its answer to the load and its times.
+/// A mesh with its solution and its times.
 struct ObliqueRung {
     unknowns: usize,
     bytes: usize,
@@ -23,7 +23,7 @@ struct ObliqueRung {
 /// Measures the load on the skin of lower_back.
 ///
 /// # Errors
-/// When the model refuses a mesh.
+/// If the model refuses a mesh.
 pub fn measure(loads: &[ReferenceLoad], quick: bool) -> Result<ReportSheet, BenchError> {
     let mut sheet = ReportSheet::new(["unknowns", "difference to the finest", "set-up", "re-solve", "memory"]);
     let Some(load) = loads.iter().find(|load| load.case == "lower_back" && load.depth_m <= 0.0) else {

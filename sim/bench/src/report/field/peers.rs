@@ -1,7 +1,8 @@
-//! Other solvers on the same cases: read from what `tests/peers/run` measured beside us, and how many times less time we take.
+//! Other solvers on the same cases: reads the results of `tests/peers/run` and compares their times
+//! with ours.
 //!
-//! Some that `tests/peers` does not run are quoted instead: measured on two cores, one thread, no GPU, for one static answer after
-//! set-up, by an independent comparison, with another machine under them.
+//! Solvers that `tests/peers` does not run are quoted from an independent comparison: measured on
+//! two cores, one thread, no GPU, for one static solution after set-up, on another machine.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -16,34 +17,36 @@ use crate::machine::Machine;
 use crate::report::chart::ChartCurve;
 use crate::report::sheet::ReportSheet;
 
-/// One figure of another solver: a line of the file, by whose columns its fields are named. The load is at the surface.
+/// A result of another solver: a line of the file, with fields named after its columns. The load is
+/// at the surface.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Peer {
-    /// Its name in the package registry.
+    /// Name in the package registry.
     solver: String,
     version: String,
-    /// Elements, and what they solve.
+    /// Elements and solver.
     model: String,
-    /// 2 with an axis of symmetry, 3 without: our 3-D model is held against it, too.
+    /// 2 with axial symmetry, 3 without; a 3-D result is compared with our 3-D model, too.
     dimensions: u32,
-    /// A reference case.
+    /// Name of a reference case.
     pub case: String,
     unknowns: usize,
     /// As in [`FieldRow`].
     relative_error: f64,
-    /// Mesh, matrix and factors, in s.
+    /// Time for mesh, matrix and factorisation, in s.
     setup_s: f64,
-    /// An answer after that, in s.
+    /// Time of a solution after set-up, in s.
     solve_s: f64,
-    /// As [`Machine::in_words`] has it.
+    /// As formatted by [`Machine::in_words`].
     machine: String,
 }
 
-/// Reads what other solvers reached.
+/// Reads the results of other solvers.
 ///
 /// # Errors
-/// When the file cannot be read, and when a line is not as `tests/peers/measure` writes it: place, value and what is allowed.
+/// If the file cannot be read, or if a line is not in the format of `tests/peers/measure`: names
+/// the place, the value and the allowed values.
 pub fn read(file: &Path) -> Result<Vec<Peer>, BenchError> {
     let name = file.display().to_string();
     parse(&name, &fs::read_to_string(file).map_err(|error| BenchError::input(format_args!("{name}: {error}")))?)
@@ -74,7 +77,7 @@ fn parse(name: &str, text: &str) -> Result<Vec<Peer>, BenchError> {
     }
 }
 
-/// Why a line cannot be read: the column and its value where that is no number.
+/// Returns why a line cannot be parsed: for an invalid number, the column and its value.
 fn explain(error: &csv::Error, columns: &StringRecord, row: &StringRecord) -> String {
     let number = match error.kind() {
         ErrorKind::Deserialize { err, .. } => {
@@ -91,7 +94,7 @@ fn explain(error: &csv::Error, columns: &StringRecord, row: &StringRecord) -> St
 }
 
 impl Peer {
-    /// What no measurement can have come to.
+    /// Returns why a result is impossible, if it is.
     fn wrong(&self) -> Option<String> {
         for (name, word) in [("solver", &self.solver), ("version", &self.version), ("model", &self.model)] {
             if word.trim().is_empty() {
@@ -120,7 +123,7 @@ impl Peer {
         format!("{}, {}", self.solver, self.model)
     }
 
-    /// A line of the table of every mesh.
+    /// Returns a row of the table of every mesh.
     pub fn cells(&self) -> [String; 7] {
         let [setup, solve] = [self.setup_s, self.solve_s].map(human_time);
         let unknowns = self.unknowns.to_string();
@@ -128,7 +131,7 @@ impl Peer {
     }
 }
 
-/// A curve for each model of each solver on a case, error in % against an axis.
+/// Returns a curve for each model of each solver on a case, error in % against an axis.
 pub fn curves(peers: &[Peer], case: &str, axis: Axis) -> Vec<ChartCurve> {
     let mut curves: Vec<ChartCurve> = Vec::new();
     for peer in peers.iter().filter(|peer| peer.case == case) {
@@ -141,7 +144,7 @@ pub fn curves(peers: &[Peer], case: &str, axis: Axis) -> Vec<ChartCurve> {
     curves
 }
 
-/// A quoted figure on `lower_back`: solver, model, unknowns, error and time in s.
+/// A quoted result on `lower_back`: solver, model, unknowns, error and time in s.
 type Quote = (&'static str, &'static str, usize, f64, f64);
 
 const PUBLISHED: [Quote; 9] = [
@@ -156,7 +159,7 @@ const PUBLISHED: [Quote; 9] = [
     ("springs", "3-D, cubic lattice, static", 22040, 0.16, 49e-3),
 ];
 
-/// What was published with the cases, of solvers that are not measured here.
+/// Returns the results published with the cases, of solvers that are not measured here.
 fn published() -> Vec<Peer> {
     let quoted = |(solver, model, unknowns, relative_error, solve_s): Quote| Peer {
         solver: solver.to_owned(),
@@ -173,7 +176,8 @@ fn published() -> Vec<Peer> {
     PUBLISHED.into_iter().map(quoted).collect()
 }
 
-/// For each figure our cheapest answer that is no less accurate, of any model and of the 3-D one.
+/// Compares each result with our cheapest solution that is at least as accurate, of any model and
+/// of the 3-D model.
 fn compared(rows: &[FieldRow], peers: &[Peer]) -> ReportSheet {
     let ours = ["our best model: re-solve", "superposed", "our volumetric: re-solve"];
     let mut sheet = ReportSheet::new(["case", "solver", "unknowns", "error", "its time"].into_iter().chain(ours));
@@ -194,7 +198,7 @@ fn compared(rows: &[FieldRow], peers: &[Peer]) -> ReportSheet {
     sheet
 }
 
-/// The section of the report.
+/// Returns the section of the report.
 pub fn markdown(rows: &[FieldRow], peers: &[Peer]) -> String {
     let bracket = "In brackets: their time over ours, our cheapest answer that is no less accurate.";
     let quoted = format!(
@@ -217,7 +221,7 @@ pub fn markdown(rows: &[FieldRow], peers: &[Peer]) -> String {
     )
 }
 
-/// A ratio with the digits that count.
+/// Formats a ratio with its significant digits.
 fn ratio(ratio: f64) -> String {
     match ratio {
         r if r < 10.0 => format!("{r:.1}"),

@@ -1,4 +1,4 @@
-//! Virtual hands of known skill at the shipped exercises, judged.
+//! Virtual hands of known skill on the shipped exercises, judged.
 
 use ::recording::Recording;
 use assessment::{Assessment, Tryout};
@@ -8,7 +8,7 @@ use law::operator::{Occasion, Operator, Skill};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 
-/// An exercise and its scene, as they are shipped.
+/// A shipped exercise and its scene.
 macro_rules! shipped {
     ($exercise:literal, $scene:literal) => {
         (
@@ -18,7 +18,8 @@ macro_rules! shipped {
     };
 }
 
-/// A layer to stop in, a depth to reach, a direction to keep between structures, and a loss of resistance.
+/// Exercises: stop in a layer, reach a depth, keep a direction between structures, and loss of
+/// resistance.
 const EXERCISES: [(&str, &str); 4] = [
     shipped!("lower-back-basics/2-stop-in-the-fat", "lower-back-training"),
     shipped!("lower-back-basics/3-reach-the-muscle", "lower-back-training"),
@@ -26,23 +27,23 @@ const EXERCISES: [(&str, &str); 4] = [
     shipped!("lumbar-epidural/1-stop-in-the-epidural-space", "epidural-71kg"),
 ];
 
-/// How many there are of each kind.
+/// Size of the simulated groups.
 #[derive(Clone, Copy)]
 pub struct Size {
-    /// Exercises.
+    /// Number of exercises.
     pub exercises: usize,
-    /// Novices, and as many experts, with an attempt each.
+    /// Number of novices, and of experts, with one attempt each.
     pub group: usize,
-    /// People from novice to expert who try again on other days.
+    /// Number of people with skills from novice to expert who repeat on other days.
     pub people: usize,
-    /// On how many days they try.
+    /// Number of days on which they try.
     pub attempts: usize,
 }
 
 impl Size {
-    /// What a report is made of.
+    /// Size for a complete report.
     pub const FULL: Self = Self { exercises: EXERCISES.len(), group: 24, people: 16, attempts: 4 };
-    /// The least of which every figure can be told.
+    /// Smallest size for which every figure can be computed.
     pub const QUICK: Self = Self { exercises: 1, group: 3, people: 3, attempts: 2 };
 
     fn all(&self) -> usize {
@@ -56,18 +57,18 @@ pub struct Crowd {
     pub novices: Vec<Assessment>,
     /// One attempt of each expert.
     pub experts: Vec<Assessment>,
-    /// For each of the people their attempts.
+    /// The attempts of each person.
     pub again: Vec<Vec<Assessment>>,
-    /// The people's first attempts without a tremor.
+    /// The people's first attempts without tremor.
     pub steady: Vec<Assessment>,
-    /// The people's first attempts as they would have been recorded at a quarter of the rate.
+    /// The people's first attempts as recorded at a quarter of the rate.
     pub slow: Vec<Assessment>,
 }
 
-/// Lets everybody try every exercise.
+/// Simulates the groups on every exercise.
 ///
 /// # Errors
-/// When a document built in is refused, or an attempt cannot be judged.
+/// If an embedded document is refused, or if an attempt cannot be judged.
 pub fn crowds(size: Size) -> Result<Vec<Crowd>, BenchError> {
     let progress = MeasurementProgress::new(size.all() as u64, "metrics");
     EXERCISES[..size.exercises]
@@ -76,7 +77,7 @@ pub fn crowds(size: Size) -> Result<Vec<Crowd>, BenchError> {
         .collect()
 }
 
-/// An exercise that is tried.
+/// An exercise with the progress bar.
 struct Lesson<'a> {
     bundle: ExerciseBundle,
     progress: &'a MeasurementProgress,
@@ -115,7 +116,7 @@ impl<'a> Lesson<'a> {
         Ok(crowd)
     }
 
-    /// One attempt, on a patient of its own.
+    /// Simulates one attempt, on its own patient.
     fn record(&self, skill: &Skill, occasion: Occasion) -> Result<Recording, BenchError> {
         let patient = Patient::draw(&self.bundle.scene, occasion.attempt);
         let tryout = Tryout::new(&self.bundle, patient).map_err(BenchError::work)?;
@@ -129,7 +130,7 @@ impl<'a> Lesson<'a> {
     }
 }
 
-/// Every fourth sample.
+/// Keeps every fourth sample.
 fn slower(recording: &Recording) -> Recording {
     let mut slow = recording.clone();
     slow.samples = recording.samples.iter().step_by(4).copied().collect();

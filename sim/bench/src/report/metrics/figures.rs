@@ -1,4 +1,4 @@
-//! What the crowds tell of a metric.
+//! Figures of merit of a metric, computed from the simulated groups.
 
 use std::cmp::Ordering;
 
@@ -8,7 +8,7 @@ use assessment::{Assessment, Direction};
 
 use super::crowd::Crowd;
 
-/// A figure that is the mean over exercises, with the ends of its interval.
+/// A mean over exercises, with its interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pooled {
     pub value: f64,
@@ -16,20 +16,21 @@ pub struct Pooled {
     pub high: f64,
 }
 
-/// What is known of a metric; none where no exercise tells.
+/// Figures of a metric; `None` if no exercise yields one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
-    /// How often an expert's value is better than a novice's, 0–1.
+    /// Probability that an expert's value is better than a novice's, 0–1.
     pub separation: Option<Pooled>,
     /// ICC(2,1) of the people's attempts.
     pub agreement: Option<Pooled>,
-    /// Median over the people of what the tremor changes, of the larger value.
+    /// Effect of the tremor: median over the people of the change relative to the larger value.
     pub tremor: Option<f64>,
-    /// The largest over the people of what a quarter of the rate changes, of the larger value.
+    /// Effect of a quarter of the rate: maximum over the people of the change relative to the
+    /// larger value.
     pub rate: Option<f64>,
 }
 
-/// A column of the table: how to read one number from an attempt, the larger the better.
+/// A column of the table: reads one number from an attempt.
 pub struct MetricReading<'a> {
     id: String,
     version: u32,
@@ -38,7 +39,8 @@ pub struct MetricReading<'a> {
 }
 
 impl<'a> MetricReading<'a> {
-    /// Every column of a definition: its plain form in each exercise, or its parts where it has none.
+    /// Returns every column of a definition: the form without suffix in each exercise, or the forms
+    /// with suffix if it has none.
     pub fn of_metric(definition: &Definition, crowds: &'a [Crowd]) -> Vec<Self> {
         let of_crowd = |crowd: &'a Crowd| {
             let metrics = crowd.novices.first().map_or(&[][..], |attempt| &attempt.metrics);
@@ -58,7 +60,7 @@ impl<'a> MetricReading<'a> {
         crowds.iter().flat_map(of_crowd).collect()
     }
 
-    /// The scores of every exercise.
+    /// Returns the columns of the scores of every exercise.
     pub fn of_scores(crowds: &'a [Crowd]) -> Vec<Self> {
         let column = |crowd| Self { id: SCORE.to_owned(), version: 1, direction: Direction::Higher, crowd };
         crowds.iter().map(column).collect()
@@ -68,7 +70,7 @@ impl<'a> MetricReading<'a> {
         if self.id == SCORE { Some(attempt.score) } else { attempt.value_of(&self.id, self.version) }
     }
 
-    /// The larger the better.
+    /// Returns the value, transformed so that larger is better.
     fn goodness(&self, attempt: &Assessment) -> Option<f64> {
         self.value(attempt).map(|value| match self.direction {
             Direction::Higher => value,
@@ -77,7 +79,7 @@ impl<'a> MetricReading<'a> {
         })
     }
 
-    /// None where everybody's value is the same: that tells nothing, neither good nor bad.
+    /// Returns `None` if everybody's value is the same, so that no conclusion is possible.
     fn separation(&self) -> Option<Estimate> {
         let group = |attempts: &[Assessment]| attempts.iter().filter_map(|a| self.goodness(a)).collect::<Vec<f64>>();
         let (experts, novices) = (group(&self.crowd.experts), group(&self.crowd.novices));
@@ -97,7 +99,8 @@ impl<'a> MetricReading<'a> {
         Some(Pooled { value: found.single_random, low, high })
     }
 
-    /// How much each person's first attempt differs from another version of it, of the larger value.
+    /// Returns the change of each person's first attempt in another version of it, relative to the
+    /// larger value.
     fn differences(&self, others: &[Assessment]) -> Vec<f64> {
         let firsts = self.crowd.again.iter().filter_map(|attempts| attempts.first());
         let pair = |(first, other): (&Assessment, &Assessment)| {
@@ -109,11 +112,11 @@ impl<'a> MetricReading<'a> {
     }
 }
 
-/// What stands in place of a metric's id for the score.
+/// Stands for the score in place of a metric's id.
 pub const SCORE: &str = "score";
 
 impl Figures {
-    /// Pools what the columns of a metric tell.
+    /// Pools the columns of a metric.
     pub fn from_readings(columns: &[MetricReading]) -> Self {
         let areas: Vec<Pooled> = columns.iter().filter_map(MetricReading::separation).map(pooled).collect();
         let agreements: Vec<Pooled> = columns.iter().filter_map(MetricReading::agreement).collect();
@@ -127,7 +130,7 @@ impl Figures {
         }
     }
 
-    /// What speaks against offering a metric for rubrics, in words; empty where nothing does.
+    /// Returns objections to offering a metric for rubrics, in words; may be empty.
     pub fn found(&self) -> String {
         let apart = match self.separation {
             Some(area) if area.high < CHANCE => Some("wrong way"),
@@ -141,21 +144,24 @@ impl Figures {
     }
 }
 
-/// The area under the curve of a coin.
+/// Area under the curve of a random guess.
 const CHANCE: f64 = 0.5;
-/// The least agreement that is called fair (Cicchetti 1994, Guidelines, criteria, and rules of thumb for evaluating normed and
-/// standardized assessment instruments in psychology).
+/// Smallest agreement that is considered fair (Cicchetti 1994, Guidelines, criteria, and rules of
+/// thumb for evaluating normed and standardized assessment instruments in psychology).
 pub const FAIR: f64 = 0.40;
-/// Attempts by which somebody is judged: as many as the shipped course looks at (`passes = 3, of = 5`).
+/// Number of attempts on which a judgement is based, as in the shipped course (`passes = 3, of =
+/// 5`).
 pub const JUDGED_BY: f64 = 5.0;
 
-/// The least ICC of single attempts with which the means of [`JUDGED_BY`] attempts agree fairly (Spearman and Brown).
+/// Returns the smallest ICC of single attempts for which the means of [`JUDGED_BY`] attempts have
+/// fair agreement (Spearman and Brown).
 pub fn least_agreement() -> f64 {
     FAIR / (JUDGED_BY - (JUDGED_BY - 1.0) * FAIR)
 }
 
-/// What must happen, or must not. That it counts is said by whoever writes the rubric, and no comparison of groups can tell it: virtual hands
-/// neither forget to confirm nor puncture twice.
+/// Metrics of events that must or must not happen. Their relevance is decided by the rubric's
+/// author and cannot be shown by comparing groups: virtual hands neither forget to confirm nor
+/// puncture twice.
 pub const BY_CONTENT: [&str; 6] =
     ["skin_entries", "redirections", "structure_hits", "reached", "confirmed", "withdrawn"];
 
@@ -163,7 +169,8 @@ fn pooled(area: Estimate) -> Pooled {
     Pooled { value: area.value, low: area.low, high: area.high }
 }
 
-/// The mean of independent figures; each end is as far from it as independent errors add up to.
+/// Returns the mean of independent figures; the distances of its ends are combined as independent
+/// errors.
 fn mean(figures: &[Pooled]) -> Option<Pooled> {
     let count = figures.len() as f64;
     let average = |of: &dyn Fn(&Pooled) -> f64| figures.iter().map(of).sum::<f64>() / count;

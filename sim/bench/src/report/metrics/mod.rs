@@ -1,4 +1,5 @@
-//! The metrics: whether they tell experts from novices, agree with themselves, and what tremor and rate do to them.
+//! The metrics: separation of experts and novices, agreement between attempts, and effects of
+//! tremor and recording rate.
 
 mod crowd;
 mod figures;
@@ -13,10 +14,10 @@ use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on};
 use crate::error::BenchError;
 
-/// Measures, and writes `metrics.{csv,md}`; returns the files written.
+/// Measures and writes `metrics.{csv,md}`; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses, or a shipped document is refused.
+/// On an I/O error, or if a shipped document is refused.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let size = if quick { Size::QUICK } else { Size::FULL };
     let crowds = crowds(size)?;

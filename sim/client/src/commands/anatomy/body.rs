@@ -1,4 +1,4 @@
-//! `stylet anatomy body`: a body from numbers.
+//! `stylet anatomy body`: a body from parameters.
 
 use std::path::PathBuf;
 
@@ -11,21 +11,23 @@ use crate::exit::{Failure, Outcome};
 use crate::output;
 use crate::progress::Progress;
 
-/// Make a body from numbers: each part as a closed STL mesh, and its dimensions beside the published ones
+/// Make a body from parameters: each part as a closed STL mesh, and its dimensions compared with
+/// published ones
 ///
-/// A lower back with its bones, discs, ligaments, canal, muscles, kidneys, vessels and skin, of a patient of a weight and an age; patients
-/// differ by seed within the published spread.
+/// A lower back with its bones, discs, ligaments, canal, muscles, kidneys, vessels and skin, for a
+/// patient of a given weight and age; patients vary by seed within the published distributions.
 ///
-/// Lengths in the meshes are mm; x is the patient's right, y the head, z out of the back, and the origin is on the skin between the spinous
-/// processes of L3 and L4. body.csv has each dimension of this body with the published mean, standard deviation and source, and whether
-/// the source was read or is only recalled; body.json has the call and the size of each mesh.
+/// Lengths in the meshes are in mm; x points to the patient's right, y to the head, z out of the
+/// back, and the origin is on the skin between the spinous processes of L3 and L4. body.csv lists
+/// each dimension of this body with the published mean, standard deviation and source, and whether
+/// the source was read or only recalled; body.json lists the parameters and the size of each mesh.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet anatomy body --posture sitting --seed 3 --weight-kg 95 --out body")]
 pub struct BodyArgs {
-    /// How the patient is placed
+    /// Position of the patient
     #[arg(long)]
     posture: PostureArg,
-    /// Which patient of those of this weight and age
+    /// Seed that selects one of the patients of this weight and age
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Body weight, 40 to 160 kg
@@ -34,37 +36,37 @@ pub struct BodyArgs {
     /// Age, 18 to 95 years
     #[arg(long, value_name = "YEARS", default_value_t = 40.0)]
     age_years: f64,
-    /// How fine the surfaces are
+    /// Resolution of the surfaces
     #[arg(long, default_value = "best")]
     quality: QualityArg,
-    /// Folder for the files; created if need be, older ones in it are replaced
+    /// Folder for the files; created if it does not exist; existing files in it are replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
 
-/// How a patient is placed.
+/// Position of a patient.
 #[derive(Clone, Copy, ValueEnum)]
 enum PostureArg {
     /// Face down
     Prone,
-    /// Sitting, the back bent
+    /// Sitting, with the back bent
     Sitting,
-    /// On the side, knees to the chest
+    /// On the side, with the knees to the chest
     Side,
 }
 
-/// How fine surfaces are.
+/// Resolution of the surfaces.
 #[derive(Clone, Copy, ValueEnum)]
 enum QualityArg {
-    /// About a sixth of the triangles
+    /// About a sixth of the triangles of the best quality
     Low,
-    /// About two fifths of the triangles
+    /// About two fifths of the triangles of the best quality
     Medium,
-    /// At most 200 000 triangles in all
+    /// At most 200 000 triangles in total
     Best,
 }
 
-/// What body.json says.
+/// Content of body.json.
 #[derive(Serialize)]
 struct BodyReport {
     posture: &'static str,
@@ -128,7 +130,7 @@ impl BodyArgs {
     }
 }
 
-/// Each dimension of a body beside what is published.
+/// The table of a body's dimensions with the published values.
 fn dimensions(body: &Body) -> Result<Vec<u8>, Failure> {
     let mut table = csv::Writer::from_writer(Vec::new());
     table

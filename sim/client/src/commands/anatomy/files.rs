@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::exit::{Failure, Outcome};
 use crate::new_file::{self, NewFile};
 
-/// A folder whose files get their names together.
+/// A folder whose files are renamed into place together.
 pub struct Folder {
     path: PathBuf,
     force: bool,
@@ -14,13 +14,13 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes it if need be. With `force`, files in it are replaced.
+    /// Creates the folder if it does not exist. With `force`, files in it are replaced.
     pub fn create(path: &Path, force: bool) -> Result<Self, Failure> {
         new_file::create_folder(path)?;
         Ok(Self { path: path.to_owned(), force, files: Vec::new() })
     }
 
-    /// Writes a file that is not there before [`Folder::keep`].
+    /// Writes a temporary file, which [`Folder::keep`] renames.
     pub fn write(&mut self, name: &str, bytes: &[u8]) -> Outcome {
         let path = self.path.join(name);
         let mut file = NewFile::create(&path, self.force)?;
@@ -30,13 +30,13 @@ impl Folder {
         Ok(())
     }
 
-    /// Gives all files their names.
+    /// Renames all files into place.
     pub fn keep(self) -> Outcome {
         self.files.into_iter().try_for_each(NewFile::keep)
     }
 }
 
-/// A name as part of a file's name.
+/// Converts a name for use in a file name.
 pub fn plain(name: &str) -> String {
     let plain: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();

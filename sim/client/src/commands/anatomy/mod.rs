@@ -8,14 +8,14 @@ use clap::Subcommand;
 
 use crate::exit::Outcome;
 
-/// Bodies for scenes: from numbers, or somebody else's from a segmentation
+/// Make bodies for scenes, from parameters or from a segmentation
 #[derive(clap::Args)]
 pub struct AnatomyArgs {
     #[command(subcommand)]
     command: AnatomyCommand,
 }
 
-/// What is done with a body.
+/// The subcommands of `stylet anatomy`.
 #[derive(Subcommand)]
 enum AnatomyCommand {
     Body(body::BodyArgs),

@@ -1,4 +1,4 @@
-//! The measured curve: read, and refused where it cannot be one in metres and newtons.
+//! Reads the measured curve, and rejects one that cannot be in metres and newtons.
 
 use std::path::Path;
 
@@ -8,25 +8,25 @@ use tissue::calibrate::{Curve, TimedCurve, TimedSample, residual_rms_n, timed_re
 
 use crate::exit::Failure;
 
-/// No needle goes deeper than this, in m.
+/// Maximum depth of a needle, in m.
 const DEEPEST_M: f64 = 0.5;
-/// A curve shorter than this, in m, shows no layers.
+/// Minimum length of a curve, in m, to show layers.
 const SHORTEST_M: f64 = 1e-3;
-/// No hand pushes a needle harder than this, in N.
+/// Maximum force of a hand, in N.
 const HARDEST_N: f64 = 200.0;
-/// A curve whose largest force is less than this, in N, shows nothing that is felt.
+/// Minimum peak force of a curve, in N.
 const FAINTEST_N: f64 = 0.02;
 
-/// What was measured: depth and force, or both with times.
+/// The measured curve: depth and force, optionally with times.
 pub enum MeasuredCurve {
-    /// Without times: an insertion so slow that nothing depends on speed.
+    /// Without times: an insertion so slow that speed has no effect.
     Slow(Curve),
     /// With times.
     Timed(TimedCurve),
 }
 
 impl MeasuredCurve {
-    /// How many samples the fit runs on.
+    /// Number of samples in the fit.
     pub fn len(&self) -> usize {
         match self {
             Self::Slow(curve) => curve.len(),
@@ -34,7 +34,7 @@ impl MeasuredCurve {
         }
     }
 
-    /// How many samples were left out.
+    /// Number of dropped samples.
     pub fn left_out(&self) -> usize {
         match self {
             Self::Slow(curve) => curve.left_out(),
@@ -42,7 +42,7 @@ impl MeasuredCurve {
         }
     }
 
-    /// The largest force, in N.
+    /// The maximum force, in N.
     pub fn peak_n(&self) -> f64 {
         match self {
             Self::Slow(curve) => curve.peak_n(),
@@ -50,7 +50,7 @@ impl MeasuredCurve {
         }
     }
 
-    /// Root mean square of the law's force less the measured, in N.
+    /// Root mean square of the law's force minus the measured force, in N.
     pub fn residual_rms_n(&self, spec: &AxialSpec) -> Result<f64, ParamError> {
         match self {
             Self::Slow(curve) => Ok(residual_rms_n(spec, curve)),
@@ -58,7 +58,7 @@ impl MeasuredCurve {
         }
     }
 
-    /// The same with every depth multiplied. One with times is never scaled.
+    /// The same curve with every depth multiplied by a factor. A timed curve is never scaled.
     pub fn stretched(self, factor: f64) -> Self {
         match self {
             Self::Slow(curve) => Self::Slow(curve.stretched(factor)),
@@ -67,7 +67,7 @@ impl MeasuredCurve {
     }
 }
 
-/// Reads the columns `depth_m` and `force_n`, and `t_s` where there is one and options are to be fitted.
+/// Reads the columns `depth_m` and `force_n`, and `t_s` if it exists and options are to be fitted.
 pub fn read(path: &Path, is_optioned: bool) -> Result<MeasuredCurve, Failure> {
     let table = TrajectoryTable::read(path)?;
     let columns = table.columns(["depth_m", "force_n"])?;
@@ -100,7 +100,8 @@ pub fn read(path: &Path, is_optioned: bool) -> Result<MeasuredCurve, Failure> {
     Ok(MeasuredCurve::Timed(curve))
 }
 
-/// Depths and forces too small to be metres and newtons, and forces of the other sign.
+/// Rejects depths and forces that are too small to be in metres and newtons, and forces of the
+/// opposite sign.
 fn check_size(samples: &[(f64, f64)]) -> Result<(), String> {
     let ends = |values: &mut dyn Iterator<Item = f64>| {
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))

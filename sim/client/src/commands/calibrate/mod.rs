@@ -1,4 +1,4 @@
-//! `stylet calibrate`: a scene from a measured force–depth curve.
+//! `stylet calibrate`: fits a scene to a measured force–depth curve.
 
 mod data;
 mod report;
@@ -20,45 +20,53 @@ use crate::new_file::NewFile;
 use crate::progress::Progress;
 use crate::{output, sources};
 
-/// Weight of the patient that a curve is taken to be of, in kg (Stylet's physics, section 2; literature).
+/// Weight of the patient that a curve is assumed to be from, in kg (Stylet's physics, section 2;
+/// literature).
 const REFERENCE_KG: f64 = 71.1;
-/// Layers grow with the weight to this power (literature).
+/// Exponent of the growth of the layers with the weight (literature).
 const WEIGHT_EXPONENT: f64 = 1.5;
 
 /// Fit a scene's layers to a measured force–depth curve
 ///
-/// DATA.csv has the columns depth_m (displacement of the tip from the skin) and force_n (positive pushes the needle out), from
-/// a slow perpendicular insertion and, if measured, the withdrawal, which alone shows friction. Lines that start with # are
-/// comments. Each drop of the force is a boundary that gave way. Fitted within bounds are thickness, stiffness, thresholds,
-/// friction and cutting of every layer; the result is always sound. Says the residual, the error of each peak, the 95 % interval of each
-/// parameter that the curve determines and which it does not, and warns where the residual is more than the curve's own noise.
+/// DATA.csv has the columns depth_m (displacement of the tip from the skin) and force_n (positive
+/// pushes the needle out), from a slow perpendicular insertion and, if measured, the withdrawal,
+/// which alone reveals friction. Lines that start with # are comments. Each drop of the force is a
+/// ruptured boundary. Thickness, stiffness, thresholds, friction and cutting of every layer are
+/// fitted within bounds; the result is always sound. Prints the residual, the error of each peak,
+/// the 95 % interval of each parameter that the curve determines, and the parameters that it does
+/// not determine, and warns if the residual exceeds the curve's own noise.
 ///
-/// With a third column t_s (time in s, which must increase) and a --start of law 3 the curve may hold, withdraw and enter the same track again,
-/// and options are fitted, too: those that the start names in a layer (stiffening_n_per_m2, relaxation, static_friction_n_per_m, damping above 0),
-/// and the needle's presliding stiffness and breakaway_mm. A hold shows relaxation, a needle that stops damping, a withdrawal friction, a second
-/// insertion friction without cutting.
+/// With a third column t_s (time in s, which must increase) and a --start of law 3 the curve may
+/// hold, withdraw and enter the same track again, and options are fitted as well: those that the
+/// start names in a layer (stiffening_n_per_m2, relaxation, static_friction_n_per_m, damping above
+/// 0), and the needle's presliding stiffness and breakaway_mm. A hold reveals relaxation, a stop of
+/// the needle damping, a withdrawal friction, a second insertion friction without cutting.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     stylet calibrate specimen.csv --out specimen.toml\n  \
     stylet calibrate epidural.csv --start curricula/scenes/epidural-71kg.toml --weight-kg 90 --out epidural-90kg.toml\n  \
     stylet calibrate held.csv --start curricula/scenes/liver-18g.toml --out mine.toml")]
 pub struct CalibrateArgs {
-    /// The measured curve: a header with depth_m (m), force_n (N) and, for options of law 3, t_s (s); other columns are ignored
+    /// The measured curve: a header with depth_m (m), force_n (N) and, for options of law 3, t_s
+    /// (s); other columns are ignored
     #[arg(value_name = "DATA.csv")]
     data: PathBuf,
-    /// The scene to write; its name becomes the scene's id
+    /// The scene to write; its file name becomes the scene's id
     #[arg(long, value_name = "SCENE.toml")]
     out: PathBuf,
-    /// A scene to start from: its layers, names, needle and whatever the curve does not tell are kept
+    /// A starting scene: its layers, names, needle and all values that the curve does not determine
+    /// are kept
     #[arg(long, value_name = "SCENE.toml", conflicts_with_all = ["layers", "tip_to_rim_mm"])]
     start: Option<PathBuf>,
-    /// How many layers, the largest drops first [default: as many as the drops are worth]
+    /// Number of layers, the largest drops first [default: as many as the drops justify]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=32))]
     layers: Option<usize>,
-    /// Distance from a trocar's tip to its rim, in mm, 0 to 50; 0 is a needle. Its drops are taken to alternate, tip and rim
+    /// Distance from a trocar's tip to its rim, in mm, 0 to 50; 0 is a needle. Its drops are
+    /// assumed to alternate between tip and rim
     #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = tip_to_rim, allow_negative_numbers = true)]
     tip_to_rim_mm: f64,
-    /// Write the scene for a patient of this weight, in kg, 30 to 200: depths × (weight/71.1)^1.5 at the same forces
+    /// Write the scene for a patient of this weight, in kg, 30 to 200: depths × (weight/71.1)^1.5
+    /// at the same forces
     #[arg(long, value_name = "KG", value_parser = weight, allow_negative_numbers = true)]
     weight_kg: Option<f64>,
     /// Replace the scene if it exists
@@ -90,18 +98,18 @@ pub fn run(args: &CalibrateArgs) -> Outcome {
     if args.json { output::print_json(&report) } else { output::print_buffered(|out| report.write(out)) }
 }
 
-/// Depths to be written over those of the curve.
+/// Ratio of the depths of the written scene to those of the curve.
 fn scale_of(args: &CalibrateArgs) -> f64 {
     args.weight_kg.map_or(1.0, |kg| libm::pow(kg / REFERENCE_KG, WEIGHT_EXPONENT))
 }
 
-/// Whether options are to be fitted: to a curve with times, from a scene that may have them.
+/// Whether options are fitted: to a timed curve, from a scene that may have them.
 fn is_optioned(start: Option<&Base>) -> Result<bool, DocumentError> {
     let start = start.map(Base::scene).transpose()?;
     Ok(start.is_some_and(|scene| calibrate::needs_times(&scene.axial_spec(&Patient::nominal(&scene)))))
 }
 
-/// Depths of a curve with times are not scaled.
+/// Rejects `--weight-kg` for a timed curve, whose depths are not scaled.
 fn check_weight(args: &CalibrateArgs, curve: &MeasuredCurve) -> Result<(), Failure> {
     match (curve, args.weight_kg) {
         (MeasuredCurve::Timed(_), Some(kg)) => {
@@ -112,19 +120,19 @@ fn check_weight(args: &CalibrateArgs, curve: &MeasuredCurve) -> Result<(), Failu
     }
 }
 
-/// The text that the fitted numbers are put into.
+/// The text into which the fitted numbers are inserted.
 struct Base {
     path: PathBuf,
     text: String,
 }
 
-/// A scene as it was written.
+/// A written scene.
 struct WrittenScene {
     text: String,
     scene: Scene,
-    /// Of the written scene on the curve, in N.
+    /// Root mean square residual of the written scene on the curve, in N.
     rms_n: f64,
-    /// Its depths over those of the curve.
+    /// Ratio of its depths to those of the curve.
     depth_scale: f64,
 }
 
@@ -166,7 +174,8 @@ fn fit(args: &CalibrateArgs, curve: &MeasuredCurve, start: Option<&Base>) -> Res
     })
 }
 
-/// The law of a starting scene. A threshold that follows from a fracture energy has no number that a fit could change.
+/// The law of a starting scene. A threshold that follows from a fracture energy has no value that a
+/// fit could change.
 fn read_law(args: &CalibrateArgs, base: &Base, curve: &MeasuredCurve) -> Result<AxialSpec, Failure> {
     let scene = base.scene()?;
     let is_fractured = |layer: &documents::SceneLayer| layer.options.fracture_energy_j_per_m2.is_some();
@@ -181,8 +190,8 @@ fn read_law(args: &CalibrateArgs, base: &Base, curve: &MeasuredCurve) -> Result<
     Ok(scene.axial_spec(&Patient::nominal(&scene)))
 }
 
-/// The law with every depth multiplied and every force kept: k w and c l stay when w and l grow and k and c shrink.
-/// So a sound law stays sound; its energies grow with the depths.
+/// The law with every depth multiplied and every force kept: k w and c l stay constant if w and l
+/// grow and k and c shrink. So a sound law stays sound; its energies grow with the depths.
 fn stretched(spec: &AxialSpec, factor: f64) -> AxialSpec {
     let mut spec = spec.clone();
     for layer in &mut spec.layers {
@@ -193,7 +202,8 @@ fn stretched(spec: &AxialSpec, factor: f64) -> AxialSpec {
     spec
 }
 
-/// Puts the numbers into the text and reads it back: what is stated is what the file says, rounding included.
+/// Inserts the numbers into the text and parses it again, so that the report describes the file,
+/// including rounding.
 fn write(
     args: &CalibrateArgs,
     base: &Base,

@@ -1,4 +1,4 @@
-//! What is said of a fit, for people and for programs.
+//! The report of a fit, as text and as JSON.
 
 use std::io::{self, Write};
 
@@ -11,13 +11,13 @@ use tissue::calibrate::{Fit, Misfit, ParameterEstimate, ParameterStanding, Quant
 use super::{CalibrateArgs, WrittenScene};
 use crate::output;
 
-/// How many samples a fit ran on, and how many it left out.
+/// Number of samples in a fit, and number of dropped samples.
 pub struct SampleCount {
     pub samples: usize,
     pub left_out: usize,
 }
 
-/// The result of a fit.
+/// The report of a fit.
 #[derive(Serialize)]
 pub struct CalibrationReport {
     data: String,
@@ -26,22 +26,22 @@ pub struct CalibrationReport {
     samples_left_out: usize,
     noise_n: f64,
     steps: u32,
-    /// At rest, and with nothing but noise left.
+    /// Whether the fit reached a minimum, and left only noise.
     converged: bool,
-    /// What the residual has besides the curve's noise.
+    /// Structure of the residual beyond the curve's noise.
     misfit: Option<MisfitRow>,
-    /// Of the scene as written, on the curve.
+    /// Of the written scene, on the curve.
     residual_rms_n: f64,
     residual_relative_to_peak: f64,
     peak_n: f64,
-    /// Depths of the written scene over those of the curve; 1 without --weight-kg.
+    /// Ratio of the written scene's depths to those of the curve; 1 without --weight-kg.
     depth_scale: f64,
     peaks: Vec<PeakRow>,
     unexplained_drops: Vec<DropRow>,
-    /// As this needle meets them, at the depths of the curve.
+    /// Effective values for this needle, at the depths of the curve.
     parameters: Vec<ParameterRow>,
     undetermined: Vec<String>,
-    /// What the data alone would ask for, where that is unsound.
+    /// The fit of the data alone, if it is unsound.
     unsound_without_constraint: Option<AskedRow>,
 }
 
@@ -69,7 +69,7 @@ struct ParameterRow {
     layer: String,
     parameter: &'static str,
     value: f64,
-    /// The ends of the 95 % interval; null where the parameter is not determined.
+    /// The ends of the 95 % interval; null if the parameter is not determined.
     interval_95: Option<[f64; 2]>,
     unit: &'static str,
     /// `free`, `lower bound`, `upper bound` or `kept`.
@@ -103,7 +103,7 @@ struct RiseRow {
 }
 
 impl CalibrationReport {
-    /// Gathers what is said.
+    /// Gathers the content of the report.
     pub fn new(args: &CalibrateArgs, count: SampleCount, fit: &Fit, written: &WrittenScene) -> Self {
         let name =
             |layer: usize| written.scene.layers.get(layer).map_or_else(|| "needle".to_owned(), |l| l.name.clone());
@@ -135,7 +135,7 @@ impl CalibrationReport {
         }
     }
 
-    /// Says on standard error what the user should know before using the scene.
+    /// Prints warnings that matter before using the scene, on standard error.
     pub fn warn(&self) {
         if let Some(asked) = &self.unsound_without_constraint {
             output::print_warning(format_args!(
@@ -163,7 +163,7 @@ impl CalibrationReport {
         }
     }
 
-    /// For people.
+    /// Writes the human-readable form.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let (samples, left_out, steps) = (self.samples, self.samples_left_out, self.steps);
         writeln!(

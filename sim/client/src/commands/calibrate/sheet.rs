@@ -1,4 +1,4 @@
-//! The texts of a fitted scene.
+//! The text of a fitted scene.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -9,7 +9,7 @@ use super::CalibrateArgs;
 use super::data::MeasuredCurve;
 use crate::output;
 
-/// A scene's id from its file's name; what an id may not hold becomes a dash.
+/// Derives a scene's id from its file name; invalid characters become dashes.
 pub fn id_of(out: &Path) -> String {
     let stem = out.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let plain: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' }).collect();
@@ -17,7 +17,7 @@ pub fn id_of(out: &Path) -> String {
     if id.is_empty() { "fitted".to_owned() } else { id }
 }
 
-/// Where a fitted layer's numbers come from.
+/// The source statement of a fitted layer.
 pub fn source(args: &CalibrateArgs, rms_n: f64, curve: &MeasuredCurve) -> String {
     let (peak_n, is_timed) = (curve.peak_n(), matches!(curve, MeasuredCurve::Timed(_)));
     let percent = 100.0 * rms_n / peak_n;
@@ -28,13 +28,13 @@ pub fn source(args: &CalibrateArgs, rms_n: f64, curve: &MeasuredCurve) -> String
         name_of(&args.data)
     );
     if let Some(kg) = args.weight_kg {
-        // Writing to a string has no way to fail.
+        // Writing to a string cannot fail.
         let _ = write!(source, " Depths scaled to {kg} kg.");
     }
     source
 }
 
-/// A scene whose numbers are still to be filled in: the reference needle through so many layers.
+/// A scene with placeholder values: the reference needle and the layers of a specification.
 pub fn blank(data: &Path, spec: &AxialSpec) -> String {
     let name = name_of(data);
     let has_rim = spec.tip_to_rim_m > 0.0;
@@ -43,7 +43,7 @@ pub fn blank(data: &Path, spec: &AxialSpec) -> String {
          for practice, not a patient.\"\n"
     );
     for layer in &spec.layers {
-        // Writing to a string has no way to fail.
+        // Writing to a string cannot fail.
         let _ = write!(
             text,
             "\n[[layer]]\nname = \"{}\"\nthickness_mm = 0\nstiffness_n_per_m = 1\ntip_rupture_n = 0\n{}friction_n_per_m = 0\n\
@@ -63,7 +63,7 @@ pub fn blank(data: &Path, spec: &AxialSpec) -> String {
     text
 }
 
-/// A file's name, fit to stand in a text of a document.
+/// A file's name, escaped for the text of a document.
 fn name_of(path: &Path) -> String {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     output::one_line(&name).replace(['"', '\\'], "'").chars().take(100).collect()

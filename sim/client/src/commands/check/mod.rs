@@ -1,4 +1,4 @@
-//! `stylet check`: documents, their soundness, and what simulating them comes to.
+//! `stylet check`: checks documents, their soundness, and the plan of their simulation.
 
 mod plan;
 mod report;
@@ -15,7 +15,7 @@ use report::FileReport;
 use crate::exit::{Failure, Outcome};
 use crate::output;
 
-/// Validate scenes, exercises, curricula and instruments, and print what simulating them comes to
+/// Validate scenes, exercises, curricula and instruments, and print the plan of their simulation
 ///
 /// Lists every issue of every file with its line and column. Refuses unsound scenes, whose ruptures would raise the
 /// force or the elastic energy, and names the largest sound threshold. Prints the layers, the spread between patients and
@@ -87,7 +87,7 @@ fn lines(issues: &[Issue]) -> Vec<String> {
     issues.iter().map(ToString::to_string).collect()
 }
 
-/// What is wrong with the rubrics of a document.
+/// Issues of the rubrics of a document.
 fn rubrics(file: &Path, document: &Document) -> Vec<String> {
     let of = |file: &Path, bundle: &ExerciseBundle| {
         let file = file.display().to_string();

@@ -1,4 +1,4 @@
-//! What simulating a scene comes to: layers as the needle meets them, ruptures in closed form, the model.
+//! The plan of a scene's simulation: effective layers, ruptures in closed form, tissue model.
 
 use documents::{ExerciseBundle, Patient, PlannedNeedle, Scene, SceneLayer, spec_along_path};
 use law::axial::{AxialSpec, Contactor, Layer, RuptureCriterion};
@@ -11,9 +11,9 @@ use super::tissue::TissuePlan;
 /// The plan of one scene, or of one exercise in its scene.
 #[derive(Serialize)]
 pub struct ScenePlan {
-    /// The exercise, for an exercise.
+    /// Id of the exercise, if the plan is for one.
     pub exercise: Option<String>,
-    /// The scene.
+    /// Id of the scene.
     pub scene: String,
     /// Angle to the surface normal, in degrees.
     pub angle_deg: f64,
@@ -21,7 +21,7 @@ pub struct ScenePlan {
     pub layers: Vec<LayerPlan>,
     /// Ruptures of a slow insertion into the nominal patient.
     pub ruptures: Vec<RupturePlan>,
-    /// Which needle they hold for, where they depend on its speed or on how its edge is turned.
+    /// The needle for which they hold, if they depend on its speed or on the direction of its edge.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ruptures_hold_for: Vec<&'static str>,
     /// The deforming tissue.
@@ -29,7 +29,7 @@ pub struct ScenePlan {
     pub tissue: TissuePlan,
 }
 
-/// A layer as the needle meets it.
+/// A layer with its effective values for the needle.
 #[derive(Serialize)]
 pub struct LayerPlan {
     /// Name.
@@ -51,9 +51,9 @@ pub struct LayerPlan {
 pub struct RupturePlan {
     /// `tip` or `rim`.
     pub contactor: Contactor,
-    /// Boundary, from 0.
+    /// Index of the boundary, from 0.
     pub boundary: usize,
-    /// Its layer.
+    /// Name of its layer.
     pub layer: String,
     /// Displacement of the tip along its path, in mm.
     pub x_mm: f64,
@@ -64,10 +64,10 @@ pub struct RupturePlan {
 }
 
 impl ScenePlan {
-    /// The plan of a scene met perpendicularly.
+    /// The plan of a scene for a perpendicular needle.
     ///
     /// # Errors
-    /// When no model of a coupled tissue can be had.
+    /// If no model of a coupled tissue can be made.
     pub fn of_scene(scene: &Scene) -> Result<Self, FollowError> {
         Self::new(None, scene, PlannedNeedle::default())
     }
@@ -75,7 +75,7 @@ impl ScenePlan {
     /// The plan of an exercise at its angle.
     ///
     /// # Errors
-    /// As [`ScenePlan::of_scene`].
+    /// Those of [`ScenePlan::of_scene`].
     pub fn of_exercise(bundle: &ExerciseBundle) -> Result<Self, FollowError> {
         Self::new(Some(bundle.exercise.id.clone()), &bundle.scene, bundle.exercise.planned_needle())
     }
@@ -128,7 +128,7 @@ fn ruptures(spec: &AxialSpec) -> Vec<RupturePlan> {
         .collect()
 }
 
-/// The needle of the closed form, in so far as options of the law make a difference between needles.
+/// Describes the needle of the closed form, if options of the law make needles differ.
 fn needle_told(spec: &AxialSpec) -> Vec<&'static str> {
     let relaxing = |criterion| {
         let is_such = |layer: &Layer| layer.options.relaxes() && layer.options.gives_way_at == criterion;

@@ -1,4 +1,4 @@
-//! What `check` says of a file, for people and for programs.
+//! The report of `check` on a file, as text and as JSON.
 
 use std::io::{self, Write};
 
@@ -6,35 +6,36 @@ use serde::Serialize;
 
 use super::plan::ScenePlan;
 
-/// What was found in one file.
+/// The findings in one file.
 #[derive(Serialize)]
 pub struct FileReport {
-    /// The file as it was named to us.
+    /// The file as given on the command line.
     pub file: String,
-    /// Nothing was found.
+    /// Whether there are no findings.
     pub ok: bool,
-    /// `scene`, `exercise`, `curriculum` or `instrument`; absent when refused.
+    /// `scene`, `exercise`, `curriculum` or `instrument`; absent if rejected.
     pub kind: Option<&'static str>,
-    /// The document's id; absent when refused.
+    /// The document's id; absent if rejected.
     pub id: Option<String>,
-    /// Everything wrong with the document, with line and column: why it is refused, or what an author should change.
+    /// All issues of the document, with line and column: reasons for the rejection, or changes that
+    /// the author should make.
     pub issues: Vec<String>,
-    /// What simulating it comes to: one plan per exercise, or one for a scene.
+    /// Plans of the simulation: one per exercise, or one for a scene.
     pub plans: Vec<ScenePlan>,
 }
 
 impl FileReport {
-    /// A file that is no document, or an unsound one.
+    /// The report on a file that is not a valid document, or is unsound.
     pub fn refused(file: String, issues: Vec<String>) -> Self {
         Self { file, ok: false, kind: None, id: None, issues, plans: Vec::new() }
     }
 
-    /// A document of a kind and an id that can be read, with what its author should change.
+    /// The report on a valid document, with changes that its author should make.
     pub fn read(file: String, kind: &'static str, id: &str, plans: Vec<ScenePlan>, issues: Vec<String>) -> Self {
         Self { file, ok: issues.is_empty(), kind: Some(kind), id: Some(id.to_owned()), issues, plans }
     }
 
-    /// For people.
+    /// Writes the human-readable form.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let (Some(kind), Some(id)) = (self.kind, &self.id) else {
             return writeln!(out, "{}: refused, {} to correct", self.file, self.issues.len());

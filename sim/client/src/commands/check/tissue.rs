@@ -1,4 +1,4 @@
-//! What the deforming tissue of a scene comes to: the model, its size, its error and its cost.
+//! The plan of a scene's deforming tissue: the model, its size, its error and its cost.
 
 use std::io::{self, Write};
 
@@ -8,39 +8,39 @@ use serde::Serialize;
 use tissue::Model;
 use tissue::follow::{AttemptLoad, Field, FieldPlan, FollowError};
 
-/// The plan of a scene's tissue. All zero where there is none.
+/// The plan of a scene's tissue. All zero without tissue.
 #[derive(Serialize)]
 pub struct TissuePlan {
-    /// Which tissue model is used.
+    /// The tissue model.
     model: &'static str,
-    /// Why.
+    /// Reason for the choice of the model.
     reason: String,
-    /// How far the tissue is modelled around the needle, in mm.
+    /// Radius of the modelled tissue around the needle, in mm.
     radius_mm: f64,
-    /// Unknowns of the largest load's model.
+    /// Unknowns of the largest model of all loads.
     unknowns: usize,
-    /// Most bytes held at a time.
+    /// Maximum memory held at a time, in bytes.
     bytes: usize,
-    /// Expected relative error of the displacement along the needle, where it meets the boundaries, against the whole body: under
-    /// the load of an attempt for which it is worst.
+    /// Expected relative error of the displacement along the needle at the boundaries, compared
+    /// with the whole body, under the worst load of an attempt.
     expected_relative_error: f64,
-    /// That load: `push on fat` or `drag along fat`. Empty where there is no tissue.
+    /// The worst load: `push on fat` or `drag along fat`. Empty without tissue.
     worst_load: String,
-    /// The tolerance that the scene states.
+    /// The tolerance of the scene.
     tolerance: f64,
-    /// The expected error meets it.
+    /// Whether the expected error meets it.
     met: bool,
-    /// Time to set an attempt up, in s.
+    /// Time to prepare an attempt, in s.
     setup_s: f64,
-    /// Time of one step of the field, every boundary, in s.
+    /// Time of one step of the field, for all boundaries, in s.
     step_s: f64,
 }
 
 impl TissuePlan {
-    /// Makes the field of the nominal patient under a needle at an angle to the surface normal, in degrees.
+    /// Computes the field of the nominal patient under a planned needle.
     ///
     /// # Errors
-    /// When no model of the tissue can be had.
+    /// If no model of the tissue can be made.
     pub fn new(scene: &Scene, planned: PlannedNeedle) -> Result<Self, FollowError> {
         let Some(tissue) = scene.tissue_spec(&Patient::nominal(scene), planned) else { return Ok(Self::none(scene)) };
         let (field, setup_s) = timing::once(|| Field::new(&tissue));
@@ -78,7 +78,7 @@ impl TissuePlan {
         }
     }
 
-    /// For people.
+    /// Writes the human-readable form.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "  model {}: {}", self.model, self.reason)?;
         if self.unknowns == 0 {
@@ -97,7 +97,7 @@ impl TissuePlan {
         )
     }
 
-    /// What is not as the scene asks for it.
+    /// A warning if the scene's tolerance is not met.
     pub fn warning(&self) -> Option<String> {
         let Self { tolerance, expected_relative_error, worst_load, .. } = self;
         (!self.met).then(|| {
@@ -108,7 +108,7 @@ impl TissuePlan {
     }
 }
 
-/// A load in the scene's own words.
+/// Name of a load, with the scene's layer names.
 fn name(scene: &Scene, load: AttemptLoad) -> String {
     let layer = |at: usize| scene.layers.get(at).map_or("", |layer| layer.name.as_str());
     match load {

@@ -1,5 +1,6 @@
-//! What `doctor` finds of haptic devices: each is opened as a session would, held at zero force for a moment, and closed. A
-//! device that is missing makes training worse, not impossible: there is always the mouse.
+//! The checks of haptic devices: each is opened as in a session, held at zero force for a moment,
+//! and closed. A missing device limits training but does not prevent it: the mouse is always
+//! available.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -14,14 +15,14 @@ use nalgebra::Vector3;
 use super::{DoctorFinding, Level};
 use crate::clock;
 
-/// How long a device is held.
+/// Time for which a device is held.
 const HELD: Duration = Duration::from_millis(250);
-/// Frames of an OpenHaptics device in that time.
+/// Number of frames of an OpenHaptics device in that time.
 const FRAMES: u32 = 250;
-/// Fewer exchanges per second than this are felt.
+/// Exchange rate, per second, below which the delay becomes perceptible.
 const FEW_PER_S: f64 = 900.0;
 
-/// An OpenHaptics device: library, licence, device, calibration, force, rate.
+/// Checks an OpenHaptics device: library, licence, device, calibration, force, rate.
 pub fn probe_openhaptics(options: &openhaptics::OpenHapticsOptions) -> DoctorFinding {
     let subject = "OpenHaptics";
     let mut device = match OpenHaptics::open(options) {
@@ -41,7 +42,7 @@ pub fn probe_openhaptics(options: &openhaptics::OpenHapticsOptions) -> DoctorFin
     held(subject, device.info(), per_s, ran.err().or(complaint))
 }
 
-/// An Inverse3: service, its version, device, calibration and power, rate.
+/// Checks an Inverse3: service, its version, device, calibration and power, rate.
 pub fn probe_inverse3(options: &inverse3::Inverse3Options) -> DoctorFinding {
     let subject = "Inverse3";
     let mut device = match Inverse3::open(options) {
@@ -67,7 +68,7 @@ pub fn probe_inverse3(options: &inverse3::Inverse3Options) -> DoctorFinding {
     finding
 }
 
-/// Gamepads.
+/// Lists the gamepads.
 #[cfg(feature = "window")]
 pub fn probe_gamepads() -> DoctorFinding {
     let subject = "gamepads";
@@ -78,7 +79,7 @@ pub fn probe_gamepads() -> DoctorFinding {
     }
 }
 
-/// A device that could be held, and how that went.
+/// The finding for a device that was held.
 fn held(subject: &'static str, info: &DeviceInfo, per_s: f64, complaint: Option<DeviceFault>) -> DoctorFinding {
     let serial = info.serial.as_ref().map(|serial| format!(" {serial}")).unwrap_or_default();
     let found = format!(

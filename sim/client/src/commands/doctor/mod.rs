@@ -1,4 +1,4 @@
-//! `stylet doctor`: what this machine has for training, what is missing and what to do about it.
+//! `stylet doctor`: checks whether this machine is ready for training, with advice on any problem.
 
 mod devices;
 mod probes;
@@ -14,17 +14,18 @@ use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
 use crate::{output, service};
 
-/// Examine this machine: timer, priority, processor, disk, haptic devices, server
+/// Check this machine: timer, priority, processor, disk, haptic devices, server
 ///
-/// Takes about two seconds; a haptic device is held at zero force for a moment. Exit 1 when something would keep an attempt from being recorded or delivered; what only
-/// makes it worse is a warning, with exit 0.
+/// Takes about two seconds; a haptic device is held at zero force for a moment. Exits with status 1
+/// if a problem would prevent an attempt from being recorded or delivered; anything that only
+/// degrades training is a warning, with status 0.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet doctor --recordings ~/recordings --server https://training.example.org")]
 pub struct DoctorArgs {
-    /// Folder that recordings will be written to
+    /// Folder for recordings
     #[arg(long, value_name = "DIR", default_value = ".")]
     recordings: PathBuf,
-    /// A service to reach
+    /// Address of a service to check
     #[arg(long, value_name = "URL", value_parser = service::parse_server_address)]
     server: Option<Uri>,
     #[command(flatten)]
@@ -34,28 +35,28 @@ pub struct DoctorArgs {
     json: bool,
 }
 
-/// How serious a finding is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
-    /// As it should be.
+    /// No problem.
     Ok,
-    /// Works, but worse than it could.
+    /// Works, but with limitations.
     Warning,
-    /// Would keep an attempt from being recorded or delivered.
+    /// Would prevent an attempt from being recorded or delivered.
     Problem,
 }
 
-/// One thing looked at.
+/// The result of one check.
 #[derive(Debug, Serialize)]
 pub struct DoctorFinding {
-    /// What was looked at.
+    /// The checked item.
     pub subject: &'static str,
-    /// How serious it is.
+    /// Severity.
     pub level: Level,
-    /// What was found, in words with units.
+    /// The observed state, with units.
     pub found: String,
-    /// What to do about it; empty when nothing.
+    /// Advice; empty if there is nothing to do.
     pub advice: String,
 }
 
@@ -73,7 +74,7 @@ impl DoctorFinding {
     }
 }
 
-/// All of it.
+/// The complete result.
 #[derive(Serialize)]
 struct Examination {
     program: String,

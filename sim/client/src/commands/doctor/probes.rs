@@ -1,4 +1,4 @@
-//! What `doctor` looks at, one function each.
+//! The checks of `doctor`, one function each.
 
 use std::io::Write;
 use std::path::Path;
@@ -14,18 +14,18 @@ use crate::{clock, machine};
 
 /// Ticks of the timer probe: one second at 1 kHz.
 const TICKS: u32 = 1000;
-/// Ticks of the servo in a second.
+/// Tick rate of the servo, in Hz.
 const TICK_HZ: f64 = 1000.0;
-/// A servo tick later than this is felt; 99 of 100 should be earlier.
+/// Lateness of a servo tick, in µs, that becomes perceptible; 99 of 100 ticks should be below it.
 const LATE_US: f64 = 500.0;
-/// Bytes written to measure the disk.
+/// Number of bytes written to measure the disk speed.
 const DISK_TEST_BYTES: usize = 16 << 20;
-/// Less free space than this is warned of: about a hundred attempts of a minute.
+/// Free space below which a warning is given: about a hundred attempts of a minute.
 const LITTLE_SPACE_BYTES: u64 = 1 << 30;
-/// A disk slower than this cannot take a recording as it is made, in bytes per second: five times the rate of one.
+/// Minimum disk speed for recording, in bytes per second: five times the data rate of a recording.
 const SLOW_DISK_BYTES_PER_S: f64 = 1e6;
 
-/// The processor.
+/// Checks the processor.
 pub fn probe_processor(machine: &Machine) -> DoctorFinding {
     let found = format!("{}, {} threads, {}", machine.cpu, machine.threads, machine.system);
     match machine.threads {
@@ -34,7 +34,7 @@ pub fn probe_processor(machine: &Machine) -> DoctorFinding {
     }
 }
 
-/// How late the servo's thread would wake up.
+/// Measures the wake-up lateness of the servo's thread.
 pub fn probe_timer() -> DoctorFinding {
     let late = match servo::bare(TICK_HZ, TICKS) {
         Ok(times) => times.quantiles(),
@@ -47,7 +47,7 @@ pub fn probe_timer() -> DoctorFinding {
     }
 }
 
-/// What would draw the picture: the best adapter, and how many others there are.
+/// Finds the best graphics adapter, and the number of others.
 pub fn probe_graphics() -> DoctorFinding {
     let adapters = render::adapters();
     let Some(best) = adapters.first() else {
@@ -67,7 +67,7 @@ pub fn probe_graphics() -> DoctorFinding {
     }
 }
 
-/// Whether the servo may have real-time priority.
+/// Checks whether the servo may use real-time priority.
 pub fn probe_priority() -> DoctorFinding {
     let subject = "real-time priority";
     match real_time_limit() {
@@ -83,7 +83,8 @@ pub fn probe_priority() -> DoctorFinding {
     }
 }
 
-/// The highest real-time priority this process may take; absent where the system does not say.
+/// The highest real-time priority allowed for this process; `None` if the system does not report
+/// it.
 fn real_time_limit() -> Option<u32> {
     const CAP_SYS_NICE: u64 = 1 << 23;
     let capabilities = proc_field("/proc/self/status", "CapEff")?;
@@ -95,7 +96,7 @@ fn real_time_limit() -> Option<u32> {
     if soft == "unlimited" { Some(99) } else { soft.parse().ok() }
 }
 
-/// Room for recordings.
+/// Checks the free space for recordings.
 pub fn probe_disk_space(folder: &Path) -> DoctorFinding {
     let subject = "disk space";
     match machine::free_bytes(folder) {
@@ -110,7 +111,7 @@ pub fn probe_disk_space(folder: &Path) -> DoctorFinding {
     }
 }
 
-/// How fast recordings reach the disk.
+/// Checks the write speed for recordings.
 pub fn probe_disk_speed(folder: &Path) -> DoctorFinding {
     let subject = "disk speed";
     match write_speed(folder) {
@@ -129,10 +130,10 @@ pub fn probe_disk_speed(folder: &Path) -> DoctorFinding {
     }
 }
 
-/// Writes and syncs a temporary file; in bytes per second.
+/// Writes and syncs a temporary file; returns the speed in bytes per second.
 fn write_speed(folder: &Path) -> std::io::Result<f64> {
     let mut file = tempfile::tempfile_in(folder)?;
-    // Bytes that a compressing file system cannot shrink to nothing, from a multiplicative generator.
+    // Incompressible bytes for compressing file systems, from a multiplicative generator.
     let mut word = 1_u32;
     let noise: Vec<u8> = std::iter::repeat_with(|| {
         word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -146,7 +147,7 @@ fn write_speed(folder: &Path) -> std::io::Result<f64> {
     Ok(DISK_TEST_BYTES as f64 / start.elapsed().as_secs_f64())
 }
 
-/// Whether the service answers that it is alive.
+/// Checks whether the service responds.
 pub fn probe_server(server: &Uri) -> DoctorFinding {
     let address = format!("{}/healthz", server.to_string().trim_end_matches('/'));
     let config = Agent::config_builder()

@@ -1,4 +1,4 @@
-//! A table as CSV.
+//! A table in CSV format.
 
 use std::fs::File;
 use std::io;
@@ -16,7 +16,7 @@ impl CsvTable {
     /// Writes the header.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// If the file cannot be written.
     pub fn new(file: File, columns: &[Column]) -> io::Result<Self> {
         let mut writer = csv::Writer::from_writer(file);
         writer.write_record(columns.iter().map(|column| &column.name))?;
@@ -38,7 +38,7 @@ impl TableFile for CsvTable {
     }
 }
 
-/// The shortest text that reads back to the same number, in the precision it is recorded in.
+/// The shortest text that parses to the same number, in the recorded precision.
 fn text(cell: &Cell) -> String {
     match cell {
         Cell::Double(number) => number.to_string(),

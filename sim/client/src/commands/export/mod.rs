@@ -1,4 +1,4 @@
-//! `stylet export`: the numbers of a recording as tables for other programs.
+//! `stylet export`: exports the numbers of a recording as tables for other programs.
 
 mod csv;
 
@@ -17,11 +17,12 @@ use crate::new_file::{NewFile, create_folder};
 use crate::progress::Progress;
 use crate::{output, sources};
 
-/// Write the numbers of a recording as tables, for a spreadsheet, R or Python
+/// Export the numbers of a recording as tables, for a spreadsheet, R or Python
 ///
-/// A folder with a file for each topic: samples (every servo tick), summary (10 ms), energy, events, tents (the field, where the
-/// scene has one). Columns carry their units; docs/recordings.md says what they mean. Every number reads back to the very
-/// number of the recording: in double precision what drives the simulation, in single precision what it computed.
+/// Writes a folder with one file per topic: samples (every servo tick), summary (10 ms), energy,
+/// events, tents (the field, if the scene has one). Column names include their units;
+/// docs/recordings.md describes them. Every number is exactly that of the recording: the inputs of
+/// the simulation in double precision, computed values in single precision.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     stylet export attempt.mcap --to csv\n  \
@@ -33,10 +34,10 @@ pub struct ExportArgs {
     /// Format of the tables
     #[arg(long, value_name = "FORMAT")]
     to: Format,
-    /// Folder for the tables [default: the recording's name without .mcap, beside it]
+    /// Folder for the tables [default: the recording's path without .mcap]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Replace tables that exist
+    /// Replace existing tables
     #[arg(long)]
     force: bool,
     /// Print the result as JSON
@@ -44,10 +45,10 @@ pub struct ExportArgs {
     json: bool,
 }
 
-/// What tables are written as.
+/// The output formats.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 enum Format {
-    /// Text, with a header; what is left out is empty
+    /// Text with a header; missing values are empty
     Csv,
     /// Apache Parquet, compressed with zstd
     Parquet,
@@ -97,7 +98,7 @@ pub fn run(args: &ExportArgs) -> Outcome {
     })
 }
 
-/// A table on its way into a file.
+/// A table that is being written.
 trait TableFile {
     fn row(&mut self, cells: &[Cell]) -> io::Result<()>;
     fn finish(self: Box<Self>) -> io::Result<()>;
@@ -113,7 +114,7 @@ impl TableFile for ParquetTable {
     }
 }
 
-/// A table, and the file that gets its name when all is there.
+/// A table, and its temporary file.
 struct OpenTable {
     table: Table,
     content: Box<dyn TableFile>,
@@ -121,12 +122,12 @@ struct OpenTable {
     written: WrittenTable,
 }
 
-/// The tables of a recording on their way into files.
+/// The tables of a recording that are being written.
 struct Export<'a> {
     folder: &'a Path,
     format: Format,
     overwrite: bool,
-    /// The folder was not there before.
+    /// Whether the folder was created by this export.
     new_folder: bool,
     open: Vec<OpenTable>,
 }
@@ -145,7 +146,7 @@ impl<'a> Export<'a> {
         Ok(Self { folder, format: args.to, overwrite: args.force, new_folder, open: Vec::new() })
     }
 
-    /// Ends every table and gives the files their names.
+    /// Finishes every table and renames the files into place.
     fn keep(mut self) -> Result<Vec<WrittenTable>, Failure> {
         let mut written = Vec::new();
         for open in std::mem::take(&mut self.open) {
@@ -160,7 +161,8 @@ impl<'a> Export<'a> {
 
 impl Drop for Export<'_> {
     fn drop(&mut self) {
-        // Tables that were not kept disappear, and with them a folder that was made for them; one that is not empty stays.
+        // Unfinished tables are deleted, and with them a folder created for them; a folder that is
+        // not empty stays.
         self.open.clear();
         if self.new_folder {
             let _ = fs::remove_dir(self.folder);

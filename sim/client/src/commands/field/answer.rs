@@ -1,4 +1,4 @@
-//! The answer to a case: displacements, the model that found them, and what it cost.
+//! The result of `stylet field`: displacements, the model that computed them, and its cost.
 
 use std::io::{self, Write};
 
@@ -13,40 +13,41 @@ use crate::progress::Progress;
 /// Columns of the table of `stylet field --csv`.
 const TABLE_HEADER: &str = "load_depth_m,depth_m,r_m,u_axial_m,u_radial_m";
 
-/// What `stylet field` prints.
+/// Output of `stylet field`.
 #[derive(Serialize)]
 pub struct FieldAnswer {
     /// The model that was used.
     model: &'static str,
-    /// Why.
+    /// Reason for the choice of the model.
     reason: String,
-    /// Unknowns of the largest load's model.
+    /// Unknowns of the largest model of all loads.
     unknowns: usize,
-    /// Bytes of all loads' models.
+    /// Memory of the models of all loads, in bytes.
     bytes: usize,
     /// Time to choose, mesh and factorise, over all loads, in s.
     setup_s: f64,
-    /// Median time of a re-solve, or of a step, of the slowest load, in s.
+    /// Median time of a further solve, or of a step, of the slowest load, in s.
     solve_s: f64,
-    /// Median time of what a tick of the simulator pays for all samples, in s.
+    /// Median time per tick of the simulator for all samples, in s.
     answer_s: f64,
-    /// Estimated relative error of the worst load, of the axial or of the radial displacement, whichever is larger.
+    /// Estimated relative error of the worst load, the larger of the axial and the radial
+    /// displacement.
     estimated_relative_error: f64,
-    /// The tolerance that was asked for.
+    /// The requested tolerance.
     tolerance: f64,
-    /// The estimate meets it.
+    /// Whether the estimate meets the tolerance.
     met: bool,
-    /// What is not as it was asked for.
+    /// A warning if the tolerance is not met.
     pub warning: Option<String>,
-    /// One for each load depth.
+    /// One solution for each load depth.
     solutions: Vec<FieldSolution>,
 }
 
 impl FieldAnswer {
-    /// Answers a case.
+    /// Solves a case.
     ///
     /// # Errors
-    /// When no model can be made of it.
+    /// If no model can be made of it.
     pub fn new(case: &FieldCase, wish: &PlanRequest) -> Result<Self, PlanError> {
         let progress = Progress::new(case.problems.len() as u64, "solving");
         let (mut setup_s, mut solve_s, mut answer_s) = (0.0, 0.0_f64, 0.0_f64);
@@ -77,7 +78,7 @@ impl FieldAnswer {
         })
     }
 
-    /// For people.
+    /// Writes the human-readable form.
     pub fn write(&self, case: &FieldCase, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "{}: {}", self.model, self.reason)?;
         writeln!(
@@ -97,13 +98,14 @@ impl FieldAnswer {
         self.each_sample(case, |at_m| writeln!(out, "{}", at_m.map(|m| format!("{:>14.6}", m * 1e3)).join(" ")))
     }
 
-    /// For programs: a table in m.
+    /// Writes the CSV table, in m.
     pub fn write_table(&self, case: &FieldCase, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "{TABLE_HEADER}")?;
         self.each_sample(case, |at_m| writeln!(out, "{}", at_m.map(|m| format!("{m:?}")).join(",")))
     }
 
-    /// Depth of the load, depth, r, axial and radial displacement of every sample, in m, load after load and depth after depth.
+    /// Calls `write` with depth of the load, depth, r, axial and radial displacement of every
+    /// sample, in m, ordered by load and depth.
     fn each_sample(&self, case: &FieldCase, mut write: impl FnMut([f64; 5]) -> io::Result<()>) -> io::Result<()> {
         let Some(first) = case.problems.first() else { return Ok(()) };
         for solution in &self.solutions {

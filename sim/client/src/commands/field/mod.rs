@@ -1,4 +1,4 @@
-//! `stylet field`: the tissue alone.
+//! `stylet field`: the tissue model without a simulation.
 
 mod answer;
 
@@ -15,31 +15,33 @@ use crate::{output, sources};
 
 /// Compute how layered tissue deforms under a needle
 ///
-/// Reads layers, a load at some depths and sample points from CASE.json (SI units), lets the planner choose a model and a
-/// mesh for the tolerance, and prints the displacement at every sample with the estimated error, the size of the model
-/// and how long it took. Displacements are along +z, out of the body: a push is negative. Exit 1, with a warning, when the best
-/// there is does not meet the tolerance.
+/// Reads layers, a load at several depths and sample points from CASE.json (SI units), lets the
+/// planner choose a model and a mesh for the tolerance, and prints the displacement at every sample
+/// with the estimated error, the size of the model and the computing time. Displacements are along
+/// +z, out of the body: a push is negative. Exits with status 1 and a warning if no available model
+/// meets the tolerance.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet field lower_back.json --tolerance 0.001 --json")]
 pub struct FieldArgs {
-    /// The case, in SI
+    /// The case, in SI units
     #[arg(value_name = "CASE.json")]
     case: PathBuf,
     /// Model of the tissue; auto lets the planner choose
     #[arg(long, default_value = "auto")]
     model: ModelChoice,
-    /// Tolerated relative error over all samples, of the axial and of the radial displacement, 1e-6 to 1
+    /// Tolerated relative error over all samples, of the axial and of the radial displacement, 1e-6
+    /// to 1
     #[arg(long, value_name = "E", default_value_t = 0.01)]
     tolerance: f64,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
-    /// Print the displacements alone, as a CSV table in m; numbers read back to the same bits
+    /// Print only the displacements, as a CSV table in m; the numbers are exact in double precision
     #[arg(long, conflicts_with = "json")]
     csv: bool,
 }
 
-/// The models that can be asked for.
+/// The models that can be selected.
 #[derive(Clone, Copy, ValueEnum)]
 enum ModelChoice {
     Auto,

@@ -1,4 +1,4 @@
-//! `stylet upload`: recordings to the service, by way of the outbox.
+//! `stylet upload`: sends recordings to the service through the outbox.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -14,10 +14,11 @@ use crate::{output, sources};
 
 /// Send recordings to a service
 ///
-/// Each recording is kept in the outbox until the service says that it is on its disk. It goes in pieces: what was
-/// cut off is gone on with where it broke. Network errors and a busy or failing service are tried again, waiting twice
-/// as long each time; what could not be delivered stays in the outbox with the reason (stylet outbox). The token is the
-/// station's own (stylet pair), or comes from --token-file or the environment variable STYLET_TOKEN, never from the
+/// Each recording is kept in the outbox until the service confirms that it is stored. It is sent in
+/// pieces: an interrupted upload resumes where it stopped. Network errors and a busy or failing
+/// service are retried with a wait that doubles each time; recordings that could not be delivered
+/// stay in the outbox with the reason (stylet outbox). The token is the station's own (stylet
+/// pair), or is read from --token-file or the environment variable STYLET_TOKEN, never from the
 /// command line, which other users can see.
 #[derive(clap::Args)]
 #[command(
@@ -30,7 +31,7 @@ pub struct UploadArgs {
     /// Address of the service, http or https
     #[arg(long, value_name = "URL", value_parser = service::parse_server_address)]
     server: Uri,
-    /// File holding the bearer token
+    /// File that contains the bearer token
     #[arg(long, value_name = "F")]
     token_file: Option<PathBuf>,
     /// Folder of the outbox [default: the user's own]
@@ -43,13 +44,14 @@ pub struct UploadArgs {
     json: bool,
 }
 
-/// How often to try, and how long to wait.
+/// Number of retries, and the wait between them.
 #[derive(clap::Args)]
 pub struct PatienceArgs {
-    /// How often to try again after a network error or a failing service, when nothing has arrived since the last try
+    /// Number of retries after a network error or a service failure without any progress since the
+    /// last attempt
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = RangedU64ValueParser::<u32>::new().range(0..=20))]
     retries: u32,
-    /// Wait before the first new try, in ms; doubled each time, up to a minute
+    /// Wait before the first retry, in ms; doubled each time, up to a minute
     #[arg(long, value_name = "MS", default_value_t = 500, value_parser = RangedU64ValueParser::<u64>::new().range(1..=60_000))]
     retry_wait_ms: u64,
 }
@@ -75,7 +77,7 @@ pub fn run(args: &UploadArgs) -> Outcome {
     report(&deliveries?, &outbox, args.json)
 }
 
-/// Says what became of recordings; exit 1 where one was not delivered.
+/// Reports deliveries; returns [`Failure::Found`] if one failed.
 pub fn report(deliveries: &[Delivery], outbox: &Outbox, json: bool) -> Outcome {
     for delivery in deliveries {
         let (name, detail) = (&delivery.recording, &delivery.detail);
@@ -97,7 +99,7 @@ pub fn report(deliveries: &[Delivery], outbox: &Outbox, json: bool) -> Outcome {
     if deliveries.iter().all(|delivery| delivery.delivered) { Ok(()) } else { Err(Failure::Found) }
 }
 
-/// The service that a call names, with the token that goes with it.
+/// The service given on the command line, with its token.
 pub fn named_service(server: &Uri, token_file: Option<&Path>) -> Result<Service, Failure> {
     if service::is_in_the_clear(server) {
         output::print_warning(format_args!(
@@ -107,13 +109,13 @@ pub fn named_service(server: &Uri, token_file: Option<&Path>) -> Result<Service,
     let address = server.to_string();
     let (place, token) = token(address.trim_end_matches('/'), token_file)?;
     let bearer = service::bearer_header(token.trim()).ok_or_else(|| {
-        // Its text is never printed.
+        // The token is never printed.
         Failure::input(format_args!("{place}: the token must be one word of printable ASCII"))
     })?;
     Ok(Service::new(&address, bearer))
 }
 
-/// The token for a service, and where it comes from.
+/// The token for a service, and its source.
 fn token(address: &str, file: Option<&Path>) -> Result<(String, String), Failure> {
     if let Some(path) = file {
         return Ok((path.display().to_string(), sources::read_text(path)?));

@@ -1,19 +1,20 @@
-//! A curve with times: insertion, holds, withdrawal, and a second insertion into the same track if there is one.
+//! A curve with times: insertion, holds, withdrawal, and a second insertion into the same track if
+//! there is one.
 
 use crate::calibrate::CalibrateError;
 use crate::calibrate::curve::{Curve, noise_n};
 
-/// Most samples that a fit runs on; a longer curve is thinned to this, which bounds the time.
+/// Maximum number of samples of a fit; a longer curve is thinned to this, which bounds the time.
 const MOST_SAMPLES: usize = 500;
-/// A needle that goes less far than this, in m, for at least this long, in s, is held (choice).
+/// A needle that travels less than this, in m, for at least this long, in s, is held (choice).
 const HELD_M: f64 = 0.1e-3;
 const HELD_S: f64 = 0.5;
 
-/// A needle whose speed changes by more than this part of its greatest from one sample to the next has stopped, started or turned
-/// (choice).
+/// A change of speed from one sample to the next by more than this fraction of the maximum counts
+/// as a stop, start or reversal (choice).
 const TURNED: f64 = 0.1;
 
-/// A moment of a measured needle.
+/// One sample of a measured needle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedSample {
     /// Time, in s.
@@ -28,18 +29,19 @@ pub struct TimedSample {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimedCurve {
     pub(super) samples: Vec<TimedSample>,
-    /// The same without times, which shows the drops.
+    /// The same curve without times, which shows the drops.
     pub(super) insertion: Curve,
-    /// Samples next to which the needle stops, starts or turns: how fast it is there is not known.
+    /// Samples next to which the needle stops, starts or reverses: its speed there is unknown.
     pub(super) turns: Vec<bool>,
     left_out: usize,
 }
 
 impl TimedCurve {
-    /// A curve in the order measured. Nothing of it is left out but by thinning: a hold shows what relaxes.
+    /// Makes a curve in the order measured. Samples are dropped only by thinning: a hold shows
+    /// relaxation.
     ///
     /// # Errors
-    /// A number that is not finite, a time that does not increase, and whatever [`Curve::new`] refuses.
+    /// If a number is not finite or a time does not increase, and the errors of [`Curve::new`].
     pub fn new(samples: &[TimedSample]) -> Result<Self, CalibrateError> {
         if let Some(row) = samples.iter().position(|sample| !sample.t_s.is_finite()) {
             return Err(CalibrateError::NotFinite { row });
@@ -53,25 +55,25 @@ impl TimedCurve {
         Ok(Self { left_out: samples.len() - kept.len(), turns: find_turns(&kept), samples: kept, insertion })
     }
 
-    /// How many samples the fit runs on.
+    /// Number of samples in the fit.
     #[must_use]
     pub fn len(&self) -> usize {
         self.samples.len()
     }
 
-    /// Never: a curve has samples.
+    /// Always false: a curve has samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.samples.is_empty()
     }
 
-    /// How many samples were left out by thinning.
+    /// Number of samples dropped by thinning.
     #[must_use]
     pub fn left_out(&self) -> usize {
         self.left_out
     }
 
-    /// The largest force, in N.
+    /// The maximum force, in N.
     #[must_use]
     pub fn peak_n(&self) -> f64 {
         self.insertion.peak_n()
@@ -84,12 +86,12 @@ impl TimedCurve {
         noise_n(&forces)
     }
 
-    /// The greatest way between two samples, in m.
+    /// The greatest distance between two consecutive samples, in m.
     pub(super) fn stride_m(&self) -> f64 {
         self.samples.windows(2).map(|pair| (pair[1].depth_m - pair[0].depth_m).abs()).fold(0.0, f64::max)
     }
 
-    /// Whether the needle rests somewhere, which is what shows relaxation.
+    /// Whether the needle rests somewhere, which reveals relaxation.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.samples.iter().enumerate().any(|(from, first)| {
@@ -98,7 +100,7 @@ impl TimedCurve {
         })
     }
 
-    /// Whether any part of it withdraws, which is what shows friction.
+    /// Whether any part withdraws, which reveals friction.
     #[must_use]
     pub fn withdraws(&self) -> bool {
         self.insertion.withdraws()

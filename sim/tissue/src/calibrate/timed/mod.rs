@@ -1,8 +1,11 @@
-//! The fit to a curve with times: options of version 3 of the law, which a curve without times does not tell.
+//! The fit to a timed curve: options of version 3 of the law, which a curve without times does not
+//! determine.
 //!
-//! Relaxation shows in a hold, damping where the needle stops, friction in a withdrawal, cutting apart from friction in a second insertion
-//! into the same track, which cuts nothing (Azar & Hayward, "Estimation of the fracture toughness of soft tissue from needle insertion",
-//! ISBMS 2008). The start says which options there are; how far each number can be trusted is found as without times.
+//! Relaxation shows in a hold, damping where the needle stops, friction in a withdrawal, and
+//! cutting, separated from friction, in a second insertion into the same track, which cuts nothing
+//! (Azar & Hayward, "Estimation of the fracture toughness of soft tissue from needle insertion",
+//! ISBMS 2008). The start defines the options; the confidence in each parameter is determined as
+//! without times.
 
 mod curve;
 mod model;
@@ -28,32 +31,36 @@ use super::uncertainty::{Interval, ParameterEstimate, ParameterStanding};
 use super::verdict::{FitResidual, Misfit, judge_residual};
 use super::words::timed_in_words;
 
-/// Iterations of a whole descent, of a glance from a drawn start, and of one that tells whether a neighbouring place is better.
+/// Iterations of a full descent, of a short one from a drawn start, and of one that tests a
+/// neighbouring place.
 const DESCENT: u32 = 200;
 const GLANCE: u32 = 6;
 const TRIAL: u32 = 4;
-/// Starts drawn around the first, how far on a logarithmic scale, from which seed, and how many are gone down from to the end.
+/// Number of starts drawn around the first, their spread on a logarithmic scale, their seed, and
+/// the number that are descended from fully.
 const DRAWS: u32 = 12;
 const DRAWN: f64 = 0.5;
 const DRAWS_SEED: u64 = 1;
 const FOLLOWED: usize = 3;
-/// How far a place is moved in one try, in gaps, and for what gain, as a part of the sum of squares.
+/// Moves of a place in one try, in gaps, and the required gain, as a fraction of the sum of
+/// squares.
 const STRIDES: [isize; 4] = [1, -1, 2, -2];
 const WORTH: f64 = 1e-3;
-/// How often a better minimum that a profile comes upon is gone down to.
+/// Maximum number of descents to better minima found by a profile.
 const SETTLINGS: u32 = 4;
 
-/// A search, with the iterations that it has done.
+/// A search, with its iteration count.
 struct TimedSearch<'c, 'w> {
     model: TimedModel<'c>,
     iterations: u32,
     watch: &'w mut dyn FnMut(u32),
 }
 
-/// Fits the law with the options that a start names to a curve with times. `watch` is told the iterations done so far.
+/// Fits the law with the options of a start to a timed curve. `watch` receives the number of
+/// iterations so far.
 ///
 /// # Errors
-/// A start that is not of version 3, has a rim or fibres, or does not fit the curve.
+/// If the start is older than version 3, has a rim or fibres, or does not fit the curve.
 pub fn fit_timed(curve: &TimedCurve, start: &AxialSpec, watch: &mut dyn FnMut(u32)) -> Result<Fit, CalibrateError> {
     AxialParams::new(start.clone())?;
     if start.law < ForceLaw::Version3 {
@@ -93,7 +100,7 @@ impl<'c> TimedSearch<'c, '_> {
         lowest
     }
 
-    /// The lowest that the start, or one drawn around it, leads to.
+    /// The lowest minimum reached from the start or one drawn around it.
     #[expect(clippy::expect_used, reason = "the start is one of those that are followed")]
     fn lowest(&mut self, first: &[f64]) -> Lowest {
         let mut draw = Draw::new(DRAWS_SEED);
@@ -131,7 +138,8 @@ impl<'c> TimedSearch<'c, '_> {
         best
     }
 
-    /// Gives back its starting value to every variable that the curve does not depend on: a drawn start may have moved it.
+    /// Restores the starting value of every variable without effect on the curve: a drawn start may
+    /// have changed it.
     fn restore(&self, mut lowest: Lowest, first: &[f64]) -> Lowest {
         let jacobian = self.model.sensitivity(&lowest.at);
         for (which, column) in jacobian.column_iter().enumerate() {
@@ -149,7 +157,7 @@ impl<'c> TimedSearch<'c, '_> {
         places.iter().flatten().is_sorted().then_some(places)
     }
 
-    /// What is said of the fit. A better minimum that an interval comes upon is gone down to first.
+    /// The report of the fit. Descends first to any better minimum that an interval finds.
     fn report(mut self, mut lowest: Lowest) -> Fit {
         for _ in 0..SETTLINGS {
             match self.estimates(&lowest.at) {
@@ -172,7 +180,7 @@ impl<'c> TimedSearch<'c, '_> {
         judge_residual(&FitResidual { residuals: &residuals, depth_m: &depth_m, peak_n, noise_n }, Vec::new())
     }
 
-    /// Boundaries that give way where the curve shows no drop.
+    /// Boundaries that rupture where the curve shows no drop.
     fn unseen(&self) -> Vec<usize> {
         let drops = self.model.front.drops();
         let is_shown = |gap: usize| drops.iter().any(|drop| is_near(drop.gap, gap));
@@ -180,13 +188,14 @@ impl<'c> TimedSearch<'c, '_> {
         places.filter_map(|(at, gap)| gap.filter(|&gap| !is_shown(gap)).map(|_| at)).collect()
     }
 
-    /// Every parameter, with an interval where the curve determines it and the fit describes the curve.
+    /// All parameters, with an interval if the curve determines it and the fit describes the curve.
     fn estimates(&self, at: &[f64]) -> Result<Vec<ParameterEstimate>, Better<TimedModel<'c>>> {
         let jacobian = self.model.sensitivity(at);
         let statistics =
             FitStatistics { jacobian: &jacobian, samples: self.model.curve.len(), peak_n: self.model.curve.peak_n() };
         let profile = Likelihood::new(self.model.clone(), at.to_vec(), &statistics);
-        // Of an unsound scene the nearest sound one is given, whose numbers are not those that the curve asks for.
+        // An unsound fit is replaced by the nearest sound scene, whose parameters are not those of
+        // the curve.
         let is_sound = soundness::find_unsound_ruptures(&self.model.spec(at)).is_empty();
         let is_told = is_sound && self.misfit(at).is_none() && self.unseen().is_empty();
         let mut estimates = Vec::with_capacity(at.len());
@@ -212,7 +221,8 @@ impl<'c> TimedSearch<'c, '_> {
     fn standing(&self, which: usize, value: f64, effect: f64) -> ParameterStanding {
         let (lower, upper) = self.model.quantity(which).bounds();
         match effect {
-            // Where in its gap a boundary gives way need not be seen: the gap is, and so is what it held there.
+            // The position within the gap may have no effect: the gap, and the force held there,
+            // are known.
             _ if self.model.is_place(which) => ParameterStanding::Free,
             0.0 => ParameterStanding::Kept,
             _ if value <= lower => ParameterStanding::AtLower,

@@ -1,8 +1,11 @@
-//! What is fitted to a curve with times, and what the force law makes of it: the law itself, step by step.
+//! The variables fitted to a timed curve, and the law's force for them, from stepping the law
+//! itself.
 //!
-//! As without times a threshold is no variable; where its boundary gives way is. The law is run with the boundary shut until the needle
-//! is there: the threshold is then what the tent and its branches hold. The length at which static friction gives way is none either: at
-//! which sample the force falls it says, and no derivative knows of that. It is held, and other lengths are tried.
+//! As without times, a threshold is not a variable, but the position at which its boundary ruptures
+//! is. The law is run with the boundary shut until the needle reaches that position: the threshold
+//! is then the force that the tent and its branches hold. The length at which static friction gives
+//! way is not a variable either: it determines the sample at which the force falls, which no
+//! derivative represents. It is held, and other lengths are tried.
 
 use law::Incidence;
 use law::axial::{AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, ForceLaw, step};
@@ -15,26 +18,29 @@ use crate::calibrate::drops::Front;
 use crate::calibrate::model::{EDGE, Quantity, UNSOUND_WEIGHT, excess_n};
 use crate::calibrate::profile::Profiled;
 
-/// A threshold that nothing reaches, in N.
+/// A threshold that no force reaches, in N.
 const SHUT_N: f64 = 1e9;
-/// How far behind a place its boundary has given way, in m: the law opens it in a step of its own.
+/// Distance behind a place at which its boundary has opened, in m: the law opens it in a step of
+/// its own.
 const BEHIND_M: f64 = 1e-9;
-/// A shut boundary is written with a threshold by so much above what the curve loads it with, if the start's is lower.
+/// Margin of a shut boundary's threshold over its largest load on the curve, if the start's is
+/// lower.
 const ABOVE: f64 = 1.05;
-/// How much of the branches' force is there at the speeds that soundness is asked for at while fitting.
+/// Fractions of the branches' force, for the speeds at which soundness is checked during the fit.
 const HELD_PARTS: [f64; 3] = [0.0, 0.5, 1.0];
-/// Longest step of the needle when a specification is run as it stands, in m.
+/// Longest step of the needle when a specification is run without fitting, in m.
 const STRIDE_M: f64 = 2e-5;
 
 /// A variable: a quantity of a layer, or of the needle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TimedSlot {
-    /// From 0; the number of layers for the needle.
+    /// Index from 0; the number of layers for the needle.
     pub layer: usize,
     pub quantity: Quantity,
 }
 
-/// A curve, a start and in which gap of the front each boundary gives way; none for one that stays shut.
+/// A curve, a start, and the gap of the front in which each boundary ruptures; `None` for one that
+/// stays shut.
 #[derive(Clone)]
 pub(super) struct TimedModel<'c> {
     pub curve: &'c TimedCurve,
@@ -42,26 +48,26 @@ pub(super) struct TimedModel<'c> {
     pub start: &'c AxialSpec,
     pub slots: &'c [TimedSlot],
     pub places: Vec<Option<usize>>,
-    /// Slid length at which static friction gives way, in m; none where the start has none.
+    /// Slid length at which static friction gives way, in m; `None` if the start has none.
     pub slid_m: Option<f64>,
 }
 
-/// What the law made of a curve.
+/// Result of running the law along a curve.
 pub(super) struct CurveForces {
     /// Force at every sample, in N.
     pub forces_n: Vec<f64>,
-    /// What each boundary held when it gave way; of one that stayed shut, the most it held. In N.
+    /// The force on each boundary at its rupture, in N; the maximum for one that stayed shut.
     pub held_n: Vec<f64>,
-    /// The whole force just before, in N.
+    /// The total force just before, in N.
     pub before_n: Vec<f64>,
 }
 
-/// Everything that a start lets be fitted: options only where the start names them.
+/// All variables of a start: options only if the start names them.
 pub(super) fn find_slots(start: &AxialSpec, places: &[Option<usize>]) -> Vec<TimedSlot> {
     let mut slots = Vec::new();
     for (at, layer) in start.layers.iter().enumerate() {
         let mut quantities = vec![Quantity::Thickness, Quantity::Stiffness, Quantity::Friction];
-        // Right behind friction, on which it stands.
+        // Directly after friction, on which it builds.
         quantities.extend(layer.options.static_friction_n_per_m.map(|_| Quantity::StaticFriction));
         quantities.push(Quantity::Cutting);
         quantities.extend(places[at].map(|_| Quantity::TipThreshold));
@@ -77,7 +83,7 @@ pub(super) fn find_slots(start: &AxialSpec, places: &[Option<usize>]) -> Vec<Tim
 }
 
 impl TimedModel<'_> {
-    /// The variables that a specification stands for. Places are in the middle of their gaps.
+    /// The variables of a specification. Places are in the middle of their gaps.
     pub fn variables(&self, spec: &AxialSpec) -> Vec<f64> {
         let of = |slot: &TimedSlot| match (slot.quantity, spec.layers.get(slot.layer)) {
             (_, None) => spec.presliding_stiffness_n_per_m,
@@ -88,7 +94,8 @@ impl TimedModel<'_> {
         self.slots.iter().map(of).collect()
     }
 
-    /// The specification that variables stand for, every boundary shut, and where those with a place give way, in m.
+    /// The specification for given variables, with every boundary shut, and the opening positions
+    /// of those with a place, in m.
     fn shut(&self, variables: &[f64]) -> (AxialSpec, Vec<Option<f64>>) {
         let mut spec = AxialSpec { speed_window_s: 0.0, rate: None, ..self.start.clone() };
         let mut opens_m = vec![None; spec.layers.len()];
@@ -128,7 +135,7 @@ impl TimedModel<'_> {
                 walk.give_way(boundary, before.tip_n);
                 walk.go_part(sample, (open_m + BEHIND_M).min(sample.depth_m));
                 if walk.open() == boundary {
-                    // It is not yet dented: it gives way as soon as it is met.
+                    // Not dented yet: it ruptures at first contact.
                     break;
                 }
             }
@@ -141,7 +148,8 @@ impl TimedModel<'_> {
         walked
     }
 
-    /// The specification that variables stand for, with its thresholds and with what is the start's.
+    /// The specification for given variables, with its thresholds and the unfitted values of the
+    /// start.
     pub fn spec(&self, variables: &[f64]) -> AxialSpec {
         let walked = self.walk(variables);
         let (mut spec, opens_m) = self.shut(variables);
@@ -154,8 +162,8 @@ impl TimedModel<'_> {
         AxialSpec { speed_window_s: self.start.speed_window_s, rate: self.start.rate, ..spec }
     }
 
-    /// Law less data at every sample, in N. Damping goes with a speed that is not known where the needle stops or turns between two
-    /// samples: with damping these do not count.
+    /// Law minus data at every sample, in N. Damping depends on the speed, which is unknown if the
+    /// needle stops or reverses between two samples: with damping these do not count.
     pub fn misfit(&self, variables: &[f64]) -> Vec<f64> {
         let is_damped = self.slots.iter().any(|slot| slot.quantity == Quantity::Damping);
         let forces_n = self.walk(variables).forces_n;
@@ -167,7 +175,7 @@ impl TimedModel<'_> {
         forces_n.into_iter().zip(samples).map(of).collect()
     }
 
-    /// By how much ruptures within the curve leave too much force or energy, weighted.
+    /// Weighted excess of force or energy after ruptures within the curve.
     fn unsound(&self, variables: &[f64]) -> Vec<f64> {
         let weight = UNSOUND_WEIGHT * (self.curve.len() as f64).sqrt();
         let spec = self.spec(variables);
@@ -181,7 +189,7 @@ impl TimedModel<'_> {
         parts.iter().flat_map(of).collect()
     }
 
-    /// Goes down from variables with the places held.
+    /// Descends from variables with the places held.
     pub fn descend(&self, from: &[f64], most: u32) -> Lowest {
         let residuals = |variables: &[f64]| self.residuals(variables);
         let ((lower, upper), step) = (self.bounds(), self.steps());
@@ -242,7 +250,7 @@ impl Profiled for TimedModel<'_> {
     }
 }
 
-/// The law on its way along a curve.
+/// The law's state along a curve.
 struct LawWalk {
     params: AxialParams,
     state: AxialState,
@@ -271,7 +279,7 @@ impl LawWalk {
         step(&self.params, &mut self.state, &mut self.scratch, &input)
     }
 
-    /// Goes as far towards a sample as a depth, in m.
+    /// Advances towards a sample as far as a depth, in m.
     fn go_part(&mut self, to: TimedSample, depth_m: f64) -> AxialOutput {
         let Some(last) = self.last.filter(|last| last.depth_m < depth_m && depth_m < to.depth_m) else {
             return if self.last.is_some() { self.state.last_output() } else { self.go(to) };
@@ -280,7 +288,7 @@ impl LawWalk {
         self.go(TimedSample { t_s: last.t_s + part * (to.t_s - last.t_s), depth_m, ..to })
     }
 
-    /// Lowers a threshold to what the boundary holds.
+    /// Lowers a threshold to the force that the boundary holds.
     #[expect(clippy::expect_used, reason = "a force of the law is finite, and it is made no less than 0")]
     fn give_way(&mut self, boundary: usize, held_n: f64) {
         let mut spec = self.params.spec().clone();
@@ -289,10 +297,11 @@ impl LawWalk {
     }
 }
 
-/// Root mean square of law less data over a curve with times, in N: the law as it stands, in steps of at most 20 µm.
+/// Root mean square of law minus data over a timed curve, in N, for an unmodified specification, in
+/// steps of at most 20 µm.
 ///
 /// # Errors
-/// A specification that the law refuses.
+/// If the law rejects the specification.
 pub fn timed_residual_rms_n(spec: &AxialSpec, curve: &TimedCurve) -> Result<f64, law::axial::ParamError> {
     AxialParams::new(spec.clone())?;
     let law = spec.law.max(ForceLaw::Version3);

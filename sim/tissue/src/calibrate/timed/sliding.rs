@@ -1,7 +1,8 @@
 //! The length at which static friction gives way.
 //!
-//! Where the shaft breaks away the force falls between two samples; which two is all that a curve tells. So lengths are tried one after the
-//! other with everything else fitted again, and the interval reaches to the nearest that the curve refuses.
+//! At breakaway of the shaft the force falls between two samples; the curve only shows which two.
+//! So lengths are tried one after the other with all other variables fitted again, and the interval
+//! extends to the nearest length that the curve rejects.
 
 use super::model::TimedModel;
 use super::{DESCENT, TRIAL, TimedSearch, WORTH};
@@ -10,19 +11,20 @@ use crate::calibrate::model::Quantity;
 use crate::calibrate::profile::Likelihood;
 use crate::calibrate::uncertainty::{Interval, ParameterEstimate, ParameterStanding};
 
-/// A length close by is so many of these parts of the way between two samples from another.
+/// Number and spacing of neighbouring lengths, in parts of the distance between two samples.
 const CLOSE: i32 = 6;
 const CLOSE_PART: f64 = 0.25;
-/// How often the length moves to one close by.
+/// Maximum number of moves to a neighbouring length.
 const MOVES: u32 = 6;
-/// Iterations with a length held, of which an interval is made.
+/// Iterations with a length held, for an interval.
 const HELD: u32 = 16;
-/// Each length tried is so many times the one before (choice): an interval is no narrower.
+/// Ratio of successive lengths (choice): an interval is no narrower.
 const FINER: f64 = 1.1;
 
 impl TimedModel<'_> {
-    /// Lengths worth trying, in m, in order, the present one among them: up to the first that is longer than the needle's whole way in, at
-    /// which it never breaks away. None where the start has none.
+    /// Lengths to try, in m, ascending, including the present one: up to the first that exceeds the
+    /// needle's whole insertion, at which it never breaks away. Empty if the start has no breakaway
+    /// length.
     fn lengths_m(&self) -> Vec<f64> {
         let (shortest_m, _) = Quantity::Breakaway.bounds();
         let deepest_m = self.curve.samples.iter().fold(0.0_f64, |deepest, sample| deepest.max(sample.depth_m));
@@ -34,7 +36,7 @@ impl TimedModel<'_> {
             .collect()
     }
 
-    /// The same with every length close by; none where the start has none.
+    /// The same model with each neighbouring length; empty if the start has no breakaway length.
     pub(super) fn with_close_lengths(&self) -> Vec<Self> {
         let (shortest_m, longest_m) = Quantity::Breakaway.bounds();
         let Some(slid_m) = self.slid_m else { return Vec::new() };
@@ -49,7 +51,7 @@ impl TimedModel<'_> {
 }
 
 impl TimedSearch<'_, '_> {
-    /// Gives static friction the length that leaves the least.
+    /// Sets the breakaway length to the one with the lowest cost.
     pub(super) fn slide(&mut self, best: Lowest) -> Lowest {
         let lengths_m = self.model.lengths_m();
         let tried = lengths_m.into_iter().map(|slid_m| (slid_m, self.model.sliding(slid_m).descend(&best.at, TRIAL)));
@@ -62,7 +64,7 @@ impl TimedSearch<'_, '_> {
         self.slide_on(slid)
     }
 
-    /// Moves the length to one close by while that lowers the sum of squares.
+    /// Moves to a neighbouring length while that lowers the sum of squares.
     fn slide_on(&mut self, mut best: Lowest) -> Lowest {
         for _ in 0..MOVES {
             let close = self.model.with_close_lengths();
@@ -77,7 +79,7 @@ impl TimedSearch<'_, '_> {
         best
     }
 
-    /// What is known of the length; none where the start has none.
+    /// The estimate of the length; `None` if the start has no breakaway length.
     pub(super) fn slid(&self, profile: &Likelihood<TimedModel<'_>>, is_told: bool) -> Option<ParameterEstimate> {
         let value = self.model.slid_m?;
         let lengths_m = self.model.lengths_m();
@@ -94,8 +96,9 @@ impl TimedSearch<'_, '_> {
         })
     }
 
-    /// From the last length below that is refused to the first above; none where there is no such length. The best of so many lengths fits noise
-    /// better than one of them would, so that much more has to be risen before a length is refused.
+    /// From the last rejected length below to the first above; `None` if there is no such length.
+    /// The best of many lengths fits noise better than a single one would, so the rise needed to
+    /// reject a length is larger.
     fn slid_interval(&self, profile: &Likelihood<TimedModel<'_>>, lengths_m: &[f64]) -> Option<Interval> {
         let allowed = profile.quantile.powi(2) + 2.0 * libm::log(lengths_m.len() as f64);
         let is_taken = |slid_m: &f64| {

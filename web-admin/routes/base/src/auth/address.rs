@@ -1,4 +1,4 @@
-//! Where a request comes from.
+//! The network address of a client.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 
@@ -9,7 +9,8 @@ use axum::http::{Extensions, HeaderMap};
 use crate::AppState;
 use crate::refusals::RequestFacts;
 
-/// The client's network address, as [`subscriber`] has it; what the proxy says it is, where we know of one.
+/// The client's network address, reduced by [`subscriber`]; behind a trusted proxy, the address
+/// reported by the proxy.
 pub struct ClientAddress(pub IpAddr);
 
 impl FromRequestParts<AppState> for ClientAddress {
@@ -21,7 +22,7 @@ impl FromRequestParts<AppState> for ClientAddress {
 }
 
 impl ClientAddress {
-    /// Of a request with these.
+    /// Returns the address for a request with these extensions and headers.
     pub(super) fn of(state: &AppState, extensions: &Extensions, headers: &HeaderMap) -> Self {
         let peer = extensions.get::<ConnectInfo<SocketAddr>>().map(|info| info.0.ip());
         let told = if state.config.behind_tls { last_hop(headers) } else { None };
@@ -29,7 +30,8 @@ impl ClientAddress {
     }
 }
 
-/// The last address of the last line: the proxy's own word. Those before it are the client's. Some proxies add a port.
+/// Returns the last address of the last header line, which the proxy has added; earlier ones come
+/// from the client and can be forged. Some proxies add a port.
 fn last_hop(headers: &HeaderMap) -> Option<IpAddr> {
     let line = headers.get_all("x-forwarded-for").into_iter().next_back()?.to_str().ok()?;
     let hop = line.rsplit(',').next()?.trim();
@@ -38,7 +40,8 @@ fn last_hop(headers: &HeaderMap) -> Option<IpAddr> {
     Some(told.to_canonical())
 }
 
-/// Whoever has this address has many: of IPv6 a subscriber is given 2⁶⁴ at least, so these are one.
+/// Returns the address by which clients are counted: the /64 prefix of an IPv6 address, since a
+/// subscriber has at least 2⁶⁴ of them.
 #[must_use]
 pub fn subscriber(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
@@ -47,7 +50,7 @@ pub fn subscriber(address: IpAddr) -> IpAddr {
     }
 }
 
-/// What a request asks for, and from where.
+/// Returns method, route, object and client address of a request.
 pub fn asked_by(state: &AppState, request: &Request) -> RequestFacts {
     let ClientAddress(from) = ClientAddress::of(state, request.extensions(), request.headers());
     RequestFacts::by(request, from)
@@ -55,7 +58,7 @@ pub fn asked_by(state: &AppState, request: &Request) -> RequestFacts {
 
 #[cfg(test)]
 mod tests {
-    //! A client that chooses its own address has no brake.
+    //! A client that can choose its own address evades the rate limits.
 
     use super::*;
 

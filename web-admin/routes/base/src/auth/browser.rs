@@ -1,4 +1,4 @@
-//! What pages are made with besides their own facts: who has asked, the token of their forms, the session, the headers.
+//! The parts of a request that pages need: the person, the CSRF token, the session, the headers.
 
 use std::net::IpAddr;
 
@@ -13,28 +13,28 @@ use super::{ClientAddress, Csrf};
 use crate::AppState;
 use crate::error::PageError;
 
-/// Somebody who has asked for a page, and the token of its forms.
+/// A signed-in person who requests a page, and the token of its forms.
 #[derive(Clone, Copy, Debug)]
 pub struct Visit<'a> {
-    /// Who is signed in.
+    /// The signed-in person.
     pub person: &'a CurrentPerson,
     /// The token of the page's forms.
     pub csrf: &'a Csrf,
 }
 
 impl<'a> Visit<'a> {
-    /// The visit of a person, whose forms carry a token.
+    /// Returns the visit of a person, with the token for their forms.
     pub const fn new(person: &'a CurrentPerson, csrf: &'a Csrf) -> Self {
         Self { person, csrf }
     }
 }
 
-/// The browser that has sent a request: for pages that keep something in its session.
+/// The browser that sent a request, for pages that store data in its session.
 #[derive(Clone, Debug)]
 pub struct Browser {
     /// Its session.
     pub session: Session,
-    /// The token of the forms that it gets.
+    /// The token of the forms sent to it.
     pub csrf: Csrf,
     /// Its network address.
     pub from: IpAddr,
@@ -56,7 +56,7 @@ impl FromRequestParts<AppState> for Browser {
 pub struct PageHead {
     /// The token of the page's forms.
     pub csrf: Csrf,
-    /// What the browser has sent.
+    /// The request headers.
     pub headers: HeaderMap,
 }
 

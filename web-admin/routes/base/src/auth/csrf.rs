@@ -1,5 +1,5 @@
-//! A form must come from a page of ours: each carries a token that only the page and the session know, or, where nobody is signed in,
-//! a cookie.
+//! CSRF protection: each form contains a token that is also stored in the session or, for anonymous
+//! visitors, in a cookie.
 
 use acts::error::Error;
 use acts::secret;
@@ -17,7 +17,7 @@ use crate::error::PageError;
 
 const KEY: &str = "csrf";
 
-/// Gives a session that somebody signs in to its token.
+/// Stores a new token in a session that was just signed in.
 ///
 /// # Errors
 /// When the session cannot be written, or the operating system's random source fails.
@@ -25,18 +25,19 @@ pub async fn begin_token(session: &Session) -> Result<(), Error> {
     Ok(session.insert(KEY, secret::random_hex()?).await?)
 }
 
-/// The CSRF token, for the hidden field `csrf` of every form: the session's, or a stranger's, masked.
+/// The CSRF token for the hidden field `csrf` of every form: the token of the session or of the
+/// anonymous visitor, masked.
 #[derive(Clone, Debug)]
 pub struct Csrf(String);
 
 impl Csrf {
-    /// The token.
+    /// Returns the token.
     #[must_use]
     pub fn token(&self) -> &str {
         &self.0
     }
 
-    /// The token of a session that somebody has just signed in to.
+    /// Returns the token of a session that was just signed in.
     ///
     /// # Errors
     /// When the session cannot be read.
@@ -60,7 +61,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Csrf {
     }
 }
 
-/// The browser's session.
+/// Returns the browser's session.
 pub(super) async fn session_of<S: Send + Sync>(parts: &mut Parts, state: &S) -> Result<Session, PageError> {
     let missing = |(_, why): (_, &'static str)| PageError(Error::Internal(anyhow::anyhow!(why)));
     Session::from_request_parts(parts, state).await.map_err(missing)
@@ -70,34 +71,37 @@ fn stranger_of_request(parts: &Parts) -> StrangerToken {
     parts.extensions.get::<StrangerToken>().cloned().unwrap_or_default()
 }
 
-/// A form whose field `csrf` holds the session's token, or a stranger's; anything else is refused with 403.
+/// A form whose field `csrf` contains the token of the session or of the anonymous visitor; all
+/// others are refused with 403.
 #[derive(Clone, Debug)]
 pub struct CsrfForm<T>(pub T);
 
-/// U+0000 in a form, where a text ends for SQLite: no browser lets anybody type it.
+/// U+0000 in a form, which terminates a text in SQLite and cannot be typed in a browser.
 const NUL: &[u8] = b"%00";
 
-/// Most fields of a form: some pages have one for each person of a large cohort. Fields are compared with each other.
+/// Maximum number of fields in a form: some pages have one per person of a large cohort. Limited
+/// because fields are compared with each other.
 pub(super) const MOST_FIELDS: usize = 5000;
 
-/// What a form of more fields is answered.
+/// Returns the error for a form with too many fields.
 pub(super) fn too_many_fields() -> Error {
     Error::BadRequest(tr!("The form has more than {most} fields, the most allowed.", most = MOST_FIELDS))
 }
 
-/// What a form with U+0000 in it is answered.
+/// Returns the error for a form that contains U+0000.
 pub fn refuse_nul() -> Error {
     Error::BadRequest(tr!("The form holds the character U+0000, which no text does.").to_owned())
 }
 
-/// Whether a token is the session's.
+/// Whether a token is that of the session.
 pub(super) async fn is_genuine(session: Option<&Session>, sent: &str) -> Result<bool, Error> {
     let Some(session) = session else { return Ok(false) };
     let known = session.get::<String>(KEY).await?;
     Ok(known.zip(secret::unmask(sent)).is_some_and(|(known, sent)| secret::same(&sent, &known)))
 }
 
-/// Whether a token is the session's, or, where the session has none, the stranger's.
+/// Whether a token is that of the session or, if the session has none, that of the anonymous
+/// visitor.
 async fn is_ours(session: &Session, stranger: &StrangerToken, sent: &str) -> Result<bool, Error> {
     match session.get::<String>(KEY).await? {
         Some(_) => is_genuine(Some(session), sent).await,
@@ -105,13 +109,13 @@ async fn is_ours(session: &Session, stranger: &StrangerToken, sent: &str) -> Res
     }
 }
 
-/// What a form without the token is answered.
+/// Returns the error for a form without a valid token.
 #[must_use]
 pub fn refuse_form() -> Error {
     Error::Forbidden(tr!("This form is stale or came from another site. Go back, reload the page and send it again."))
 }
 
-/// A form that says nothing but that it was sent.
+/// A form without fields of its own.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct NoFields {}
 
@@ -133,12 +137,13 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfForm<T> {
     }
 }
 
-/// A form, and whether its field `csrf` holds the session's token, or a stranger's: for whoever has a better answer than 403.
+/// A form, and whether its field `csrf` contains a valid token, for handlers that can answer an
+/// invalid one better than with 403.
 #[derive(Clone, Debug)]
 pub struct CheckedForm<T> {
     /// Its fields.
     pub form: T,
-    /// It comes from a page of this session.
+    /// Whether its token is valid.
     pub is_genuine: bool,
 }
 
@@ -151,7 +156,7 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CheckedForm<T> {
     }
 }
 
-/// A form before its fields are read.
+/// A form whose fields are not parsed yet.
 struct SentForm {
     parts: Parts,
     bytes: Bytes,
@@ -172,7 +177,7 @@ impl SentForm {
     }
 }
 
-/// A form without a token, of whoever has an address that is a secret itself.
+/// A form without a token, for addresses that are secrets themselves.
 #[derive(Clone, Debug)]
 pub struct OpenForm<T>(pub T);
 
@@ -186,14 +191,15 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for OpenForm<T> {
     }
 }
 
-/// The bytes of a form that has no more fields than are allowed, before anything is looked for in them.
+/// Reads the bytes of a form, and refuses it if it has too many fields, before anything is searched
+/// in them.
 async fn read_form_bytes<S: Send + Sync>(request: Request, state: &S) -> Result<Bytes, Response> {
     let RawForm(bytes) = RawForm::from_request(request, state).await.map_err(IntoResponse::into_response)?;
     let fields = bytes.iter().filter(|&&byte| byte == b'&').count();
     if fields >= MOST_FIELDS { Err(PageError(too_many_fields()).into_response()) } else { Ok(bytes) }
 }
 
-/// Reads the fields of a form whose bytes are known.
+/// Parses the fields of a form from its bytes.
 async fn read_fields<T: DeserializeOwned, S: Send + Sync>(
     parts: &Parts,
     bytes: Bytes,

@@ -1,4 +1,4 @@
-//! Who is signed in, settled before anything else of a request is read.
+//! Determines the signed-in person before anything else of a request is read.
 
 use acts::error::Error;
 use acts::web_sessions::{SIGNED_IN_KEY, SignedInSession};
@@ -19,10 +19,10 @@ use crate::error::PageError;
 use crate::refusals::KnownAsker;
 use crate::{AppState, language};
 
-/// How long somebody stays signed in, in s.
+/// Lifetime of a signed-in session, in s.
 const SIGNED_IN_S: i64 = 12 * 3600;
 
-/// Makes a session a signed-in one, under a new id: whoever planted the old one gains nothing.
+/// Signs a session in, under a new id, which prevents session fixation.
 pub async fn start_session(
     session: &Session,
     person_id: PersonId,
@@ -36,14 +36,14 @@ pub async fn start_session(
     Ok(session.insert(SIGNED_IN_KEY, SignedInSession { person_id, credential_version, until }).await?)
 }
 
-/// How a browser's session stands.
+/// Sign-in state of a browser's session.
 #[derive(Debug)]
 pub enum SignInStanding {
-    /// Nobody is signed in.
+    /// Not signed in.
     Stranger,
-    /// A person who must have a second factor before anything else.
+    /// Signed in, but must set up a required second factor before anything else.
     OwesFactor(SignedInPerson),
-    /// A person is signed in.
+    /// Signed in.
     SignedIn(SignedInPerson),
 }
 
@@ -55,7 +55,7 @@ pub struct SignedInPerson {
     time_zone: String,
 }
 
-/// How a browser's session stands, and with whom.
+/// Returns the sign-in state of a browser's session, with its person.
 pub async fn standing_of(state: &AppState, session: &Session) -> Result<SignInStanding, Error> {
     let Some(signed_in) = session.get::<SignedInSession>(SIGNED_IN_KEY).await? else {
         return Ok(SignInStanding::Stranger);
@@ -71,7 +71,8 @@ pub async fn standing_of(state: &AppState, session: &Session) -> Result<SignInSt
     Ok(if owes_factor { SignInStanding::OwesFactor(signed_in) } else { SignInStanding::SignedIn(signed_in) })
 }
 
-/// The person of a browser's session, if somebody is signed in, may still be, and owes nothing.
+/// Returns the person of a browser's session, if they are signed in, their account is active, and
+/// no second factor is due.
 pub async fn person_of(state: &AppState, session: &Session) -> Result<Option<CurrentPerson>, Error> {
     Ok(match standing_of(state, session).await? {
         SignInStanding::SignedIn(SignedInPerson { person, .. }) => Some(person),
@@ -79,17 +80,18 @@ pub async fn person_of(state: &AppState, session: &Session) -> Result<Option<Cur
     })
 }
 
-/// Where a second factor is made.
+/// Page to set up a second factor.
 const ENROLMENT: &str = "/account/second-factor";
 
-/// What whoever owes a second factor may ask for: the way to it, and the way out.
+/// Whether a person without a required second factor may open a path: its setup, signing out, and
+/// the choice of the language.
 fn may_while_owing(path: &str) -> bool {
     let enrolment = path.strip_prefix(ENROLMENT).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
     enrolment || ["/logout", "/account/language"].contains(&path)
 }
 
-/// Lets the signed-in pass, leads those to their second factor who must have one and have none, and sends everybody else to
-/// the sign-in page.
+/// Admits signed-in people, redirects those without a required second factor to its setup, and all
+/// others to the sign-in page.
 ///
 /// # Errors
 /// When the session cannot be read.
@@ -121,7 +123,7 @@ pub async fn require_person(
 
 fn to_sign_in(request: &Request) -> Response {
     let path = request.uri().path();
-    // A form cannot be sent again after signing in, so only a page is come back to.
+    // Only pages are returned to after signing in: a form cannot be sent again.
     let plain = path.bytes().all(|b| b.is_ascii_alphanumeric() || b"/-_.~".contains(&b));
     if request.method() == Method::GET && path != "/" && plain {
         return Redirect::to(&format!("/login?next={path}")).into_response();
@@ -129,20 +131,21 @@ fn to_sign_in(request: &Request) -> Response {
     Redirect::to("/login").into_response()
 }
 
-/// Whoever is signed in, whatever they may do.
+/// A signed-in person of any role.
 #[derive(Clone, Debug)]
 pub struct Visitor(pub CurrentPerson);
 
 impl<S: Send + Sync> FromRequestParts<S> for Visitor {
     type Rejection = Response;
 
-    /// What [`require_person`] found. A handler outside that layer has nobody, and sends to the sign-in page.
+    /// Takes the person found by [`require_person`]. Outside that layer there is none, which
+    /// redirects to the sign-in page.
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Self::Rejection> {
         parts.extensions.get().cloned().map(Self).ok_or_else(|| Redirect::to("/login").into_response())
     }
 }
 
-/// Whoever is signed in and teaches, or administers the school.
+/// A signed-in instructor or administrator.
 #[derive(Clone, Debug)]
 pub struct Teacher(pub CurrentPerson);
 
@@ -158,7 +161,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Teacher {
     }
 }
 
-/// Whoever is signed in and administers the school.
+/// A signed-in administrator.
 #[derive(Clone, Debug)]
 pub struct Administrator(pub CurrentPerson);
 

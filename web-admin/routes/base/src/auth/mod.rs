@@ -1,4 +1,4 @@
-//! Who is asking, and whether a form is from a page of ours.
+//! Authentication of requests, and CSRF protection of forms.
 
 mod address;
 mod browser;

@@ -1,5 +1,5 @@
-//! The token in a stranger's forms. Nothing of it is kept here: it stands in a cookie and in the form, and both must say the same
-//! (double submit). Whoever only looks writes no row.
+//! The CSRF token of anonymous visitors, as a double-submit cookie: the cookie and the form must
+//! contain the same token. Nothing is stored on the server for them.
 
 use std::sync::{Arc, OnceLock};
 
@@ -14,10 +14,10 @@ use tower_sessions::cookie::{Cookie, SameSite};
 
 use crate::AppState;
 
-/// Digits of a token.
+/// Number of hexadecimal digits of a token.
 const DIGITS: usize = 64;
 
-/// The token of a browser in which nobody is signed in.
+/// The token of a browser that is not signed in.
 #[derive(Clone, Debug, Default)]
 pub struct StrangerToken {
     sent: Option<String>,
@@ -25,7 +25,8 @@ pub struct StrangerToken {
 }
 
 impl StrangerToken {
-    /// That of the browser's cookie; made where there is none, which the answer then sets.
+    /// Returns the token of the browser's cookie; if it has none, generates one, which the response
+    /// then sets.
     ///
     /// # Errors
     /// When the operating system's random source fails.
@@ -37,18 +38,18 @@ impl StrangerToken {
         Ok(self.made.get_or_init(|| made).clone())
     }
 
-    /// Whether a form holds what the cookie does.
+    /// Whether a form's token matches that of the cookie.
     pub(super) fn is(&self, sent: &str) -> bool {
         self.sent.as_ref().is_some_and(|known| secret::same(known, sent))
     }
 }
 
-/// Of this very host, behind TLS: no neighbouring name can plant it.
+/// Behind TLS bound to this exact host, so that no neighbouring subdomain can set it.
 const fn cookie_name(behind_tls: bool) -> &'static str {
     if behind_tls { "__Host-stylet_form" } else { "stylet_form" }
 }
 
-/// Reads the cookie, and sets it where a form was made for a browser that had none.
+/// Reads the cookie, and sets it if a token was generated for a browser without one.
 pub async fn settle_stranger(State(state): State<AppState>, mut request: Request, next: Next) -> Response {
     let name = cookie_name(state.config.behind_tls);
     let token = StrangerToken { sent: token_sent(request.headers(), name), ..StrangerToken::default() };
@@ -60,7 +61,7 @@ pub async fn settle_stranger(State(state): State<AppState>, mut request: Request
             .http_only(true)
             .same_site(SameSite::Lax)
             .secure(state.config.behind_tls);
-        // Hexadecimal digits are always a header.
+        // Hexadecimal digits are always a valid header value.
         if let Ok(cookie) = HeaderValue::from_str(&cookie.to_string()) {
             response.headers_mut().append(SET_COOKIE, cookie);
         }

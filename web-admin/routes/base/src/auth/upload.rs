@@ -1,4 +1,4 @@
-//! A form with a file, from a page of ours.
+//! Forms with a file, protected by a CSRF token.
 
 use std::collections::BTreeMap;
 
@@ -13,41 +13,42 @@ use tower_sessions::Session;
 use super::csrf;
 use crate::error::PageError;
 
-/// Most bytes of all fields beside the file together: as many as a form without a file may have.
+/// Maximum size of all fields together, without the file, in bytes: the same as for a form without
+/// a file.
 const MOST_TEXT_BYTES: usize = 2 * 1024 * 1024;
 
-/// A form with a file, whose field `csrf` holds the session's token; anything else is refused with 403. The token comes
-/// before the file, so that nothing of a stranger's file is read.
+/// A form with a file, whose field `csrf` contains the session's token; all others are refused with
+/// 403. The token must precede the file, so that no file is read without a valid token.
 #[derive(Clone, Debug)]
 pub struct CsrfUpload<T> {
-    /// The fields beside the file.
+    /// The fields other than the file.
     pub form: T,
     /// The file.
     pub file: SentFile,
 }
 
-/// A file that was sent.
+/// An uploaded file.
 #[derive(Clone, Debug, Default)]
 pub struct SentFile {
-    /// What it was called.
+    /// Its file name.
     pub name: String,
-    /// What is in it.
+    /// Its content; empty if `is_cut`.
     pub bytes: Vec<u8>,
-    /// It was larger than is kept of one: these are not all of its bytes.
+    /// Whether it exceeded the size limit, so that its content was dropped.
     pub is_cut: bool,
 }
 
-/// A form with a file among its fields, which stand in its order, some more than once. A file that is too large is read past, so that
-/// nothing is lost of what was typed behind it.
+/// A form with a file among its fields, which are kept in order and may repeat. A file that is too
+/// large is read to its end, so that no field after it is lost.
 #[derive(Clone, Debug)]
 pub struct CsrfFileForm<const MOST_BYTES: usize> {
-    /// The fields beside the file.
+    /// The fields other than the file.
     pub fields: Vec<(String, String)>,
     /// The file.
     pub file: SentFile,
 }
 
-/// What was sent of a form with a file.
+/// The parsed parts of a form with a file.
 struct SentParts {
     fields: Vec<(String, String)>,
     file: SentFile,
@@ -108,7 +109,7 @@ async fn read_parts(mut parts: Multipart, session: Option<Session>, most_bytes: 
     if genuine { Ok(SentParts { fields, file }) } else { Err(csrf::refuse_form()) }
 }
 
-/// The text of a field, which is subtracted from the bytes that are left to the form's fields.
+/// Reads the text of a field, and subtracts its size from the bytes left for all fields.
 async fn read_text(mut part: Field<'_>, left_bytes: &mut usize) -> Result<String, Error> {
     let mut text = Vec::new();
     while let Some(piece) = part.chunk().await.map_err(refuse_upload)? {
@@ -124,7 +125,7 @@ fn too_much_text() -> Error {
     )
 }
 
-/// A file, and no more of it than is kept of one.
+/// Reads a file to its end; the content of one that exceeds `most_bytes` is dropped.
 async fn read_file(mut part: Field<'_>, name: String, most_bytes: usize) -> Result<SentFile, Error> {
     let mut file = SentFile { name, ..SentFile::default() };
     while let Some(piece) = part.chunk().await.map_err(refuse_upload)? {

@@ -1,4 +1,4 @@
-//! `/admin/audit`: who did what, looked for and taken along.
+//! `/admin/audit`: searches and exports the audit log.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -23,26 +23,27 @@ use store::audit_search::{
 };
 use store::schools;
 
-/// Acts on one page.
+/// Audit entries per page.
 const PER_PAGE: u32 = 50;
-/// Rows of the log that are read for one page.
+/// Maximum number of rows of the log scanned for one page.
 const WINDOW: u32 = 50_000;
-/// Acts that are read at once for a file: a long one keeps neither memory nor the database busy for long.
+/// Entries read per batch of an export: a long export then keeps neither memory nor the database
+/// busy for long.
 const AT_ONCE: u32 = 500;
-/// How long a school waits for its file of before to end.
+/// Maximum time that an export waits for earlier exports of the same school.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Columns of the file.
 const NAMES: [&str; 9] =
     ["row", "at", "actor", "action_in_words", "action", "object_name", "object_id", "object_kind", "details"];
 
-/// Where to go on.
+/// Paging parameter.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 pub(super) struct BeforeQuery {
-    /// Acts before this place in the log.
+    /// Only entries before this position in the log.
     before: Option<i64>,
 }
 
-/// What is looked for, and from where in the log.
+/// A search, and the position in the log before which it continues.
 struct AuditPlan {
     search: AuditSearch,
     before: i64,
@@ -71,7 +72,7 @@ async fn plan_search(state: &AppState, school: SchoolId, form: &AuditForm, limit
     Ok(AuditPlan { search, before })
 }
 
-/// Acts with the names of what they were done to.
+/// Entries with the names of their objects.
 struct NamedActs {
     acts: Vec<SchoolAct>,
     names: BTreeMap<String, AuditObject>,
@@ -112,7 +113,7 @@ pub(super) async fn show_audit_log(
     })
 }
 
-/// A search as the beginning of an address's query.
+/// Encodes a search as the beginning of a query string.
 fn search_of_form(form: &AuditForm) -> String {
     let parts = [("words", &form.words), ("theme", &form.theme), ("since", &form.since), ("until", &form.until)];
     let typed = parts.iter().filter(|(_, value)| !value.is_empty());
@@ -159,13 +160,13 @@ fn href_of_object(kind: AuditObjectKind, id: &str) -> Option<String> {
     Some(format!("/{folder}/{id}"))
 }
 
-/// What has no row of its own to name it is named by its id, if that says anything.
+/// Returns the name of an object that is not in the database: its id, unless that is a UUID.
 fn name_of_document(object: &str) -> String {
     let is_uuid = object.parse::<model::ids::SessionId>().is_ok();
     if is_uuid { "–".to_owned() } else { object.to_owned() }
 }
 
-/// The page of what has no row of its own to name it.
+/// Returns the page of an object that is not in the database, if it has one.
 fn href_of_document(act: &SchoolAct) -> Option<String> {
     match act.action.split_once('.')?.0 {
         "exercise" => Some(format!("/exercises/{}", act.object)),
@@ -173,7 +174,7 @@ fn href_of_document(act: &SchoolAct) -> Option<String> {
     }
 }
 
-/// Every act that is looked for, the latest first.
+/// Exports every entry that matches the search, newest first.
 pub(super) async fn download_audit_log(
     State(state): State<AppState>,
     Administrator(person): Administrator,
@@ -183,14 +184,14 @@ pub(super) async fn download_audit_log(
     let place = state.exports.enter(person.school_id, PATIENCE).await;
     let place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
     let rows = stream::try_unfold(Some(plan), move |plan| {
-        // Held until the last row is written, or whoever asked has gone.
+        // Held until the last row is written, or the client disconnects.
         let (state, _held) = (state.clone(), &place);
         async move { next_acts(&state, plan).await }
     });
     Ok(stream_csv("audit-log", &NAMES, rows)?)
 }
 
-/// The next rows, and what to look for after them; none where the log has ended.
+/// Returns the next rows, and the search for those after them; `None` at the end of the log.
 async fn next_acts(
     state: &AppState,
     plan: Option<AuditPlan>,

@@ -1,4 +1,4 @@
-//! `/admin/backups`: when the last backup was made, and what is in it.
+//! `/admin/backups`: the time and content of the latest backups.
 
 use axum::extract::State;
 use pages::backups::{BackupRow, BackupsPage};
@@ -8,7 +8,7 @@ use routes_base::auth::{Administrator, Csrf};
 use routes_base::error::PageError;
 use store::backups::{self, NotedBackup};
 
-/// How many are listed.
+/// Number of backups listed.
 const LISTED: u32 = 30;
 
 pub(super) async fn show_backups(

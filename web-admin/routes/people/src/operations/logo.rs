@@ -1,4 +1,4 @@
-//! A school's logo: on the settings page it is sent and taken away, and every page of the school shows it.
+//! A school's logo: uploaded and removed on the settings page, shown on every page of the school.
 
 use acts::error::Error;
 use acts::schools as settling;
@@ -15,14 +15,15 @@ use store::logos;
 
 use super::settings::make_settings_page;
 
-/// Largest file that is read of a logo, in bytes.
+/// Maximum size of a logo file, in bytes.
 pub(super) const MOST_LOGO_BYTES: usize = 4 * 1024 * 1024;
-/// Its address changes with it, so that a browser may keep it; it is the school's, so that no cache that others share does.
+/// The address changes with the logo, so browsers may cache it; it belongs to a school, so shared
+/// caches must not.
 const FOREVER: &str = "private, max-age=31536000, immutable";
-/// A picture brings nothing with it, runs nothing and is nobody's page.
+/// A picture loads nothing, runs nothing and cannot act as a page of the service.
 const NOTHING_ELSE: &str = "default-src 'none'; sandbox";
 
-/// The logo of the visitor's school.
+/// Serves the logo of the visitor's school.
 pub(super) async fn serve_logo(State(state): State<AppState>, Visitor(person): Visitor) -> Result<Response, PageError> {
     let logo = logos::find_logo(state.db.reader(), person.school_id).await.map_err(Error::from)?;
     let logo = logo.ok_or(Error::NotFound)?;

@@ -1,4 +1,5 @@
-//! What an administrator keeps running: settings, origins, backups, retention, the audit log.
+//! Operation of a school by its administrators: settings, origins, backups, retention, the audit
+//! log.
 
 use axum::extract::DefaultBodyLimit;
 use routes_base::{Routes, get, post};
@@ -10,7 +11,7 @@ mod origins;
 mod retention;
 mod settings;
 
-/// Their addresses.
+/// Returns the routes of these pages.
 pub(crate) fn operation_routes() -> Routes {
     Routes::new()
         .route("/admin/certificate-needs", post(settings::set_certificate_needs))

@@ -12,7 +12,7 @@ use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use store::origins;
 
-/// Most origins that a school allows.
+/// Maximum number of origins of a school.
 const MOST: usize = 20;
 
 pub(super) async fn show_origins(
@@ -50,7 +50,7 @@ pub(super) async fn set_origins(
     Ok(FormAnswer::lead_to("/admin/origins"))
 }
 
-/// An origin a line; why not, in words.
+/// Parses one origin per line; the error explains an invalid one.
 fn parse_origins(text: &str) -> Result<Vec<String>, String> {
     let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
     if lines.len() > MOST {

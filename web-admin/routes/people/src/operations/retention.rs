@@ -1,4 +1,5 @@
-//! `/admin/retention`: how long the school keeps people, and whom it takes next. `/people/{id}/hold`: who is kept whatever the rule says.
+//! `/admin/retention`: the school's retention period, and the people it affects next.
+//! `/people/{id}/hold`: exempts a person from it.
 
 use acts::error::Error;
 use acts::retention::RetentionStep;
@@ -19,11 +20,11 @@ use serde::Deserialize;
 use store::directory;
 use store::retention::{self, Settings};
 
-/// People who are listed.
+/// Maximum number of people listed.
 const LISTED: usize = 200;
-/// Months that may be set.
+/// Allowed retention periods, in months.
 const MONTHS: std::ops::RangeInclusive<u32> = 3..=240;
-/// Days that may be set.
+/// Allowed warning periods, in days.
 const DAYS: std::ops::RangeInclusive<u32> = 7..=365;
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -80,7 +81,7 @@ fn make_idle_row(RetentionStep { idle, step }: RetentionStep) -> IdleRow {
     }
 }
 
-/// The settings that are typed, or what is wrong with them.
+/// Parses the settings; the error explains invalid input.
 fn read_settings(form: &RetentionForm) -> Result<Settings, String> {
     let number = |text: &str, allowed: std::ops::RangeInclusive<u32>| {
         text.trim().parse().ok().filter(|number| allowed.contains(number))
@@ -97,7 +98,7 @@ fn read_settings(form: &RetentionForm) -> Result<Settings, String> {
     Ok(Settings { months, warn_days, texts: form.texts, recordings: form.recordings })
 }
 
-/// Sets the rule.
+/// Sets the retention rule.
 pub(super) async fn set_retention(
     State(state): State<AppState>,
     Administrator(person): Administrator,
@@ -120,7 +121,7 @@ pub(super) struct HoldForm {
     hold: String,
 }
 
-/// Keeps somebody whatever the rule says, or no longer.
+/// Exempts a person from the retention rule, or ends the exemption.
 pub(super) async fn hold_person(
     State(state): State<AppState>,
     Administrator(person): Administrator,

@@ -1,4 +1,4 @@
-//! `/admin/settings`: what a school settles for itself.
+//! `/admin/settings`: a school's own settings.
 
 use acts::config::MailTo;
 use acts::error::Error;
@@ -75,7 +75,7 @@ fn form_of_settings(settled: SchoolSettings) -> SettingsForm {
     SettingsForm { name, time_zone, letter_language, mails_reminders, mails_news, shows_others, replaced_grace_days }
 }
 
-/// Settles the school's name, clock and letters.
+/// Sets the school's name, time zone and mail settings.
 pub(super) async fn put_settings(
     State(state): State<AppState>,
     Administrator(person): Administrator,
@@ -107,7 +107,7 @@ pub(super) async fn put_settings(
     }
 }
 
-/// Sends a letter to whoever asks, and says how that went.
+/// Sends a test mail to the administrator, and reports the result.
 pub(super) async fn send_test_letter(
     State(state): State<AppState>,
     Administrator(person): Administrator,
@@ -141,7 +141,7 @@ pub(super) struct NeededForm {
     needed: String,
 }
 
-/// Sets what must be proved of an attempt for it to count towards a certificate.
+/// Sets the evidence that an attempt needs to count towards a certificate.
 pub(super) async fn set_certificate_needs(
     State(state): State<AppState>,
     Administrator(person): Administrator,

@@ -1,4 +1,4 @@
-//! `/account`: one's own details, password and data.
+//! `/account`: the visitor's own details, password and data.
 
 use acts::error::Error;
 use acts::{accounts, brakes, passwords};
@@ -54,7 +54,7 @@ pub(super) struct OwnPasswordForm {
     again: String,
 }
 
-/// Sets a new password, which ends every other sign-in.
+/// Sets a new password, which ends every other session.
 pub(super) async fn set_own_password(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -82,7 +82,7 @@ pub(super) struct LanguageForm {
     language: String,
 }
 
-/// Sets the language that the visitor reads in; nothing chosen is what their browser asks for.
+/// Sets the visitor's language; an empty choice follows their browser.
 pub(super) async fn set_own_language(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -95,7 +95,7 @@ pub(super) async fn set_own_language(
     Ok(Redirect::to("/account"))
 }
 
-/// Everything held about whoever asks, as a file.
+/// Exports all data about the visitor, as a file.
 pub(super) async fn export_own_data(
     State(state): State<AppState>,
     Visitor(person): Visitor,

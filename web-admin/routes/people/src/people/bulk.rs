@@ -1,4 +1,4 @@
-//! What an administrator does to many people at once: asked on one page, done from the next.
+//! Bulk actions of an administrator: previewed on one page, confirmed on the next.
 
 use acts::bulk::{self, BulkRequest, MOST_PEOPLE};
 use acts::error::Error;
@@ -20,7 +20,7 @@ use store::{cohorts, directory};
 
 use super::directory::{PeopleQuery, make_directory_page};
 
-/// What is asked for below the list of people.
+/// The bulk form below the list of people.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct BulkAsked {
@@ -39,7 +39,7 @@ impl BulkAsked {
         pages::people::bulk::BULK_ACTS.into_iter().find(|act| name_bulk_act(*act) == self.act)
     }
 
-    /// What the list was looked through for.
+    /// Returns the query that the list was filtered by.
     fn query(&self) -> PeopleQuery {
         let (q, role, state) = (self.q.clone(), self.role.clone(), self.state.clone());
         PeopleQuery::looking_for(q, role, state, self.among.clone())
@@ -54,7 +54,7 @@ impl BulkAsked {
         Ok(found.into_iter().map(|person| person.id).collect())
     }
 
-    /// What it comes to, or what is missing.
+    /// Returns the requested action, or the reason why it is incomplete.
     fn request(&self, people: Vec<PersonId>) -> Result<BulkRequest, BulkRefused> {
         let act = self.act().ok_or(BulkRefused::NoAct)?;
         let cohort: Option<CohortId> = self.cohort.parse().ok().filter(|_| act.needs_cohort());
@@ -67,7 +67,7 @@ impl BulkAsked {
     }
 }
 
-/// Shows to whom it would be done, and who would be left out.
+/// Shows the people that the action would affect, and those it would skip.
 pub(super) async fn show_bulk_act(
     State(state): State<AppState>,
     Administrator(person): Administrator,
@@ -100,7 +100,7 @@ pub(super) async fn show_bulk_act(
     Ok(Ok(BulkPage { shell, act: request.act, cohort: cohort.map(option), plan }))
 }
 
-/// What was shown, and is to be done.
+/// A previewed action that is confirmed.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct BulkConfirmed {
     act: BulkAct,

@@ -1,5 +1,5 @@
-//! `/people/{id}/consent`: an administrator records that somebody who teaches lets their attempts be part of the experts'
-//! corridor, in which words, and that they took it back.
+//! `/people/{id}/consent`: an administrator records that a teacher consents to the use of their
+//! attempts in the experts' corridor, with the wording of the consent, or that they withdrew it.
 
 use acts::consents;
 use acts::error::Error;
@@ -21,7 +21,7 @@ use store::experts::{self, NewDeclaration};
 use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
 
-/// Most characters of the words that were agreed to, and of how.
+/// Maximum length of the wording of the consent, and of the way it was given, in characters.
 const MOST_WORDING: usize = 2000;
 const MOST_HOW: usize = 300;
 
@@ -31,7 +31,7 @@ pub(super) fn consent_routes() -> Routes {
         .route("/people/{id}/consent/withdraw", post(withdraw_declaration))
 }
 
-/// Somebody of the administrator's school who teaches.
+/// Returns a person of the administrator's school who is not a trainee.
 async fn find_expert(state: &AppState, visitor: &CurrentPerson, id: PersonId) -> Result<DirectoryEntry, PageError> {
     let person =
         directory::find_directory_entry(state.db.reader(), visitor.school_id, id).await.map_err(Error::from)?;
@@ -100,7 +100,7 @@ pub(super) async fn record_declaration(
     Ok(FormAnswer::Answered(redirect_to_consent(id)))
 }
 
-/// What was typed, as a consent; or what is wrong with it.
+/// Parses the form as a consent; the error explains invalid input.
 fn read_declaration(typed: &DeclarationForm, recorded_by: PersonId, now: Moment) -> Result<NewDeclaration<'_>, String> {
     let wording = read_words(tr!("wording"), &typed.wording, MOST_WORDING)?;
     let how = read_words(tr!("how it was given"), &typed.how, MOST_HOW)?;

@@ -1,4 +1,4 @@
-//! `/people`: an administrator looks people up, adds, invites, changes, disables and forgets them.
+//! `/people`: an administrator searches, adds, invites, changes, disables and erases people.
 
 use acts::accounts;
 use acts::accounts::NewAccount;
@@ -26,11 +26,11 @@ use serde::Deserialize;
 use store::directory::{Details, Filter};
 use store::{cohorts, directory, mails, retention, second_factors};
 
-/// People on one page.
+/// People per page.
 const PER_PAGE: u32 = 50;
 const DAY_S: i64 = 86_400;
 
-/// What is looked for. A form sends what was left open as an empty text, so each is read as one.
+/// Filters of the list. Forms submit empty fields as empty texts, so all fields are read as texts.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct PeopleQuery {
@@ -87,14 +87,14 @@ impl PeopleQuery {
         }
     }
 
-    /// The address of the list in an order, from its beginning.
+    /// Returns the address of the first page of the list in an order.
     fn href(&self, order: PeopleOrder) -> String {
         let pairs = [("q", &self.q), ("role", &self.role), ("state", &self.state), ("cohort", &self.cohort)];
         let kept: String = pairs.iter().map(|(name, value)| format!("{name}={}&", encode_in_query(value))).collect();
         format!("/people?{kept}sort={}&down={}", name_key(order.by), if order.down { "yes" } else { "" })
     }
 
-    /// The address of the page that begins after somebody.
+    /// Returns the address of the page that begins after a person.
     fn after(&self, last: &DirectoryEntry) -> String {
         let order = self.order();
         format!("{}&after={}&id={}", self.href(order), encode_in_query(&order.key_of(last)), last.id)
@@ -178,7 +178,7 @@ pub(super) async fn make_directory_page(
     })
 }
 
-/// Somebody to be added.
+/// The form to add a person.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub(super) struct NewPersonForm {
     name: String,
@@ -194,7 +194,7 @@ impl NewPersonForm {
     }
 }
 
-/// What is wrong with a name and an address.
+/// Checks a name and an address, and returns the reason if one of them is refused.
 fn refusal_of_person(name: &str, email: &str) -> Option<PersonRefused> {
     if !is_name(name) {
         return Some(PersonRefused::Name);
@@ -225,7 +225,7 @@ pub(super) async fn add_person(
     Ok(FormAnswer::Refused(make_directory_page(&state, visit, PeopleQuery::default(), form).await?))
 }
 
-/// What was just done.
+/// Query parameter that names the change just made.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub(super) struct DoneQuery {
     done: Option<PersonChangeDone>,
@@ -244,7 +244,7 @@ pub(super) async fn show_person(
     Ok(PersonPage { done, ..make_person_page(&state, Visit::new(&visitor, &csrf), person, form).await? })
 }
 
-/// Somebody of the administrator's school.
+/// Returns a person of the administrator's school.
 pub(super) async fn find_person(
     state: &AppState,
     visitor: &CurrentPerson,
@@ -272,7 +272,7 @@ async fn make_person_page(
     })
 }
 
-/// Who somebody is to be.
+/// The form to change a person.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PersonChangeForm {
     name: String,
@@ -324,7 +324,8 @@ pub(super) async fn mail_link(
     Ok(redirect_to_person(id, "mailed"))
 }
 
-/// Makes a link and shows it. Not by a redirect: it would have to be kept to be shown.
+/// Creates a link and renders it directly: with a redirect it would have to be stored until it is
+/// shown.
 pub(super) async fn show_link(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,

@@ -1,4 +1,4 @@
-//! `/people/{id}/erase`: what goes with somebody and what stays, and the end of it.
+//! `/people/{id}/erase`: shows which data of a person an erasure removes, and erases them.
 
 use acts::erasing;
 use acts::erasing::Eraser;
@@ -32,7 +32,8 @@ pub(super) async fn show_erasing(
     Ok(make_erase_page(&state, Visit::new(&visitor, &csrf), person).await?)
 }
 
-/// Somebody of the administrator's school who is not anonymous yet, nor the administrator.
+/// Returns a person of the administrator's school who is not erased yet and is not the
+/// administrator.
 async fn find_erasable(state: &AppState, visitor: &CurrentPerson, id: PersonId) -> Result<DirectoryEntry, PageError> {
     let person = find_person(state, visitor, id).await?;
     refuse_own_account(visitor, id)?;
@@ -61,7 +62,7 @@ async fn make_erase_page(
     })
 }
 
-/// What is typed to confirm what cannot be undone, and what goes besides.
+/// Confirmation of an erasure, which cannot be undone, and the choice of what else to erase.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct EraseForm {
     confirm: String,

@@ -11,7 +11,7 @@ mod erasing;
 mod roster;
 mod tokens;
 
-/// Their addresses.
+/// Returns the routes of these pages.
 pub(crate) fn directory_routes() -> Routes {
     Routes::new()
         .route("/people", get(directory::list_people).merge(post(directory::add_person)))

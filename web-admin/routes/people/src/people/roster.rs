@@ -1,4 +1,4 @@
-//! `/people/roster`: a list of people is sent, looked at, and confirmed.
+//! `/people/roster`: uploads a list of people, previews and confirms its import.
 
 use std::collections::BTreeSet;
 
@@ -26,7 +26,7 @@ use routes_base::forms::{FormAnswer, split_refusal};
 use serde::Deserialize;
 use store::cohorts;
 
-/// Largest file taken, in bytes.
+/// Maximum file size, in bytes.
 pub(super) const MAX_BYTES: usize = 8_000_000;
 
 pub(super) async fn show_new_roster(
@@ -65,7 +65,7 @@ pub(super) async fn send_roster(
     }
 }
 
-/// Keeps what was sent, to be looked at.
+/// Stores the uploaded roster for its preview.
 async fn keep_sent_roster(
     state: &AppState,
     person: &CurrentPerson,
@@ -80,13 +80,13 @@ async fn keep_sent_roster(
     roster_import::keep(state, person, shorten_file_name(&file.name), &file.bytes, &wanted).await
 }
 
-/// What a file is called, as much of it as fits a heading.
+/// Shortens a file name to fit a heading.
 fn shorten_file_name(name: &str) -> &str {
     let end = name.char_indices().nth(80).map_or(name.len(), |(end, _)| end);
     if name.is_empty() { "the roster" } else { &name[..end] }
 }
 
-/// Which lines are looked at.
+/// Filter and page of the previewed lines.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct RosterLinesQuery {
@@ -136,7 +136,7 @@ async fn make_preview_page(
     }))
 }
 
-/// Lines of a file that are shown as they would be read.
+/// Number of lines shown as a preview of the chosen columns.
 const FIRST_LINES: usize = 6;
 
 pub(super) async fn show_roster_columns(
@@ -165,7 +165,7 @@ fn make_columns_page(
     RosterColumnsPage { shell, id, file_name, columns, doubts, form, lines }
 }
 
-/// What is wrong with the columns that are chosen.
+/// Checks the chosen columns, and returns the reason if they are refused.
 fn refusal_of_mapping(mapping: &RosterMapping) -> Option<ColumnsRefused> {
     if !mapping.names() {
         return Some(ColumnsRefused::NoName);
@@ -200,7 +200,7 @@ pub(super) async fn assign_roster_columns(
     Ok(FormAnswer::lead_to(&format!("/people/rosters/{id}")))
 }
 
-/// What is confirmed.
+/// Confirmation of a previewed import.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct ConfirmRosterForm {
     digest: String,

@@ -1,4 +1,4 @@
-//! `/account/tokens`: one's own tokens for programs.
+//! `/account/tokens`: the visitor's own tokens for programs.
 
 use acts::error::Error;
 use acts::tokens::TokenRequest;
@@ -17,7 +17,7 @@ use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
 use store::tokens as stored;
 
-/// What is chosen until something else is, in days.
+/// Preselected lifetime of a token, in days.
 const DEFAULT_DAYS: i64 = 90;
 
 pub(super) fn token_routes() -> Routes {
@@ -64,7 +64,8 @@ struct TokenForm {
     password: String,
 }
 
-/// Makes a token and shows it. Not by a redirect: it would have to be kept to be shown.
+/// Creates a token and renders it directly: with a redirect it would have to be stored until it is
+/// shown.
 async fn make_token(
     State(state): State<AppState>,
     Visitor(person): Visitor,

@@ -1,4 +1,5 @@
-//! Between the password and the second factor: such a session opens nothing but the page that asks for it.
+//! The step between the password and the second factor: such a session opens only the page that
+//! asks for the factor.
 
 use acts::error::Error;
 use acts::second_factor;
@@ -21,25 +22,26 @@ use super::login::own_path;
 use super::proving::{FactorQuestion, ShownFactor};
 
 const KEY: &str = "half";
-/// How long the second factor is waited for, in s.
+/// Time to present the second factor, in s.
 const WAIT_S: i64 = 10 * 60;
 
-/// What a session holds whose password was right and whose second factor is still asked for.
+/// Session state after a correct password while the second factor is pending.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Half {
     person_id: PersonId,
     credential_version: i64,
     until: Moment,
-    /// Where to go afterwards.
+    /// Path to open after signing in.
     next: String,
 }
 
-/// `/login/code`, for anybody.
+/// Returns the public routes of `/login/code`.
 pub(super) fn code_routes() -> Routes {
     Routes::new().route("/login/code", get(show_code_page).merge(post(check_code)))
 }
 
-/// Lets somebody in whose password is right, or asks for a second factor; says where to go now.
+/// Signs in a person whose password was correct, or starts the second-factor step; returns the path
+/// to open next.
 pub(super) async fn enter_session(
     state: &AppState,
     session: &Session,
@@ -66,7 +68,8 @@ pub(super) async fn enter_session(
     Ok("/login/code".to_owned())
 }
 
-/// Who is half signed in, and may still be.
+/// Returns the person of a pending second-factor step, if it has not expired and the account is
+/// still active.
 async fn half_signed_in(state: &AppState, session: &Session) -> Result<Option<(Half, Person)>, Error> {
     let Some(half) = session.get::<Half>(KEY).await? else { return Ok(None) };
     if half.until <= state.clock.now() {
@@ -84,7 +87,7 @@ async fn show_code_page(State(state): State<AppState>, browser: Browser) -> Resu
     Ok(make_code_page(&state, &browser, &person, None).await?.into_response())
 }
 
-/// The page as it stands now; it asks the passkeys in this session.
+/// Builds the page, and starts a passkey challenge in this session.
 async fn make_code_page(
     state: &AppState,
     browser: &Browser,
@@ -103,7 +106,7 @@ const fn key_of_person(person: &Person) -> PersonKey {
     PersonKey { school_id: person.school_id, person_id: person.id }
 }
 
-/// Lets somebody in by a code that was typed, or by the answer of a passkey.
+/// Signs in by a code, or by the response of a passkey.
 async fn check_code(
     State(state): State<AppState>,
     browser: Browser,

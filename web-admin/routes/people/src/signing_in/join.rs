@@ -1,4 +1,4 @@
-//! `/join/{token}`: a password is chosen by a link. `/forgotten`: such a link is asked for.
+//! `/join/{token}`: sets a password by a link. `/forgotten`: requests such a link.
 
 use acts::error::Error;
 use acts::{accounts, brakes, passwords};
@@ -18,7 +18,7 @@ use tower_sessions::Session;
 
 use super::half;
 
-/// The ways to a password, for anybody.
+/// Returns the public routes to set or recover a password.
 pub(super) fn password_routes() -> Routes {
     Routes::new()
         .route("/join/{token}", get(show_join_page).merge(post(set_first_password)))
@@ -48,7 +48,7 @@ fn make_join_page(csrf: &Csrf, token: String, link: AccountLink, refused: Option
     }
 }
 
-/// Not 410: a link that never was is answered the same.
+/// 404 rather than 410: an expired link is answered like one that never existed.
 fn answer_dead_link() -> Response {
     (StatusCode::NOT_FOUND, DeadLinkPage).into_response()
 }
@@ -59,7 +59,7 @@ struct FirstPasswordForm {
     again: String,
 }
 
-/// Sets the password and signs in, by a code where there is a second factor.
+/// Sets the password and signs in, with the second factor if there is one.
 async fn set_first_password(
     State(state): State<AppState>,
     Path(token): Path<String>,
@@ -82,7 +82,8 @@ async fn set_first_password(
         return Ok(FormAnswer::Answered(answer_dead_link()));
     }
     let person = people::find_person(state.db.reader(), person).await?.ok_or(Error::NotFound)?;
-    // Whoever reads somebody's mail has their password now, and not their app.
+    // With access to someone's mail an attacker can get this far, but does not have the second
+    // factor.
     Ok(FormAnswer::lead_to(&half::enter_session(&state, &session, &person, "/").await?))
 }
 
@@ -95,7 +96,8 @@ struct EmailForm {
     email: String,
 }
 
-/// Queues the question. Neither what is answered nor when tells whether somebody has the address.
+/// Queues the request. Neither the response nor its timing discloses whether the address has an
+/// account.
 async fn send_link(
     State(state): State<AppState>,
     ClientAddress(address): ClientAddress,

@@ -1,4 +1,4 @@
-//! `/language`: the choice of a language, of somebody who is not signed in.
+//! `/language`: the choice of a language before signing in.
 
 use axum::extract::State;
 use axum::http::HeaderValue;
@@ -14,7 +14,7 @@ use words::Language;
 
 use super::login::own_path;
 
-/// How long a browser keeps the choice.
+/// Lifetime of the cookie with the choice.
 const KEPT: time::Duration = time::Duration::days(365);
 
 #[derive(Deserialize)]

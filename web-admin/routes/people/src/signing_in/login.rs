@@ -20,7 +20,7 @@ use tower_sessions::Session;
 
 use super::{half, join};
 
-/// `/login` and the ways to a password, for anybody.
+/// Returns the public routes of `/login` and of password recovery.
 #[must_use]
 pub fn sign_in_routes() -> Routes {
     Routes::new()
@@ -29,7 +29,7 @@ pub fn sign_in_routes() -> Routes {
         .merge(join::password_routes())
 }
 
-/// `/logout`, for whoever is signed in.
+/// Returns the route of `/logout`, for signed-in people.
 #[must_use]
 pub fn signed_in_routes() -> Routes {
     Routes::new().route("/logout", post(sign_out_browser))
@@ -98,8 +98,9 @@ async fn sign_in(
     Ok(Redirect::to(&to).into_response())
 }
 
-/// What the form of a tab that was left open is answered: where it leads, if the same person has signed in in another tab; to a stranger
-/// the form again. A session of somebody else may have been planted, and is not entered in silence.
+/// Answers a stale sign-in form: redirects if the same person has signed in in another tab, and
+/// shows the form again to anonymous visitors. If another person is signed in, the session may have
+/// been planted, so it is not entered silently.
 async fn leave_stale_form(
     state: &AppState,
     session: &Session,
@@ -125,7 +126,7 @@ async fn leave_stale_form(
     Ok((StatusCode::FORBIDDEN, page).into_response())
 }
 
-/// What whoever comes too late with a password that was made for them is told.
+/// Returns the error for an expired one-time password.
 fn refuse_outworn_password() -> Error {
     let why = tr!(
         "this password was made for you to sign in with once, and is too old now: ask for a link below, and choose your own"
@@ -133,7 +134,8 @@ fn refuse_outworn_password() -> Error {
     Error::Expired(why.to_owned())
 }
 
-/// Whose address and password these are. Takes as long for an unknown address as for a wrong password.
+/// Returns the credentials if address and password match. Takes the same time for an unknown
+/// address as for a wrong password.
 async fn check_password(state: &AppState, address: IpAddr, form: &LoginForm) -> Result<Option<Credentials>, Error> {
     let known = people::find_credentials(state.db.reader(), &form.email).await?;
     let (password, cost) = (form.password.clone(), state.config.password_cost);
@@ -149,7 +151,7 @@ async fn check_password(state: &AppState, address: IpAddr, form: &LoginForm) -> 
     Ok(known.filter(|known| fits && known.disabled_at.is_none()))
 }
 
-/// The sign-in page once more, saying why.
+/// Shows the sign-in page again with the reason for the refusal.
 fn show_sign_in_again(csrf: &Csrf, form: &LoginForm, why: Error) -> Result<Response, PageError> {
     let csrf = csrf.token().to_owned();
     let words = match &why {
@@ -161,7 +163,7 @@ fn show_sign_in_again(csrf: &Csrf, form: &LoginForm, why: Error) -> Result<Respo
     Ok(finish_answer(&why, (status_of(&why), page).into_response()))
 }
 
-/// Signs out: the session is gone, here and in the browser.
+/// Signs out: deletes the session on the server and in the browser.
 async fn sign_out_browser(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -173,7 +175,8 @@ async fn sign_out_browser(
     Ok(Redirect::to("/login"))
 }
 
-/// A path of this site, or its start: never an address elsewhere, which `//host` and `/\\host` are to a browser.
+/// Returns `next` if it is a path of this site, else `/`: browsers resolve `//host` and `/\host`
+/// to other sites.
 pub(crate) fn own_path(next: &str) -> &str {
     let plain = next.bytes().all(|b| b.is_ascii_alphanumeric() || b"/-_.~".contains(&b));
     if plain && next.starts_with('/') && !next.starts_with("//") { next } else { "/" }

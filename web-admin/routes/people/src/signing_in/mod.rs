@@ -11,13 +11,13 @@ mod proving;
 mod second_factor;
 mod sign_in_code;
 
-/// For a person who is not signed in.
+/// Returns the routes for anonymous visitors.
 #[must_use]
 pub fn sign_in_routes() -> Routes {
     login::sign_in_routes().route("/language", post(language::choose_language))
 }
 
-/// For a person who is signed in.
+/// Returns the routes for signed-in people.
 pub(crate) fn own_routes() -> Routes {
     login::signed_in_routes()
         .route("/sign-in-code", get(sign_in_code::show_sign_in_code).merge(post(sign_in_code::make_sign_in_code)))

@@ -1,4 +1,4 @@
-//! `/account/second-factor/passkeys`: one's own passkeys, added, renamed and removed.
+//! `/account/second-factor/passkeys`: adds, renames and removes the visitor's own passkeys.
 
 use acts::error::Error;
 use acts::passkeys;
@@ -27,7 +27,7 @@ use super::second_factor::{
     show_factor_again,
 };
 
-/// One's own.
+/// Returns the routes of the visitor's own passkeys.
 pub(super) fn passkey_routes() -> Routes {
     Routes::new()
         .route("/account/second-factor/passkeys", post(begin_passkey))
@@ -37,7 +37,7 @@ pub(super) fn passkey_routes() -> Routes {
         .route("/account/second-factor/passkeys/{id}/remove", post(remove_passkey))
 }
 
-/// A passkey as lists show it.
+/// Returns the row of a passkey in a list.
 pub(super) fn make_passkey_row(kept: KeptPasskey) -> PasskeyRow {
     PasskeyRow {
         href: format!("{PAGE}/passkeys/{}", kept.id),
@@ -55,7 +55,8 @@ struct NewPasskeyForm {
     shown: ShownFactor,
 }
 
-/// Asks for a new passkey. Not by a redirect: what is asked would have to be kept to be shown.
+/// Starts the creation of a passkey and renders the challenge directly: with a redirect it would
+/// have to be stored until it is shown.
 async fn begin_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -83,13 +84,13 @@ async fn begin_passkey(
     }
 }
 
-/// Whoever owes a second factor sees nothing else meanwhile.
+/// Returns the navigation: while a required second factor is missing, only its setup.
 async fn nav_place(state: &AppState, person: &CurrentPerson) -> Result<NavPlace, Error> {
     let owed = second_factors::is_second_factor_owed(state.db.reader(), person.into()).await?;
     Ok(if owed { NavPlace::Enrolment } else { NavPlace::Account })
 }
 
-/// The page once more with the name that was typed, saying why no passkey is asked for.
+/// Shows the page again with the name that was entered and the reason for the refusal.
 async fn refuse_new_passkey(
     state: &AppState,
     person: &CurrentPerson,
@@ -107,7 +108,7 @@ struct PasskeyAnswerForm {
     answer: String,
 }
 
-/// Keeps the passkey that was made.
+/// Stores the new passkey.
 async fn confirm_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,

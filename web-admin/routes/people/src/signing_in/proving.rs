@@ -1,5 +1,5 @@
-//! A second factor shown in a form: a code that was typed, or the answer of a passkey to what the page has asked. What is waited for
-//! stays in the session, by its id alone.
+//! A second factor presented in a form: a code, or the response of a passkey to the page's
+//! challenge. The session stores only the id of the pending challenge.
 
 use std::net::IpAddr;
 
@@ -18,7 +18,7 @@ use tower_sessions::Session;
 
 const KEY: &str = "passkey";
 
-/// The fields of a form in which a second factor is shown: one of the two is filled in.
+/// Form fields of a second factor; one of the two is filled in.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub(crate) struct ShownFactor {
     #[serde(default)]
@@ -27,22 +27,23 @@ pub(crate) struct ShownFactor {
     answer: String,
 }
 
-/// Who is asked, and where.
+/// The person to challenge, and their session.
 #[derive(Clone, Copy)]
 pub(crate) struct FactorQuestion<'a> {
     /// The service.
     pub state: &'a AppState,
     /// The browser's session.
     pub session: &'a Session,
-    /// Who.
+    /// The person.
     pub key: PersonKey,
 }
 
 impl FactorQuestion<'_> {
-    /// Asks their passkeys, in place of what this session has asked before. None where there are none.
+    /// Starts a passkey challenge, which replaces the previous one of this session. `None` if the
+    /// person has no passkey.
     ///
     /// # Errors
-    /// When the question cannot be made, or the database fails.
+    /// When the challenge cannot be created, or the database fails.
     pub(crate) async fn question(self) -> Result<Option<PasskeyQuestion>, Error> {
         let question = passkeys::ask(self.state, self.key).await?;
         if let Some(question) = &question {
@@ -51,10 +52,10 @@ impl FactorQuestion<'_> {
         Ok(question)
     }
 
-    /// What is proved by what was shown, from a network address.
+    /// Verifies the presented factor, from a network address.
     ///
     /// # Errors
-    /// When there were too many tries, or the database fails.
+    /// When there were too many attempts, or the database fails.
     pub(crate) async fn prove(
         self,
         shown: &ShownFactor,
@@ -75,7 +76,7 @@ impl FactorQuestion<'_> {
     }
 }
 
-/// Keeps in a session what its browser was asked last.
+/// Stores the id of the latest challenge in a session.
 ///
 /// # Errors
 /// When the session cannot be written.
@@ -83,7 +84,7 @@ pub(crate) async fn hold_question(session: &Session, question: &PasskeyQuestion)
     Ok(session.insert(KEY, question.id).await?)
 }
 
-/// What the browser of a session was asked last, this once.
+/// Returns the id of the latest challenge of a session, and removes it.
 ///
 /// # Errors
 /// When the session cannot be read or written.

@@ -1,5 +1,5 @@
-//! `/account/second-factor`: one's own second factor. An administrator resets a colleague's, and says of whom the school asks
-//! for one.
+//! `/account/second-factor`: the visitor's own second factor. Administrators reset a colleague's,
+//! and set which roles must have one.
 
 use acts::error::Error;
 use acts::second_factor::{Enrolled, TypedCode};
@@ -26,10 +26,10 @@ use tower_sessions::Session;
 use super::passkeys;
 use super::proving::{FactorQuestion, ShownFactor};
 
-/// One's own.
+/// Path of the page.
 pub(super) const PAGE: &str = "/account/second-factor";
 
-/// One's own, a colleague's and the school's.
+/// Returns the routes of the visitor's own factor, a colleague's, and the school's rule.
 pub(super) fn second_factor_routes() -> Routes {
     Routes::new()
         .route("/account/second-factor", get(show_second_factor).merge(post(begin_second_factor)))
@@ -49,7 +49,7 @@ async fn show_second_factor(
     Ok(make_factor_page(&state, &person, &browser).await?)
 }
 
-/// The page as it stands now; it asks the passkeys in this session.
+/// Builds the page, and starts a passkey challenge in this session.
 pub(super) async fn make_factor_page(
     state: &AppState,
     person: &CurrentPerson,
@@ -81,13 +81,14 @@ pub(super) async fn make_factor_page(
     })
 }
 
-/// Whether the school asks somebody for a second factor.
+/// Whether the school requires a second factor from a person.
 pub(super) async fn is_factor_asked(state: &AppState, person: &CurrentPerson) -> Result<bool, Error> {
     let rule = second_factors::find_factor_rule(state.db.reader(), person.school_id).await?;
     Ok(rule.asks(person.role))
 }
 
-/// What somebody is asked for before they change a second factor; their passkeys are asked in this session.
+/// Returns the credentials that a person must present to change a second factor; starts a passkey
+/// challenge in this session.
 pub(super) async fn proof_to_ask(
     state: &AppState,
     person: &CurrentPerson,
@@ -100,17 +101,17 @@ pub(super) async fn proof_to_ask(
     Ok(ProofAsked { on: second_factors::is_second_factor_on(reader, key).await?, app, question })
 }
 
-/// What somebody proves by that they may change a second factor.
+/// Credentials presented to change a second factor.
 #[derive(Clone, Copy)]
 pub(super) struct FactorCredentials<'a> {
-    /// The password that was typed.
+    /// The password.
     pub password: &'a str,
-    /// The second factor that was shown.
+    /// The second factor.
     pub shown: &'a ShownFactor,
 }
 
-/// Whether somebody may change a second factor: who knows the password, and has one of those that are on. Not whoever finds an
-/// open browser.
+/// Whether a person may change a second factor: they must know the password and present one of the
+/// active factors, so that an unattended browser is not enough.
 pub(super) async fn allow_factor_change(
     state: &AppState,
     person: &CurrentPerson,
@@ -129,14 +130,14 @@ pub(super) async fn allow_factor_change(
     Ok(asked.prove(credentials.shown, browser.from).await?.map(drop))
 }
 
-/// What is offered; nothing where its seal does not open any more.
+/// Returns the offered secret; `FactorState::Off` if it cannot be decrypted any more.
 async fn offered_factor(state: &AppState, person: &CurrentPerson) -> Result<FactorState, Error> {
     let Ok(Some(secret)) = second_factor::offered(state, person.into()).await else { return Ok(FactorState::Off) };
     let address = address_of_secret(state, person).await?.unwrap_or_default();
     Ok(FactorState::Offered { secret: second_factor::in_groups(&secret.text()), address })
 }
 
-/// The offered secret as apps read it.
+/// Returns the `otpauth` address of the offered secret, for authenticator apps.
 async fn address_of_secret(state: &AppState, person: &CurrentPerson) -> Result<Option<String>, Error> {
     let Some(secret) = second_factor::offered(state, person.into()).await? else { return Ok(None) };
     let reader = state.db.reader();
@@ -145,7 +146,7 @@ async fn address_of_secret(state: &AppState, person: &CurrentPerson) -> Result<O
     Ok(Some(secret.address(&format!("Stylet, {school}"), &known.email)))
 }
 
-/// The page once more, saying why nothing was changed.
+/// Shows the page again with the reason why nothing was changed.
 pub(super) async fn show_factor_again(
     state: &AppState,
     person: &CurrentPerson,
@@ -169,7 +170,7 @@ impl FactorChangeForm {
     }
 }
 
-/// Offers a secret to whoever may change a second factor.
+/// Offers a secret, after checking the credentials.
 async fn begin_second_factor(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -183,7 +184,7 @@ async fn begin_second_factor(
     Ok(FormAnswer::lead_to(PAGE))
 }
 
-/// The offered secret as a picture, for as long as it is offered.
+/// Returns the QR code of the offered secret, while it is offered.
 async fn show_qr_code(State(state): State<AppState>, Visitor(person): Visitor) -> Result<Response, PageError> {
     let picture = address_of_secret(&state, &person).await?.and_then(|address| qr::draw_qr_code(&address));
     Ok(([(header::CONTENT_TYPE, "image/svg+xml")], picture.ok_or(Error::NotFound)?).into_response())
@@ -194,7 +195,7 @@ struct CodeForm {
     code: String,
 }
 
-/// Turns the codes of an app on.
+/// Activates the codes of an app.
 async fn confirm_second_factor(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -208,8 +209,8 @@ async fn confirm_second_factor(
     }
 }
 
-/// Keeps somebody signed in who has made a second factor, and shows the recovery codes of the first. Not by a redirect: they would
-/// have to be kept to be shown.
+/// Keeps a person signed in who has set up a second factor, and shows the recovery codes of the
+/// first one directly: with a redirect they would have to be stored until they are shown.
 pub(super) async fn answer_enrolled(
     state: &AppState,
     person: &CurrentPerson,
@@ -224,7 +225,7 @@ pub(super) async fn answer_enrolled(
     Ok(RecoveryCodesPage { shell, codes, first: true }.into_response())
 }
 
-/// Who has a second factor, for forms that only make sense with one.
+/// Returns the person's key if they have a second factor, for forms that require one.
 async fn key_with_factor(state: &AppState, person: &CurrentPerson) -> Result<PersonKey, Error> {
     let key = PersonKey::from(person);
     let on = second_factors::is_second_factor_on(state.db.reader(), key).await?;
@@ -248,7 +249,7 @@ async fn remake_recovery_codes(
     Ok(FormAnswer::Answered(page.into_response()))
 }
 
-/// Turns the codes of an app off.
+/// Deactivates the codes of an app.
 async fn turn_factor_off(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -265,7 +266,7 @@ async fn turn_factor_off(
     Ok(FormAnswer::lead_to(PAGE))
 }
 
-/// Takes the second factor of somebody away who has lost it.
+/// Removes the second factor of a person who has lost it.
 async fn reset_factor(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
@@ -290,7 +291,7 @@ struct FactorRuleForm {
     rule: String,
 }
 
-/// Sets of whom the school asks for a second factor.
+/// Sets which roles must have a second factor.
 async fn set_factor_rule(
     State(state): State<AppState>,
     Administrator(person): Administrator,

@@ -1,5 +1,6 @@
-//! `/sign-in-code`: the code by which one signs in at a station. It is made by a form and shown by a page that may be loaded again: for
-//! that the browser's session holds it for a while, sealed, for the database keeps no code that can be read.
+//! `/sign-in-code`: the code to sign in at a station. It is created by a form and shown on a page
+//! that can be reloaded: the browser's session stores it for a while, encrypted, since the database
+//! must not contain a readable code.
 
 use acts::error::Error;
 use acts::{sealing, stations};
@@ -16,23 +17,23 @@ use routes_base::error::PageError;
 use serde::{Deserialize, Serialize};
 use tower_sessions::Session;
 
-/// Where a session holds a code.
+/// Session key of the code.
 const SHOWN_KEY: &str = "sign_in_code";
-/// How long a code is shown, in min.
+/// Time for which a code is shown, in min.
 const SHOWN_MIN: i64 = 10;
 
-/// A code that is shown.
+/// A code that is being shown.
 #[derive(Debug, Serialize, Deserialize)]
 struct ShownCode {
-    /// Whose.
+    /// Its owner.
     person: PersonId,
-    /// The code, sealed, in hexadecimal.
+    /// The encrypted code, in hexadecimal.
     sealed: String,
-    /// Until when it is shown.
+    /// Time until which it is shown.
     until: Moment,
 }
 
-/// Makes the visitor's sign-in code, in place of the one before.
+/// Creates the visitor's sign-in code, which replaces the previous one.
 pub(super) async fn make_sign_in_code(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -47,7 +48,7 @@ pub(super) async fn make_sign_in_code(
     Ok(Redirect::to("/sign-in-code"))
 }
 
-/// Shows the code that was just made; leads to where one is made, where none was.
+/// Shows the code that was just created; without one, redirects to the page where it is created.
 pub(super) async fn show_sign_in_code(
     State(state): State<AppState>,
     Visitor(person): Visitor,

@@ -1,4 +1,4 @@
-//! Asking for ratings: attempts of an assignment or of the review queue, raters, an instrument.
+//! Creates rating rounds: attempts of an assignment or of the review queue, raters, an instrument.
 
 use std::collections::BTreeSet;
 
@@ -20,7 +20,7 @@ use serde::Deserialize;
 use store::ratings::{NewRound, RateableAttempt, Rater};
 use store::{assignments, grades, instruments, ratings as stored, reviews, sessions};
 
-/// Most raters of a round, and most attempts.
+/// Maximum number of raters of a round, and of attempts.
 const MOST_RATERS: usize = 20;
 const MOST_ATTEMPTS: usize = 100;
 
@@ -39,19 +39,20 @@ pub(super) async fn show_new_round(
 ) -> Result<NewRoundPage, PageError> {
     let form = NewRoundForm { assignment: from.assignment.trim().to_owned(), ..NewRoundForm::default() };
     let mut page = make_new_round_page(&state, Visit::new(&person, &csrf), FilledForm::new(form)).await?;
-    // What was assigned is rated whole, unless somebody takes an attempt away.
+    // All attempts at an assignment are preselected.
     for attempt in &mut page.attempts {
         attempt.chosen = !page.form.typed.assignment.is_empty();
     }
     Ok(page)
 }
 
-/// What was chosen, each once.
+/// Returns the distinct choices.
 fn list_chosen_once(chosen: &[String]) -> BTreeSet<&str> {
     chosen.iter().map(String::as_str).collect()
 }
 
-/// The attempts that are offered: those at an assignment that the visitor manages, or those of their review queue.
+/// Returns the attempts on offer: those at an assignment that the visitor manages, or those of
+/// their review queue.
 async fn offered_attempts(
     state: &AppState,
     person: &CurrentPerson,
@@ -105,7 +106,8 @@ async fn make_new_round_page(
     })
 }
 
-/// Instruments that have a score: of the others there is no agreement. The global rating is proposed.
+/// Returns the instruments that have a score, since agreement is computed from scores. The global
+/// rating is preselected.
 async fn scored_instruments(
     state: &AppState,
     school: SchoolId,
@@ -144,7 +146,7 @@ pub(super) async fn make_round(
     }
 }
 
-/// What the form asks for. An attempt or a rater that the visitor may not see is none.
+/// Parses the form. Attempts and raters that the visitor may not see are treated as unknown.
 async fn read_new_round(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<NewRound, Error> {
     let refused = |why: String| Err(Error::Unprocessable(why));
     let title = line::title(&form.title).map_err(Error::Unprocessable)?.to_owned();

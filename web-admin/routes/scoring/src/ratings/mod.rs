@@ -1,4 +1,4 @@
-//! `/ratings`: rounds of ratings, and what they found.
+//! `/ratings`: rating rounds and their results.
 
 use acts::error::Error;
 use acts::{notices, ratings, surveys};
@@ -57,12 +57,12 @@ fn round_href(round: RoundId) -> String {
     format!("/ratings/{round}")
 }
 
-/// A round that the visitor asked for or takes part in.
+/// Returns a round that the visitor owns or takes part in.
 async fn find_round(state: &AppState, person: &CurrentPerson, id: RoundId) -> Result<Round, Error> {
     stored::find(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
 
-/// Whoever takes part without being in charge is a rater only.
+/// Whether the visitor is in charge of a round; all others who take part are only raters.
 fn owns_round(person: &CurrentPerson, round: &Round) -> bool {
     person.role == Role::Administrator || round.made_by == person.id
 }
@@ -87,7 +87,8 @@ async fn show_round(
     let owner = owns_round(&person, &round);
     let cells = stored::cells(state.db.reader(), &person, &round).await?;
     let table = RatingsTable::of(&cells);
-    // Nobody who has yet to rate learns what the others gave; how far they are is for whoever asked.
+    // Raters with open ratings do not see the ratings of others; the progress of the raters is
+    // shown to the owner only.
     let found = if round.own_open == 0 {
         let instrument_of_round = instrument_of_round(&state, &round).await?;
         let scores = tables(&instrument_of_round, &table.attempts, &table.raters, &table.given);
@@ -165,12 +166,13 @@ impl<'a> RatingsTable<'a> {
     }
 }
 
-/// Whether the visitor may be told which attempt a rating is of: who asked, and who sees the trainee anyway.
+/// Whether the visitor may know the attempt of a rating: they own the round, or may see the trainee
+/// anyway.
 fn known_ratings(owner: bool, cell: &RatingCell) -> bool {
     owner || cell.trainee.is_some()
 }
 
-/// A row for each rating, with every answer and score.
+/// Exports a row for each rating, with every answer and score.
 async fn export_round(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -199,7 +201,8 @@ async fn export_round(
     Ok(export::download_csv(&round.title, &names, &rows).map_err(Error::from)?)
 }
 
-/// A rating as it is written; of an attempt that stays unknown its place in the round alone.
+/// Formats a rating as a row; an attempt that must stay anonymous is given by its position in the
+/// round only.
 fn line_of_rating(instrument: &Instrument, cell: &RatingCell, shown: Result<Moment, usize>) -> Vec<Column> {
     let time = |at: Moment| format::format_machine_time(at.to_utc());
     let mut line = vec![
@@ -219,7 +222,7 @@ fn line_of_rating(instrument: &Instrument, cell: &RatingCell, shown: Result<Mome
     line.extend((0..instrument.items.len()).map(|at| answer(at).unwrap_or(Column::Empty)));
     let scored = |key| score_response(instrument, key, &cell.answers).ok().filter(|_| finished);
     line.extend(instrument.scores.iter().map(|key| Column::from(scored(key))));
-    // Two people may have one name.
+    // Names are not unique.
     line.push(cell.trainee_id.map_or(Column::Empty, |id| Column::from(id.to_string())));
     line.push(cell.pseudonym.as_deref().map_or(Column::Empty, Column::from));
     line.push(Column::from(cell.rater_id.to_string()));

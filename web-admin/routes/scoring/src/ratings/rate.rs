@@ -1,5 +1,5 @@
-//! `/rate/{id}`: a rater and an attempt, known to them by the id of their rating alone. Nothing here says whose attempt it
-//! is, when it was, or what came of it.
+//! `/rate/{id}`: the page where a rater rates an attempt, addressed by the id of the rating only.
+//! It discloses neither the trainee nor the time nor the score of the attempt.
 
 use acts::error::Error;
 use acts::ratings;
@@ -73,7 +73,7 @@ fn questions_of_rating(rated: &Rated, refusals: &Refusals, given: &GivenAnswers)
     rated.instrument.items.iter().enumerate().map(question).collect()
 }
 
-/// The form as it was sent.
+/// The submitted form.
 #[derive(Deserialize)]
 pub(super) struct RateForm {
     #[serde(rename = "do", default)]
@@ -120,7 +120,7 @@ pub(super) async fn act_on_rating(
     }
 }
 
-/// The next rating that is not finished, or what the round has found.
+/// Returns the address of the visitor's next open rating, or of the round's results.
 async fn next_rating_href(state: &AppState, person: &CurrentPerson, rated: &Rated) -> Result<String, Error> {
     let own = stored::own(state.db.reader(), person, rated.round.id).await?;
     let open = own.iter().find(|rating| rating.finished_at.is_none());

@@ -1,4 +1,4 @@
-//! Making a task: attempts, a cohort, a date.
+//! Creates tasks to mark pops: attempts, a cohort, a date.
 
 use acts::error::Error;
 use acts::segments;
@@ -20,12 +20,12 @@ use store::{schools, scores, sessions};
 
 use crate::sessions::title_of_exercise;
 
-/// Most traces of a task.
+/// Maximum number of traces in a task.
 const MOST_TRACES: usize = 20;
 
 #[derive(Deserialize)]
 pub(super) struct NewTaskQuery {
-    /// An attempt to begin with.
+    /// A preselected attempt.
     session: Option<String>,
 }
 
@@ -39,7 +39,7 @@ pub(super) async fn show_new_task(
     Ok(make_new_task_page(&state, Visit::new(&person, &csrf), FilledForm::new(form)).await?)
 }
 
-/// The attempts that were chosen, each once.
+/// Returns the distinct chosen attempts.
 fn chosen_attempts(form: &NewTaskForm) -> Vec<&str> {
     let mut chosen: Vec<&str> = Vec::new();
     for attempt in &form.attempts {
@@ -70,7 +70,8 @@ async fn make_new_task_page(
     })
 }
 
-/// The attempt that was asked for, then the latest that the visitor may see and that were scored.
+/// Returns the preselected attempt, followed by the latest scored attempts that the visitor may
+/// see.
 async fn offered_attempts(
     state: &AppState,
     person: &CurrentPerson,
@@ -117,7 +118,7 @@ pub(super) async fn make_task(
     }
 }
 
-/// What the form asks for. A cohort or an attempt that the visitor may not see is none: 404.
+/// Parses the form. Cohorts and attempts that the visitor may not see are answered with 404.
 async fn read_new_task(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<NewTask, Error> {
     let reader = state.db.reader();
     let title = line::title(&form.title).map_err(Error::Unprocessable)?.to_owned();

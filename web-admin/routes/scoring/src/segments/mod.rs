@@ -1,4 +1,4 @@
-//! `/segments`: tasks to mark pops, and how everybody has done.
+//! `/segments`: tasks to mark pops, and their results.
 
 use acts::error::Error;
 use acts::{deadlines, segments};
@@ -66,7 +66,8 @@ fn trace_href(trace: &Trace) -> String {
     format!("/segments/traces/{}", trace.id)
 }
 
-/// The traces of a trainee, in order, each with whether it was sent.
+/// Returns the traces that a person can mark, in order, each with whether its marks were submitted.
+/// Trainees do not mark their own attempts.
 async fn list_own_traces(state: &AppState, person: &CurrentPerson, task: TaskId) -> Result<Vec<(Trace, bool)>, Error> {
     let reader = state.db.reader();
     let marks = stored::find_marks(reader, person.school_id, task).await?;
@@ -116,7 +117,7 @@ async fn trainees_of_task(
     Ok(reports::members(state.db.reader(), person.school_id, task.cohort_id, Role::Trainee).await?)
 }
 
-/// How every trainee of the cohort has done, by name.
+/// Returns the results of every trainee of the cohort, by name.
 async fn results_of_task(
     state: &AppState,
     person: &CurrentPerson,

@@ -1,4 +1,5 @@
-//! `/segments/traces/{id}`: a trace to be marked. Until it is sent the page holds the force over time and nothing else.
+//! `/segments/traces/{id}`: the page to mark a trace. Until the marks are submitted it contains
+//! only the force over time.
 
 use acts::error::Error;
 use acts::{replays, segments};
@@ -22,7 +23,7 @@ use store::sessions::{self, Session};
 
 use super::{list_own_traces, make_task_row, trace_href};
 
-/// Spans of a strip: finer than a pixel of its drawing.
+/// Time spans per strip: finer than a pixel of its drawing.
 const SPANS: usize = 500;
 
 /// A trace that the visitor may see, and its attempt.
@@ -53,7 +54,7 @@ pub(super) async fn show_trace(
     Ok(make_trace_page(&state, Visit::new(&person, &csrf), &open, ShownTrace { marks, form, found }).await?)
 }
 
-/// The truth: for a trainee once they have sent their marks, for whoever teaches always.
+/// Returns the true pops: to trainees after they have submitted their marks, to teachers always.
 async fn truth_of_trace(
     state: &AppState,
     person: &CurrentPerson,
@@ -70,7 +71,7 @@ async fn truth_of_trace(
     Ok(Some(TraceTruth { verdict, pops }))
 }
 
-/// What the page shows beside the force.
+/// The parts of the page other than the force.
 struct ShownTrace {
     marks: Vec<f64>,
     form: FilledForm<Vec<String>>,
@@ -111,13 +112,13 @@ async fn spans_of_strips(
     Ok(strips.iter().map(|strip| pyramid.spans(SPANS, stretch(strip))).collect())
 }
 
-/// The form as it was sent.
+/// The submitted form.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(super) struct MarksForm {
     #[serde(rename = "do")]
     step: String,
-    /// A field for each mark.
+    /// One field per mark.
     mark: Vec<String>,
 }
 

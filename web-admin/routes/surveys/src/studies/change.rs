@@ -1,4 +1,5 @@
-//! A study is changed: whole while nobody takes part, then but for what somebody has agreed to.
+//! Changes a study: everything while it has no participants, afterwards only what they have not
+//! agreed to.
 
 use acts::error::Error;
 use acts::studies as acting;

@@ -1,4 +1,4 @@
-//! The data of a study as files: a row for each attempt, and what every column means.
+//! Exports of a study: a row for each attempt, and a codebook of the columns.
 
 use std::collections::BTreeMap;
 
@@ -25,18 +25,18 @@ use store::studies::StudyAttempt;
 use super::find_own_study;
 use super::results::{AnsweredSurvey, GatheredStudy};
 
-/// A column of the table, as the codebook tells it.
+/// A column of the table, as described in the codebook.
 #[derive(Debug, Serialize)]
 struct StudyColumn {
     /// ASCII: a letter, then letters, digits and underscores.
     name: String,
-    /// What it is.
+    /// Its meaning.
     label: String,
-    /// Its unit, where it has one.
+    /// Its unit, if it has one.
     unit: String,
     /// `numeric` or `string`.
     kind: &'static str,
-    /// What its values mean.
+    /// Labels of its values.
     values: BTreeMap<String, String>,
     /// How it is computed.
     formula: String,
@@ -51,7 +51,7 @@ impl StudyColumn {
     }
 }
 
-/// A file of a study.
+/// Serves a file of a study.
 pub(super) async fn serve_export(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -189,7 +189,8 @@ fn column_of_metric(metric: &MetricOfMany, attempts: usize) -> StudyColumn {
     }
 }
 
-/// The answers to a survey of a study, each beside the attempt after which it was given, and its scores.
+/// Returns the columns of a survey: answers and scores, in the row of the attempt after which they
+/// were given.
 fn columns_of_answers(answered: &AnsweredSurvey, place: usize, attempts: &[StudyAttempt]) -> Vec<StudyColumn> {
     let given = |attempt: &StudyAttempt| {
         let given = answered.submitted.iter().find(|given| given.session_id == Some(attempt.session_id));
@@ -230,7 +231,7 @@ fn columns_of_answers(answered: &AnsweredSurvey, place: usize, attempts: &[Study
     columns
 }
 
-/// How a score is made of answers, in a line.
+/// Describes in one line how a score is computed from answers.
 fn formula_of_score(instrument: &Instrument, key: &ScoreKey) -> String {
     let reversed = |id: &&String| key.reversed.contains(id);
     let item = |id: &String| if reversed(&id) { format!("reversed({id})") } else { id.clone() };

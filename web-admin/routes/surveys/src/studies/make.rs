@@ -1,4 +1,4 @@
-//! A new study.
+//! Creates studies.
 
 use acts::error::Error;
 use acts::studies as acting;
@@ -17,11 +17,12 @@ use routes_base::forms::{FormAnswer, split_refusal};
 use store::instruments::InstrumentRevision;
 use store::{exercises, instruments, schools};
 
-/// Most exercises and instruments of a study, groups, and questions to each participant.
+/// Maximum number of exercises and of instruments of a study, of groups, and of questions to each
+/// participant.
 const MOST: usize = 10;
 pub(super) const MOST_GROUPS: usize = 5;
 pub(super) const MOST_QUESTIONS: usize = 6;
-/// Longest name of a group or a question, and longest text that is agreed to, in characters.
+/// Maximum length of the name of a group or a question, and of the consent text, in characters.
 const LONGEST_NAME: usize = 60;
 const LONGEST_CONSENT: usize = 4000;
 
@@ -126,7 +127,7 @@ pub(super) fn read_line(field: &str, typed: &str) -> Result<String, String> {
     }
 }
 
-/// Names, one a line, each once.
+/// Parses unique names, one per line.
 pub(super) fn read_names(field: &str, typed: &str, least: usize, most: usize) -> Result<Vec<String>, String> {
     let names: Vec<String> = typed.lines().map(|line| line.trim().to_owned()).filter(|line| !line.is_empty()).collect();
     if !(least..=most).contains(&names.len()) {
@@ -155,7 +156,7 @@ pub(super) fn read_names(field: &str, typed: &str, least: usize, most: usize) ->
     Ok(names)
 }
 
-/// The instruments that were chosen, in the revisions of now.
+/// Returns the chosen instruments in their current revisions.
 fn read_instruments(chosen: &[String], known: &[InstrumentRevision]) -> Result<Vec<(RevisionId, String)>, String> {
     let find = |id: &String| {
         let found = known.iter().find(|instrument| instrument.instrument_id == *id);

@@ -1,4 +1,4 @@
-//! `/studies`: validation studies, for whoever runs them and for administrators.
+//! `/studies`: validation studies, for their owners and for administrators.
 
 mod change;
 mod exports;
@@ -32,10 +32,10 @@ use serde::Deserialize;
 use store::retention;
 use store::studies::{self, Study, StudyExercise, StudyParticipant};
 
-/// Longest answer to a question of a study, in characters.
+/// Maximum length of an answer to a question of a study, in characters.
 const LONGEST_FACT: usize = 200;
 
-/// Routes of studies for instructors, and of invitations for every member.
+/// Returns the routes of studies for instructors, and of invitations for every member.
 pub(super) fn study_routes() -> Routes {
     Routes::new()
         .route("/account/studies", get(own::list_own_studies))
@@ -54,13 +54,13 @@ pub(super) fn study_routes() -> Routes {
         .route("/studies/{id}/participants/{person}/withdraw", post(withdraw_participant))
 }
 
-/// What was just done.
+/// Query parameter that names the change just made.
 #[derive(Clone, Copy, Debug, Deserialize)]
 struct StudyDoneQuery {
     done: Option<StudyDone>,
 }
 
-/// A study that the visitor runs, or administers.
+/// Returns a study that the visitor owns or administers.
 async fn find_own_study(state: &AppState, person: &CurrentPerson, id: StudyId) -> Result<Study, Error> {
     studies::find_visible_study(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
@@ -123,7 +123,7 @@ async fn make_study_page(
     })
 }
 
-/// When the data of a study go, where that is near, or went.
+/// Returns when the data of a study will be erased, if that is soon, or were erased.
 async fn end_of_study_data(state: &AppState, study: &Study) -> Result<StudyDataEnd, Error> {
     if let Some(at) = study.erased_at {
         return Ok(StudyDataEnd::Erased(at.to_utc()));
@@ -177,7 +177,7 @@ async fn list_study_facts(
     Ok(facts)
 }
 
-/// Who answers for the data, whom to ask, and how long they are kept.
+/// Returns controller, contact and retention period of the data.
 fn terms_of_study(study: &Study) -> Vec<(&'static str, String)> {
     vec![
         (tr!("Answers for the data"), study.controller.clone()),
@@ -214,7 +214,7 @@ async fn add_participant(
 }
 
 fn read_participant(study: &Study, form: &ParticipantForm) -> Result<ParticipantFacts, String> {
-    // A member consents signed in.
+    // Members give their consent after signing in.
     if form.email.is_empty() && !form.consent {
         return Err(tr!("Nobody takes part who has not agreed.").to_owned());
     }
@@ -231,7 +231,7 @@ fn read_participant(study: &Study, form: &ParticipantForm) -> Result<Participant
     Ok(ParticipantFacts { group_place, facts })
 }
 
-/// Shows a code. Not by a redirect: it would have to be kept to be shown.
+/// Renders a code directly: with a redirect it would have to be stored until it is shown.
 async fn make_code_page(
     state: &AppState,
     visit: Visit<'_>,
@@ -251,14 +251,14 @@ async fn make_code_page(
     })
 }
 
-/// A study and somebody who takes part, as an address names them.
+/// Path parameters of a study and a participant.
 #[derive(Deserialize)]
 struct ParticipantPlace {
     id: String,
     person: String,
 }
 
-/// What an address names.
+/// Returns the study and the participant of a path.
 async fn find_place(
     state: &AppState,
     person: &CurrentPerson,

@@ -1,4 +1,4 @@
-//! `/studies/{id}/results`: what a study finds.
+//! `/studies/{id}/results`: the results of a study.
 
 use std::collections::BTreeMap;
 
@@ -25,10 +25,10 @@ use store::surveys::{self, SubmittedResponse};
 use super::find_own_study;
 use crate::surveys::results::rows_of_responses;
 
-/// The role by which answers of the last group are judged as those of experts.
+/// Role under which answers of the last group are analysed as those of experts.
 const EXPERT: &str = "expert";
 
-/// Everything that a study has gathered of those who take part.
+/// All data of a study from its current participants.
 pub(super) struct GatheredStudy {
     pub study: Study,
     pub exercises: Vec<StudyExercise>,
@@ -40,7 +40,7 @@ pub(super) struct GatheredStudy {
     pub answered: Vec<AnsweredSurvey>,
 }
 
-/// What a study asks, and what it was answered.
+/// A survey of the study, with its submitted responses.
 pub(super) struct AnsweredSurvey {
     pub survey: Survey,
     pub instrument: Instrument,
@@ -56,7 +56,7 @@ impl GatheredStudy {
         let attempts = studies::list_study_attempts(reader, &study).await?;
         let sessions: Vec<_> = attempts.iter().map(|attempt| attempt.session_id).collect();
         let mut metrics = scores::metrics_of_many(reader, study.school_id, &sessions).await?;
-        // They come by id and version: the last of an id is the newest.
+        // Sorted by id and version: the last one of an id is the newest.
         metrics.reverse();
         let mut seen = Vec::new();
         metrics.retain(|metric| {
@@ -75,12 +75,12 @@ impl GatheredStudy {
         Ok(Self { study, exercises, participants, attempts, metrics, answered })
     }
 
-    /// The place of each participant.
+    /// Returns the index of each participant.
     fn places(&self) -> BTreeMap<PersonId, usize> {
         self.participants.iter().enumerate().map(|(place, participant)| (participant.person_id, place)).collect()
     }
 
-    /// What is found at an exercise.
+    /// Returns the findings for an exercise.
     pub fn findings(&self, exercise: &str) -> StudyFindings {
         let places = self.places();
         let of_participants: Vec<usize> = self.participants.iter().map(|found| found.group_place as usize).collect();
@@ -110,7 +110,8 @@ impl GatheredStudy {
         StudyFindings::new(groups, self.study.attempts as usize, &score, &metrics)
     }
 
-    /// What a survey of the study says, group by group; the last group's answers are the experts'.
+    /// Returns the results of a survey of the study, group by group; the last group is treated as
+    /// the experts.
     pub fn survey_results(&self, answered: &AnsweredSurvey) -> Results {
         let mut roles = self.study.groups.0.clone();
         if let Some(last) = roles.last_mut() {

@@ -1,4 +1,4 @@
-//! Exports of a survey: the same rows as the results, as files.
+//! Exports of a survey: the same rows as on the results page, as files.
 
 use acts::error::Error;
 use acts::surveys::instrument_of;
@@ -26,14 +26,14 @@ use store::surveys::SubmittedResponse;
 use super::results::rows_of_responses;
 use super::{find_school_survey, owns_survey};
 
-/// What is known of a response beside its answers.
+/// Columns with facts about a response, in addition to its answers.
 const FACTS: [&str; 9] =
     ["response", "role", "who", "language", "submitted", "exercise", "device", "simulator_version", "pseudonym"];
 
-/// Characters of a date, as 2026-11-30.
+/// Number of characters of a date such as 2026-11-30.
 const ISO_DATE: usize = 10;
 
-/// Responses that are written at once.
+/// Responses written per batch.
 const AT_ONCE: usize = 500;
 
 /// Columns of the long table.
@@ -51,14 +51,15 @@ const LONG: [&str; 11] = [
     "answer",
 ];
 
-/// What an export is made of.
+/// The data of an export.
 struct SurveyExport<'a> {
     survey: &'a Survey,
     instrument: &'a Instrument,
     rows: &'a [ResponseRow<'a>],
 }
 
-/// A file of a survey. Single answers are for its owner: anybody else could count the groups that are hidden.
+/// Serves a file of a survey. Individual answers are for its owner only: from them others could
+/// reconstruct the groups that are hidden because of their size.
 pub(super) async fn serve_export(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -100,7 +101,8 @@ fn write_answer(answer: Option<&Answer>) -> CsvCell {
     }
 }
 
-/// `zone` is the school's time zone: a file is written when the request is over.
+/// `zone` is the school's time zone, passed explicitly since the file is written after the handler
+/// has returned.
 fn response_facts(given: &SubmittedResponse, zone: &str) -> Vec<CsvCell> {
     let known = |text: &Option<String>| text.as_deref().map_or(CsvCell::Empty, CsvCell::from);
     vec![
@@ -116,14 +118,15 @@ fn response_facts(given: &SubmittedResponse, zone: &str) -> Vec<CsvCell> {
     ]
 }
 
-/// Names of the wide table's columns: what is known of a response, items, scores.
+/// Returns the column names of the wide table: facts about a response, items, scores.
 fn names_of_columns(instrument: &Instrument) -> Vec<String> {
     let items = instrument.items.iter().map(|item| item.id.clone());
     let scores = instrument.scores.iter().map(|key| format!("score_{}", key.id));
     name_columns(&FACTS.map(str::to_owned).into_iter().chain(items).chain(scores).collect::<Vec<_>>())
 }
 
-/// A value and its label, as `1 = No`. A label with a semicolon in it, which parts values, stands in quotes.
+/// Formats a value and its label, as `1 = No`. A label with a semicolon, which separates values, is
+/// quoted.
 fn say_value(id: &str, label: &str) -> String {
     if label.contains([';', '"']) {
         format!("{id} = \"{}\"", label.replace('"', "\"\""))
@@ -132,7 +135,8 @@ fn say_value(id: &str, label: &str) -> String {
     }
 }
 
-/// A row for each answer, response by response: they are written as they are taken, for there may be millions.
+/// Returns a row for each answer, response by response, as an iterator, since there may be millions
+/// of them.
 fn long_table(
     instrument: Instrument,
     submitted: Vec<SubmittedResponse>,
@@ -149,7 +153,7 @@ fn long_table(
     })
 }
 
-/// A row for each response with its scores, some at a time.
+/// Returns a row for each response with its scores, in batches.
 fn wide_table(file: &str, instrument: Instrument, submitted: Vec<SubmittedResponse>) -> anyhow::Result<Response> {
     let names = names_of_columns(&instrument);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -169,8 +173,9 @@ fn wide_table(file: &str, instrument: Instrument, submitted: Vec<SubmittedRespon
 }
 
 impl SurveyExport<'_> {
-    /// What every column of the wide table means: name, type and measure as R and SPSS know them, label, values; and the item or score of
-    /// the instrument that it holds, whose id may be no name of a column.
+    /// Returns the codebook of the wide table: for every column its name, type and measure in terms
+    /// of R and SPSS, label, values, and the id of the instrument's item or score, which may not be
+    /// a valid column name.
     fn codebook(&self) -> anyhow::Result<String> {
         let names = names_of_columns(self.instrument);
         let (facts, names) = names.split_at(FACTS.len());

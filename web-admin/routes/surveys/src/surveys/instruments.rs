@@ -1,4 +1,4 @@
-//! `/surveys/instruments`: what can be asked, and the editor.
+//! `/surveys/instruments`: the instruments of a school, and the editor.
 
 use acts::error::Error;
 use acts::surveys;
@@ -20,7 +20,7 @@ use serde::Deserialize;
 use store::curricula;
 use store::instruments::{self, InstrumentRevision};
 
-/// Where somebody who writes a new one may begin.
+/// Template of a new instrument.
 const BLANK: &str = r#"id = "my-questionnaire"
 title = { en = "My questionnaire" }
 languages = ["en"]
@@ -91,7 +91,7 @@ pub(super) async fn show_instrument(
     })
 }
 
-/// The document as it was published, or as JSON.
+/// Serves the published document, as TOML or as JSON.
 pub(super) async fn serve_document(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -167,7 +167,7 @@ pub(super) async fn change_instrument(
     store_instrument(&state, &person, &csrf, Some(&id), form).await
 }
 
-/// Reads the text, and publishes it where that is wanted and nothing is wrong.
+/// Parses the text, and publishes it if that was requested and there are no issues.
 async fn store_instrument(
     state: &AppState,
     person: &CurrentPerson,
@@ -194,7 +194,8 @@ async fn store_instrument(
     Ok(FormAnswer::lead_to(&instrument_href(&instrument.id)))
 }
 
-/// An instrument from TOML or JSON, with the TOML; or everything that is wrong. An edited one keeps its id.
+/// Parses an instrument from TOML or JSON; returns it with its TOML, or all issues. An edited
+/// instrument must keep its id.
 fn read_instrument(text: &str, id: Option<&str>) -> Result<(Instrument, Vec<u8>), Vec<String>> {
     let said = |issue: &Issue| {
         let (place, what) = say_issue(issue);

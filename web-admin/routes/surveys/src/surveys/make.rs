@@ -1,4 +1,4 @@
-//! Making a survey, its links, and closing it.
+//! Creates and closes surveys, and creates their links.
 
 use acts::error::Error;
 use acts::surveys;
@@ -27,11 +27,11 @@ use store::{instruments, people, reports, surveys as stored};
 
 use super::{find_school_survey, owns_survey};
 
-/// Most links made at once, and longest label, in characters.
+/// Maximum number of links created at once, and maximum length of a label, in characters.
 const MOST_LINKS: usize = 200;
 const LONGEST_LABEL: usize = 200;
 
-/// A survey for those who asked, with the list of those who get links.
+/// Returns the page of a survey for its owner, with the list of labels for new links.
 pub(super) async fn make_manage_page(
     state: &AppState,
     person: &CurrentPerson,
@@ -93,7 +93,7 @@ async fn list_survey_facts(state: &AppState, survey: &Survey) -> Result<Vec<(&'s
     Ok(facts)
 }
 
-/// The cohorts that were chosen, of those that the visitor teaches.
+/// Returns the chosen cohorts, which must be taught by the visitor.
 fn read_cohorts(form: &NewSurveyForm, known: &[NamedItem<CohortId>]) -> Result<Vec<CohortId>, String> {
     let find = |id: &String| known.iter().find(|cohort| cohort.id.to_string() == *id).map(|cohort| cohort.id);
     let read = |id| find(id).ok_or_else(|| tr!("cohort: “{id}”; allowed are the cohorts you teach", id = id));
@@ -124,7 +124,7 @@ async fn make_new_survey_page(
     })
 }
 
-/// Which instrument a new survey is to ask, where somebody comes from one.
+/// The preselected instrument of a new survey.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct AskedQuery {
@@ -164,7 +164,7 @@ pub(super) async fn make_survey(
     }
 }
 
-/// What the form asks for, or what is wrong with it.
+/// Parses the form; the error explains invalid input.
 async fn read_new_survey(
     state: &AppState,
     person: &CurrentPerson,
@@ -191,7 +191,7 @@ fn check_new_survey(
         .find(|known| known.as_str() == identity.as_str())
         .ok_or_else(|| tr!("identity: “{identity}”; allowed: anonymous, pseudonymous, named", identity = identity))?;
     let opens_at = read_day(tr!("first day"), opens, 0)?.unwrap_or(now);
-    // The last day counts whole.
+    // The last day is included.
     let closes_at = read_day(tr!("last day"), closes, 1)?;
     if closes_at.is_some_and(|closes| closes <= opens_at || closes <= now) {
         return Err(tr!("last day: {closes}; allowed: a day that is not over, not before the first", closes = closes));
@@ -209,7 +209,7 @@ fn check_new_survey(
     })
 }
 
-/// For how many hours after an attempt a survey is offered; none where nothing was typed.
+/// Parses the number of hours after an attempt during which a survey is offered; `None` if empty.
 fn read_fresh_hours(typed: &str) -> Result<Option<u32>, String> {
     if typed.is_empty() {
         return Ok(None);
@@ -219,7 +219,8 @@ fn read_fresh_hours(typed: &str) -> Result<Option<u32>, String> {
     hours.map(Some).ok_or_else(why)
 }
 
-/// When a day as a browser sends it begins on the school's clock, so many days later; none where nothing was typed.
+/// Returns the start of a day, as submitted by a browser, in the school's time zone, plus some
+/// days; `None` if empty.
 fn read_day(name: &str, typed: &str, days_later: i32) -> Result<Option<Moment>, String> {
     if typed.is_empty() {
         return Ok(None);
@@ -231,12 +232,12 @@ fn read_day(name: &str, typed: &str, days_later: i32) -> Result<Option<Moment>, 
 #[derive(Deserialize)]
 pub(super) struct LinksForm {
     labels: String,
-    /// `mail`, or to be shown.
+    /// `mail` to send the links, else they are shown.
     #[serde(rename = "do", default)]
     step: String,
 }
 
-/// Makes links, to be shown or to be mailed.
+/// Creates links, which are shown or mailed.
 pub(super) async fn make_links(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -273,7 +274,8 @@ pub(super) async fn make_links(
     Ok(FormAnswer::Refused(make_manage_page(&state, &person, &head.csrf, survey, labels).await?))
 }
 
-/// Makes links and shows them. Not by a redirect: they would have to be kept to be shown.
+/// Creates links and renders them directly: with a redirect they would have to be stored until they
+/// are shown.
 async fn make_links_page(
     state: &AppState,
     person: &CurrentPerson,
@@ -291,7 +293,7 @@ async fn make_links_page(
     })
 }
 
-/// Name and address of a line: `Ana Ek <ana@example.org>`, or the address alone.
+/// Parses name and address from a line: `Ana Ek <ana@example.org>`, or the address alone.
 fn read_address(line: &str) -> Result<(String, String), String> {
     let (name, email) = match line.strip_suffix('>').and_then(|line| line.rsplit_once('<')) {
         Some((name, email)) => (name.trim().trim_matches('"').to_owned(), email.trim()),

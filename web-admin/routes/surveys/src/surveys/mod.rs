@@ -1,4 +1,4 @@
-//! `/surveys`: what somebody is asked, and what a school asks.
+//! `/surveys`: the surveys that a trainee is asked, and those of a school.
 
 mod exports;
 mod instruments;
@@ -27,7 +27,7 @@ use serde::Deserialize;
 use store::surveys::Practised;
 use store::{sessions, surveys};
 
-/// Below `/surveys`, for whoever is signed in.
+/// Returns the routes below `/surveys`, for signed-in people.
 pub(super) fn survey_routes() -> Routes {
     Routes::new()
         .route("/surveys", get(list_surveys))
@@ -52,7 +52,7 @@ pub(super) fn survey_routes() -> Routes {
         .route("/surveys/{id}/results/{file}", get(exports::serve_export))
 }
 
-/// A survey of the visitor's school, for those who teach.
+/// Returns a survey of the visitor's school; not found for trainees.
 async fn find_school_survey(state: &AppState, person: &CurrentPerson, id: SurveyId) -> Result<Survey, PageError> {
     if person.role == Role::Trainee {
         return Err(Error::NotFound.into());
@@ -60,8 +60,8 @@ async fn find_school_survey(state: &AppState, person: &CurrentPerson, id: Survey
     Ok(surveys::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?)
 }
 
-/// Whether a survey is somebody's to make links for, to close and to see whole: their own, or one that a course asks for,
-/// which is the administrators'.
+/// Whether a person may create links for a survey, close it and see it completely: it is their own,
+/// or it belongs to a course and they are an administrator.
 fn owns_survey(person: &CurrentPerson, survey: &Survey) -> bool {
     survey.owner_id.map_or(person.role == Role::Administrator, |owner| owner == person.id)
 }
@@ -137,7 +137,7 @@ async fn show_survey(
     Ok(respond_in_language(&page.terms.language.clone(), page))
 }
 
-/// What somebody is told before they begin.
+/// Builds the page with the information before the first question.
 async fn make_consent_page(
     state: &AppState,
     survey: &Survey,
@@ -162,7 +162,7 @@ async fn make_consent_page(
     })
 }
 
-/// A survey that somebody is asked: once, or after an attempt of their own.
+/// Returns a survey that a person is asked: once, or after an attempt of their own.
 async fn find_asked_survey(
     state: &AppState,
     person: &CurrentPerson,

@@ -33,7 +33,7 @@ use time::OffsetDateTime;
 
 use super::{find_school_survey, owns_survey};
 
-/// Figures of an attempt that scores can be held against: word and title.
+/// Metrics of an attempt that scores can be correlated with: parameter value and title.
 const METRICS: [(&str, &str); 5] = [
     ("peak_force_n", sentence!("peak force (N)")),
     ("score", sentence!("score of the attempt")),
@@ -42,7 +42,7 @@ const METRICS: [(&str, &str); 5] = [
     ("time_total_s", sentence!("time (s)")),
 ];
 
-/// What scores can be split by: word and title.
+/// Facts by which scores can be split: parameter value and title.
 const WAYS: [(&str, &str); 4] = [
     ("month", sentence!("month")),
     ("exercise", sentence!("exercise")),
@@ -50,7 +50,7 @@ const WAYS: [(&str, &str); 4] = [
     ("device", sentence!("device")),
 ];
 
-/// Most comments shown to an item; exports have all.
+/// Maximum number of comments shown per item; exports contain all.
 const MOST_COMMENTS: usize = 500;
 
 #[derive(Deserialize)]
@@ -61,7 +61,7 @@ pub(super) struct ResultsQuery {
     metric: String,
 }
 
-/// What was sent, ready to be analysed.
+/// Converts submitted responses to rows for the analysis.
 pub(crate) fn rows_of_responses<'a>(
     instrument: &Instrument,
     submitted: &'a [SubmittedResponse],
@@ -150,7 +150,7 @@ fn split_scores(instrument: &Instrument, rows: &[&ResponseRow<'_>], by: &str, ow
         "simulator" => row.attempt[2].map(str::to_owned),
         _ => Some(row.month.clone()),
     };
-    // Roles are never pooled, so each group is one of a role.
+    // Roles are never pooled, so each group contains responses of one role.
     let groups =
         ResponseGroups::new(rows, |row| name(row).map(|name| format!("{name} · {}", words::known(row.role))), owner);
     let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
@@ -244,7 +244,7 @@ pub(super) struct TagForm {
     step: String,
 }
 
-/// Puts a theme on a comment, or takes it away.
+/// Adds a theme to a comment, or removes it.
 pub(super) async fn tag_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,

@@ -1,4 +1,5 @@
-//! `/drafts/{id}/pictures`: pictures come into the draft of an exercise, and are shown beside its form.
+//! `/drafts/{id}/pictures`: uploads pictures to the draft of an exercise, and serves them to its
+//! form.
 
 use acts::authoring::SeenDraft;
 use acts::drafting::{self, SaveOutcome};
@@ -25,10 +26,11 @@ use store::{drafts, pictures};
 use super::drafts::{answer_conflict, make_draft_page, show_as};
 use super::writing::SentDraft;
 
-/// Largest form that is read, in bytes: a picture that is too large among them, so that its sender is told why and loses nothing.
+/// Maximum size of a form, in bytes. Larger than the largest allowed picture, so that an oversized
+/// picture is refused with a message and the rest of the form is kept.
 const MOST_FORM_BYTES: usize = 64 * 1024 * 1024;
 
-/// What goes in and out of drafts as pictures.
+/// Returns the routes of pictures in drafts.
 pub(super) fn draft_picture_routes() -> Routes {
     Routes::new()
         .route(
@@ -38,7 +40,7 @@ pub(super) fn draft_picture_routes() -> Routes {
         .route("/drafts/{id}/pictures/{name}", get(serve_draft_picture))
 }
 
-/// The pictures of a draft as its form shows them.
+/// Returns the pictures of a draft as its form shows them.
 pub(super) async fn list_at_hand(state: &AppState, school: SchoolId, draft: DraftId) -> Result<DraftPictures, Error> {
     let page = format!("/drafts/{draft}");
     let stored = pictures::list_draft_pictures(state.db.reader(), school, draft).await?;
@@ -47,12 +49,13 @@ pub(super) async fn list_at_hand(state: &AppState, school: SchoolId, draft: Draf
     Ok(DraftPictures { href: format!("{page}/pictures"), at_hand })
 }
 
-/// Where the address of a refused picture is asked for again, its draft is.
+/// Redirects to the draft when a browser reloads the address of a refused upload.
 async fn lead_to_draft(Teacher(_): Teacher, PathId(id): PathId<DraftId>) -> Redirect {
     Redirect::to(&format!("/drafts/{id}"))
 }
 
-/// Saves what was written, with one more picture. Where the picture is refused nothing is saved, and all that was typed is shown again.
+/// Saves the form with one more picture. If the picture is refused, nothing is saved, and the input
+/// is shown again.
 pub(super) async fn add_picture(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -81,7 +84,8 @@ pub(super) async fn add_picture(
         }
         Err(why) => {
             let draft = drafts::find_draft(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
-            // Still over the version that was seen: what somebody else has saved meanwhile is not passed over.
+            // Keeps the version that was seen, so that a later save detects changes by another
+            // person.
             let draft = DocumentDraft { texts: sent.texts, version: sent.seen, ..draft };
             let checked = drafting::check(&state, school, &draft).await?;
             let page = show_as(&state, shown, &draft.clone(), make_draft_page(shell, draft, &checked)).await?;

@@ -1,4 +1,4 @@
-//! `/drafts`: documents being written.
+//! `/drafts`: documents being edited.
 
 use acts::authoring::{NewDocument, SeenDraft};
 use acts::drafting::{Checked, SaveOutcome};
@@ -40,20 +40,20 @@ use super::draft_pictures;
 use super::instrument_drafts::{list_originals, list_seen_languages, questions_href};
 use super::writing::{DraftAct, DraftView, SentDraft, ShownFor};
 
-/// A course that an exercise is added to, or that asks an instrument.
+/// The course to which an exercise is added, or in which an instrument is asked.
 #[derive(Debug, Deserialize)]
 pub(super) struct CourseForm {
     pub(super) course: String,
 }
 
-/// How a draft is to be shown.
+/// The requested view of a draft.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub(super) struct ViewQuery {
     #[serde(default)]
     view: DraftView,
 }
 
-/// A draft in the version that was seen.
+/// The version of a draft that the visitor has seen.
 #[derive(Debug, Deserialize)]
 pub(super) struct SeenForm {
     seen: i64,
@@ -83,7 +83,7 @@ async fn make_drafts_page(
     })
 }
 
-/// The exercises of a school to choose from.
+/// Returns the exercises of a school as options.
 async fn list_exercise_options(state: &AppState, school: SchoolId, chosen: &str) -> Result<Vec<SelectOption>, Error> {
     let exercises = exercises::list_current_exercises(state.db.reader(), school).await?;
     let option = |exercise: exercises::Revision| SelectOption {
@@ -94,7 +94,7 @@ async fn list_exercise_options(state: &AppState, school: SchoolId, chosen: &str)
     Ok(exercises.into_iter().map(option).collect())
 }
 
-/// Begins a copy of an exercise, a course or an instrument.
+/// Creates a draft as a copy of an exercise, a new course, or an instrument, new or copied.
 pub(super) async fn begin_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -169,7 +169,8 @@ pub(super) async fn show_draft(
     Ok(answer_with_draft(&checked, page))
 }
 
-/// The page of a draft as a form, where that is wanted and the text can be read; else as its text.
+/// Returns the page of a draft as a form, if that view is requested and the text can be parsed;
+/// else as text.
 pub(super) async fn show_as(
     state: &AppState,
     ShownFor { school, view }: ShownFor,
@@ -189,7 +190,7 @@ pub(super) async fn show_as(
     Ok(DraftPage { unreadable: form.is_none(), form, scenes, scene_title: scene.unwrap_or_default(), ..page })
 }
 
-/// A draft as a form; nothing where its text is no TOML.
+/// Returns a draft as a form; `None` if its text is not valid TOML.
 async fn make_form(
     state: &AppState,
     school: SchoolId,
@@ -211,7 +212,7 @@ async fn make_form(
     }))
 }
 
-/// What the school has for a course.
+/// Returns the exercises, instruments and files that a course can refer to.
 async fn find_course_context(state: &AppState, school: SchoolId, course_id: &str) -> Result<CourseContext, Error> {
     let reader = state.db.reader();
     let exercises = exercises::list_current_exercises(reader, school).await?;
@@ -224,7 +225,7 @@ async fn find_course_context(state: &AppState, school: SchoolId, course_id: &str
     })
 }
 
-/// An answer that says when to ask again where nobody knows yet what the draft comes to.
+/// Returns the response of a draft, with `Retry-After` while its check is still waiting.
 fn answer_with_draft(checked: &Checked, body: impl IntoResponse) -> Response {
     match checked {
         Checked::Waiting(retry_after_s) => {
@@ -234,8 +235,8 @@ fn answer_with_draft(checked: &Checked, body: impl IntoResponse) -> Response {
     }
 }
 
-/// Saves what was written, and publishes it when that is asked for and nothing is wrong; where there is advice, once its author has
-/// seen it and insists.
+/// Saves a draft, and publishes it if that was requested and there are no problems; if there is
+/// advice, only when the author confirms after seeing it.
 pub(super) async fn write_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -296,7 +297,7 @@ pub(super) async fn write_draft(
     }
 }
 
-/// The page of a draft that was saved and not published.
+/// Returns the page of a draft that was saved but not published.
 fn answer_held(checked: &Checked, page: DraftPage) -> FormAnswer<DraftPage> {
     match checked {
         Checked::Waiting(_) => FormAnswer::Answered(answer_with_draft(checked, page)),
@@ -305,7 +306,7 @@ fn answer_held(checked: &Checked, page: DraftPage) -> FormAnswer<DraftPage> {
     }
 }
 
-/// What a draft would come to as it is typed; nothing is saved.
+/// Previews a draft while it is being edited; nothing is saved.
 pub(super) async fn preview_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -324,7 +325,7 @@ pub(super) async fn preview_draft(
     Ok(answer_with_draft(&checked, VerdictPart { verdict, form }))
 }
 
-/// Throws a draft away.
+/// Deletes a draft.
 pub(super) async fn discard_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -398,7 +399,7 @@ pub(super) fn make_draft_page(shell: Shell, draft: DocumentDraft, checked: &Chec
     }
 }
 
-/// What was typed, kept, against what somebody else has saved.
+/// Returns the page that keeps the input and compares it with the version saved by another person.
 pub(super) fn answer_conflict(shell: Shell, theirs: DocumentDraft, typed: Texts) -> DraftPage {
     let mut lines = compare_lines(&theirs.texts.document, &typed.document);
     lines.extend(compare_lines(&theirs.texts.scene, &typed.scene));

@@ -1,4 +1,5 @@
-//! Instruments being written: how their drafts begin, what they look like to whoever answers, and how a course comes to ask one.
+//! Drafts of instruments: how they begin, their preview for respondents, and how a course comes to
+//! include one.
 
 use acts::drafting;
 use acts::drafting::Checked;
@@ -20,7 +21,7 @@ use store::{drafts, instruments};
 
 use super::drafts::CourseForm;
 
-/// Which page of a draft's questions is looked at, and in which language.
+/// Language and page of the previewed questions.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct QuestionsQuery {
@@ -28,12 +29,12 @@ pub(super) struct QuestionsQuery {
     page: usize,
 }
 
-/// Where the questions of a draft are looked at.
+/// Returns the address of the preview of a draft's questions.
 pub(super) fn questions_href(draft: DraftId, language: &str) -> String {
     format!("/drafts/{draft}/questions?lang={language}")
 }
 
-/// Nothing, and the instruments of a school, to copy one.
+/// Returns the instruments of a school as options to copy, preceded by an empty one.
 pub(super) async fn list_originals(
     state: &AppState,
     school: SchoolId,
@@ -53,7 +54,7 @@ pub(super) async fn list_originals(
     Ok(std::iter::once(none).chain(known.into_iter().map(option)).collect())
 }
 
-/// The languages in which the draft of an instrument can be looked at.
+/// Returns the languages in which the draft of an instrument can be previewed.
 pub(super) fn list_seen_languages(draft: &DocumentDraft) -> Vec<String> {
     match draft.kind {
         DraftKind::Instrument => {
@@ -74,7 +75,7 @@ pub(super) async fn draft_instrument(
     Ok(Redirect::to(&format!("/drafts/{draft}")))
 }
 
-/// Opens the draft of a course, where an instrument is chosen for its exercises.
+/// Opens the draft of a course, in which an instrument is chosen for its exercises.
 pub(super) async fn ask_in_course(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -86,7 +87,8 @@ pub(super) async fn ask_in_course(
     Ok(Redirect::to(&format!("/drafts/{draft}#f-exercise")))
 }
 
-/// The questions of a draft as whoever answers sees them; the draft itself where it is none that could be published.
+/// Shows the questions of a draft as respondents see them; redirects to the draft if it could not
+/// be published.
 pub(super) async fn show_questions(
     State(state): State<AppState>,
     Teacher(person): Teacher,

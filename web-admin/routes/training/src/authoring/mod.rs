@@ -1,4 +1,4 @@
-//! Exercises, courses and instruments that are being written.
+//! Exercises, courses and instruments that are being edited.
 
 use routes_base::{Routes, get, post};
 
@@ -8,7 +8,7 @@ mod instrument_drafts;
 mod revisions;
 mod writing;
 
-/// Their addresses.
+/// Returns the routes of these pages.
 pub(crate) fn draft_routes() -> Routes {
     Routes::new()
         .route("/curricula/{id}/draft", post(drafts::draft_course))

@@ -1,4 +1,5 @@
-//! `/exercises/{id}/revisions` and `/curricula/{id}/revisions`: what was published, and how two of them differ.
+//! `/exercises/{id}/revisions` and `/curricula/{id}/revisions`: published revisions, and the
+//! differences between two of them.
 
 use acts::error::Error;
 use axum::extract::{Path, Query, State};
@@ -13,7 +14,7 @@ use routes_base::error::PageError;
 use serde::Deserialize;
 use store::{curricula, exercises};
 
-/// Which two are compared; the two newest where nothing is said.
+/// The two revisions to compare; by default the two newest.
 #[derive(Debug, Deserialize)]
 pub(super) struct ComparedQuery {
     from: Option<RevisionId>,
@@ -21,7 +22,7 @@ pub(super) struct ComparedQuery {
 }
 
 impl ComparedQuery {
-    /// The two, of those that there are.
+    /// Returns the two revisions, which must be among the listed ones.
     fn among(&self, rows: &[RevisionRow]) -> Result<(RevisionId, RevisionId), Error> {
         let pick = |asked: Option<RevisionId>, otherwise: usize| match asked {
             Some(id) => rows.iter().find(|row| row.id == id),

@@ -1,4 +1,4 @@
-//! What is sent of a draft: its text, or what was typed into its form.
+//! A submitted draft: its text, or the fields of its form.
 
 use acts::error::Error;
 use model::authoring::{EditedDocument, FieldSort, SentForm, TypedField, add_course_exercise};
@@ -8,18 +8,18 @@ use routes_base::forms::unix_lines;
 use serde::Deserialize;
 use store::drafts::Texts;
 
-/// How a draft is shown and written.
+/// View in which a draft is shown and edited.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum DraftView {
-    /// Field by field.
+    /// As a form, field by field.
     #[default]
     Form,
-    /// As its text.
+    /// As text.
     Toml,
 }
 
-/// For which school a draft is shown, and how.
+/// The school and the view for which a draft is shown.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShownFor {
     pub school: SchoolId,
@@ -27,12 +27,12 @@ pub(super) struct ShownFor {
 }
 
 impl DraftView {
-    /// This view, for a school.
+    /// Returns this view for a school.
     pub(super) const fn of(self, school: SchoolId) -> ShownFor {
         ShownFor { school, view: self }
     }
 
-    /// The query that asks for it.
+    /// Returns the query string that selects this view.
     pub(super) const fn query(self) -> &'static str {
         match self {
             Self::Form => "",
@@ -41,43 +41,43 @@ impl DraftView {
     }
 }
 
-/// What is to be done with what was written.
+/// Action on a submitted draft.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum DraftAct {
     Save,
     Publish,
-    /// Publish what an author should change, too.
+    /// Publish in spite of advice.
     Insist,
-    /// Save, and show it otherwise.
+    /// Save, and switch to this view.
     Show(DraftView),
-    /// Save, and show it in this language as whoever answers sees it.
+    /// Save, and preview it in this language as respondents see it.
     Look(String),
-    /// Save it with the scene of this exercise in the place of its own.
+    /// Save it with the scene of this exercise in place of its own.
     TakeScene(String),
-    /// Add the picture that is sent with it.
+    /// Add the picture uploaded with it.
     AddPicture,
-    /// Rows of the form have changed: the place on the page to go on from.
+    /// Rows of the form have changed: the anchor on the page to continue at.
     Changed(String),
 }
 
-/// What is sent of a draft.
+/// A submitted draft.
 #[derive(Clone, Debug)]
 pub(super) struct SentDraft {
-    /// The version that was seen; 0 where it does not matter.
+    /// The version that the author has seen; 0 if it does not matter.
     pub seen: i64,
-    /// How it was written.
+    /// The view in which it was edited.
     pub view: DraftView,
-    /// What is written now, the form's fields and the rows that come or go included.
+    /// The resulting texts, with the form's fields and the added or removed rows applied.
     pub texts: Texts,
-    /// What is to be done with it.
+    /// The requested action.
     pub act: DraftAct,
 }
 
 impl SentDraft {
-    /// Reads what was sent.
+    /// Parses the submitted fields.
     ///
     /// # Errors
-    /// Without a text, or with an act that there is not.
+    /// When the text is missing, or the action is unknown.
     pub(super) fn from_fields(fields: Vec<(String, String)>) -> Result<Self, Error> {
         let first = |name: &str| fields.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str());
         let written = |name: &str| first(name).map(unix_lines);
@@ -123,7 +123,7 @@ fn read_act(asked: &str) -> Result<DraftAct, Error> {
     }
 }
 
-/// The fields of the document among all that were sent.
+/// Returns the fields of the document among all submitted fields.
 fn read_form(fields: &[(String, String)]) -> SentForm {
     let boxes = fields.iter().filter(|(name, _)| name == "box").map(|(_, field)| field.clone()).collect();
     let typed = |(name, value): &(String, String)| {
@@ -133,11 +133,11 @@ fn read_form(fields: &[(String, String)]) -> SentForm {
     SentForm { boxes, fields: fields.iter().filter_map(typed).collect() }
 }
 
-/// The arrays whose rows come and go by buttons.
+/// Arrays whose rows can be added and removed by buttons.
 const ARRAYS: [&str; 9] =
     ["rubric", "hard_fail", "coaching", "picture", "exercise", "scale", "section", "item", "score"];
 
-/// Adds, takes away or moves a row, where that is asked for: the place on the page to go on from.
+/// Adds, removes or moves a row, if requested; returns the anchor on the page to continue at.
 fn change_rows(document: &mut EditedDocument, asked: &str, chosen: impl Fn(&str) -> String) -> Option<String> {
     let (verb, what) = asked.split_once(':')?;
     let (array, row) = match what.strip_suffix(']').and_then(|what| what.rsplit_once('[')) {
@@ -147,7 +147,7 @@ fn change_rows(document: &mut EditedDocument, asked: &str, chosen: impl Fn(&str)
     if array == "languages" {
         return change_languages(document, verb, row, &chosen(array));
     }
-    // A picture comes with its file, by an address of its own.
+    // A picture is added with its file, at an address of its own.
     let is_option = array.starts_with("scale[") && array.ends_with("].option");
     if what == "picture" || !is_option && !ARRAYS.contains(&array) {
         return None;
@@ -175,8 +175,8 @@ fn change_rows(document: &mut EditedDocument, asked: &str, chosen: impl Fn(&str)
     }
 }
 
-/// Adds a language, or takes one away with its texts. A document that does not say in which language it is written is taken to be in the
-/// reader's.
+/// Adds a language, or removes one with its texts. A document that does not name its own language
+/// is assumed to be in the reader's language.
 fn change_languages(document: &mut EditedDocument, verb: &str, at: usize, chosen: &str) -> Option<String> {
     match verb {
         "add" => {
@@ -190,7 +190,7 @@ fn change_languages(document: &mut EditedDocument, verb: &str, at: usize, chosen
     Some(place_id("languages"))
 }
 
-/// A new row with what was chosen for it.
+/// Adds a row with the chosen content.
 fn add_chosen(document: &mut EditedDocument, array: &str, chosen: &str) {
     match array {
         "exercise" => add_course_exercise(document, chosen),

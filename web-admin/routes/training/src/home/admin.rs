@@ -18,12 +18,12 @@ use store::{cohorts as cohort_storage, reports, retention};
 
 use crate::training::{cohorts, news};
 
-/// Cohorts on the home page; the others are on their own.
+/// Number of cohorts on the home page; the others are on a page of their own.
 const FEW: usize = 10;
-/// What counts as recent, in s.
+/// Period that counts as recent, in s.
 const WEEK_S: i64 = 7 * 24 * 3600;
 
-/// The administrator's home.
+/// Builds the administrator's home page.
 pub(super) async fn make_admin_home(
     state: &AppState,
     shell: Shell,
@@ -64,7 +64,8 @@ pub(super) async fn show_administration(
     })
 }
 
-/// Makes a pairing code and shows it. Not by a redirect: it would have to be kept to be shown.
+/// Creates a pairing code and renders it directly: with a redirect it would have to be stored until
+/// it is shown.
 pub(super) async fn make_pairing_code(
     State(state): State<AppState>,
     Administrator(person): Administrator,
@@ -81,7 +82,7 @@ pub(super) async fn make_pairing_code(
     })
 }
 
-/// Takes a station's token from it.
+/// Revokes a station's token.
 pub(super) async fn revoke_station(
     State(state): State<AppState>,
     Administrator(person): Administrator,

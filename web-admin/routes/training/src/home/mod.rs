@@ -1,4 +1,4 @@
-//! What each role sees first, and what an administrator sees of the service.
+//! The home page of each role, and the administrator's pages about the service.
 
 use routes_base::{Routes, get, post};
 
@@ -6,7 +6,7 @@ mod admin;
 mod service;
 mod start;
 
-/// Their addresses.
+/// Returns the routes of these pages.
 pub(crate) fn home_routes() -> Routes {
     Routes::new()
         .route("/", get(start::show_home))

@@ -1,4 +1,4 @@
-//! `/admin/service`: health.
+//! `/admin/service`: the health of the service.
 
 use acts::inspection::InspectionState;
 use axum::extract::State;
@@ -12,7 +12,7 @@ use store::{mails, reports, service, stations};
 
 use super::admin;
 
-/// Most letters that are listed.
+/// Maximum number of failed mails listed.
 const MOST_LETTERS: u32 = 100;
 
 pub(super) async fn show_service_log(

@@ -1,4 +1,4 @@
-//! `/`: a dashboard by role.
+//! `/`: the home page of each role.
 
 use acts::error::Error;
 use axum::extract::{Query, State};

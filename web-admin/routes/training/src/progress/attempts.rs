@@ -1,4 +1,4 @@
-//! Every attempt of a school as a file, for its administrators.
+//! Exports every attempt of a school as a file, for its administrators.
 
 use std::time::Duration;
 
@@ -16,10 +16,10 @@ use routes_base::error::PageError;
 use routes_base::export::{CsvCell, stream_csv};
 use store::reports::{self, AttemptRecord};
 
-/// Attempts that are read at once: a long file keeps neither memory nor the database busy for long.
+/// Attempts read per batch: a long export then keeps neither memory nor the database busy for long.
 const AT_ONCE: u32 = 200;
 
-/// How long a school waits for its file of before to end.
+/// Maximum time that an export waits for earlier exports of the same school.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Columns of the file.
@@ -59,14 +59,14 @@ pub(super) async fn export_attempts(
     let place = state.exports.enter(school, PATIENCE).await;
     let place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
     let rows = stream::try_unfold(Some(AttemptPlace::START), move |after| {
-        // Held until the last row is written, or whoever asked has gone.
+        // Held until the last row is written, or the client disconnects.
         let (state, _held) = (state.clone(), &place);
         async move { next_attempts(&state, school, after).await }
     });
     Ok(stream_csv("attempts", &NAMES, rows)?)
 }
 
-/// The next rows, and the place after them; none where the attempts have ended.
+/// Returns the next rows, and the position after them; `None` after the last attempt.
 async fn next_attempts(
     state: &AppState,
     school: SchoolId,

@@ -1,4 +1,4 @@
-//! A certificate that a course was mastered.
+//! Certificates of mastered courses.
 
 use acts::certificates;
 use acts::error::Error;
@@ -26,10 +26,10 @@ use words::Language;
 
 use crate::training::standing;
 
-/// What a certificate does not say.
+/// Disclaimer on every certificate.
 const SCOPE: &str = "Simulated performance only; no statement about competence with patients.";
 
-/// Issues a certificate where the whole course is mastered.
+/// Issues a certificate if the whole course is mastered.
 pub(super) async fn issue_certificate(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -57,9 +57,9 @@ pub(super) async fn issue_certificate(
         .into_response())
 }
 
-/// What a trainee has earned.
+/// The content of an earned certificate.
 struct Earned {
-    /// The school's logo, as an address that holds it.
+    /// The school's logo, as a data URL.
     logo: Option<String>,
     statement: Statement,
     rule: Mastery,
@@ -69,7 +69,7 @@ struct Earned {
 }
 
 impl Earned {
-    /// What the code on the page says.
+    /// Returns the content of the code on the page.
     fn note(&self) -> CertificateNote {
         CertificateNote {
             note: CertificateNote::VERSION,
@@ -80,7 +80,7 @@ impl Earned {
         }
     }
 
-    /// The page, in the language that is spoken here.
+    /// Renders the page, in the current language.
     fn page(self, certificate: &Certificate, file: &str, check_href: String) -> anyhow::Result<String> {
         let page = CertificatePage {
             logo: self.logo,
@@ -98,7 +98,7 @@ impl Earned {
     }
 }
 
-/// The logo of a school within an address: whoever is handed the certificate has nothing else.
+/// Returns the logo of a school as a data URL, since the certificate must be self-contained.
 async fn logo_of_school(state: &AppState, school: SchoolId) -> Result<Option<String>, Error> {
     let logo = logos::find_logo(state.db.reader(), school).await?;
     Ok(logo.map(|logo| format!("data:{};base64,{}", logo.media_type, BASE64.encode(&logo.bytes))))

@@ -29,17 +29,17 @@ use crate::training::{cohorts, standing};
 
 /// Days on the chart.
 const DAYS: i64 = 28;
-/// Attempts below which an exercise is not called the hardest.
+/// Minimum number of attempts for an exercise to be called the hardest.
 const LEAST_ATTEMPTS: usize = 5;
 
-/// What both the page and its file are made of.
+/// The data of both the page and its file.
 struct CohortProgress {
     cohort: NamedItem<CohortId>,
     courses: Vec<TaughtCourse>,
     trainees: Vec<(NamedItem<PersonId>, Vec<ScoredAttempt>)>,
 }
 
-/// A cohort that the visitor may see, with everything its trainees have practised.
+/// Returns a cohort that the visitor may see, with all attempts of its trainees.
 async fn find_cohort_progress(state: &AppState, person: &CurrentPerson, id: CohortId) -> Result<CohortProgress, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
@@ -62,7 +62,7 @@ impl CohortProgress {
         self.trainees.iter().map(|(trainee, attempts)| (trainee, Progress::of(&taught.course, attempts, now))).collect()
     }
 
-    /// Courses that somebody has begun.
+    /// Returns the courses that at least one trainee has begun.
     fn begun(&self, state: &AppState) -> Vec<(&TaughtCourse, Vec<JudgedTrainee<'_>>)> {
         let judged = self.courses.iter().map(|taught| (taught, self.judged(state, taught)));
         judged.filter(|(_, judged)| judged.iter().any(|(_, p)| p.attempts() > 0)).collect()
@@ -94,14 +94,14 @@ pub(super) async fn show_cohort_progress(
     })
 }
 
-/// A day, as YYYY-MM-DD, whose attempts are wanted; anything else is none.
+/// The selected day, as YYYY-MM-DD; any other text selects none.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(super) struct DayQuery {
     day: String,
 }
 
-/// The attempts of a day in order of time.
+/// Returns the attempts of a day, in order of time.
 fn attempts_on(found: &CohortProgress, date: Date) -> Vec<ScoredRow> {
     let steps = || found.courses.iter().flat_map(|taught| &taught.course.steps);
     let title = |id: &str| steps().find(|step| step.exercise == id).map_or_else(|| id.to_owned(), |s| s.title.clone());
@@ -153,7 +153,7 @@ fn hardness_of_step(
     }
 }
 
-/// What calls for a look, each with the page it is made of.
+/// Returns the concerns about trainees, each with the page that it was derived from.
 fn list_worries(taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> Vec<Worry> {
     let mut worries = Vec::new();
     for (trainee, progress) in judged {
@@ -170,7 +170,7 @@ fn list_worries(taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> Vec<Worr
     worries
 }
 
-/// Attempts passed and failed on each of the last days.
+/// Returns the numbers of passed and failed attempts on each of the last days.
 fn count_by_day(found: &CohortProgress, today: Date) -> Vec<(Date, usize, usize)> {
     let mut counts: BTreeMap<Date, (usize, usize)> = BTreeMap::new();
     for attempt in found.trainees.iter().flat_map(|(_, attempts)| attempts) {

@@ -1,4 +1,4 @@
-//! How a cohort's latest attempts at an exercise are distributed.
+//! The distribution of a cohort's latest attempts at an exercise.
 
 use acts::error::Error;
 use assessment::statistics::summary;
@@ -22,12 +22,12 @@ use store::{exercises, practice, reports};
 
 use crate::training::{cohorts, standing};
 
-/// What both the page and its file are made of.
+/// The data of both the page and its file.
 struct CohortMetrics {
     cohort: NamedItem<CohortId>,
     /// Title of the exercise.
     title: String,
-    /// Everybody's latest attempt at it.
+    /// The latest attempt of each trainee.
     latest: Vec<(NamedItem<PersonId>, ScoredAttempt)>,
     metrics: Vec<MetricOfMany>,
 }
@@ -79,7 +79,7 @@ pub(super) async fn show_cohort_metrics(
     })
 }
 
-/// What the exercise's rubric judges, as it is given now.
+/// Returns the metrics in the current rubric of the exercise.
 async fn metrics_of_rubric(state: &AppState, person: &CurrentPerson, exercise: &str) -> Result<Vec<String>, Error> {
     let school = person.school_id;
     let current = exercises::find_current_revision(state.db.reader(), school, exercise).await?;
@@ -88,12 +88,13 @@ async fn metrics_of_rubric(state: &AppState, person: &CurrentPerson, exercise: &
     Ok(bundle.map_or_else(Vec::new, |bundle| bundle.exercise.rubric.into_iter().map(|line| line.metric).collect()))
 }
 
-/// Of a metric that was measured by several definitions the page shows the newest; the file has all.
+/// If a metric was measured by several versions of its definition, the page shows the newest; the
+/// file contains all.
 fn is_newest(metric: &MetricOfMany, all: &[MetricOfMany]) -> bool {
     all.iter().all(|other| other.id != metric.id || other.version <= metric.version)
 }
 
-/// A metric that applies to somebody.
+/// Returns the distribution of a metric; `None` if it applies to no attempt.
 fn distribution_of_metric(metric: &MetricOfMany) -> Option<MetricSpreadRow> {
     let values: Vec<f64> = metric.found.iter().filter_map(FoundMetric::value).collect();
     let five = summary(&values).ok()?;
@@ -126,7 +127,8 @@ const NAMES: [&str; 12] = [
     "pseudonym",
 ];
 
-/// A row for each trainee and metric, written as they are taken: of ten thousand trainees they come to a hundred megabytes.
+/// Exports a row for each trainee and metric, streamed: for ten thousand trainees the file has a
+/// hundred megabytes.
 pub(super) async fn export_cohort_metrics(
     State(state): State<AppState>,
     Visitor(person): Visitor,

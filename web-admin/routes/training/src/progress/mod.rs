@@ -1,4 +1,5 @@
-//! Progress pages and their exports: each table is one query's answer, on the page and in the file.
+//! Progress pages and their exports: each table is the result of one query, both on the page and in
+//! the file.
 
 mod attempts;
 mod certificate;
@@ -9,7 +10,7 @@ mod trainee;
 
 use routes_base::{Routes, get, post};
 
-/// Their addresses.
+/// Returns the routes of these pages.
 pub(super) fn progress_routes() -> Routes {
     Routes::new()
         .route("/trainees/{id}/exercises/{exercise}", get(trainee::show_trainee_step))

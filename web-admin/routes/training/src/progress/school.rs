@@ -1,4 +1,4 @@
-//! Cohorts side by side, for whoever teaches them, and a school's progress, for its administrators.
+//! Comparison of cohorts, for their teachers, and a school's progress, for its administrators.
 
 use assessment::statistics::{Estimate, wilson};
 use axum::extract::{Query, State};
@@ -14,7 +14,7 @@ use routes_base::export::{CsvCell, download_csv};
 use serde::Deserialize;
 use store::tallies::{self, Sums, YearOfCohort};
 
-/// Cohorts on one page.
+/// Cohorts per page.
 const PER_PAGE: u32 = 50;
 
 fn passed_share(sums: &Sums) -> Option<Estimate> {
@@ -26,7 +26,7 @@ fn mean_score(sums: &Sums) -> Option<f64> {
     Some(sums.points / f64::from(attempts))
 }
 
-/// Which year is shown, and the name of the cohort after which its table goes on.
+/// The year shown, and the name of the cohort after which the page begins.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct YearQuery {
@@ -35,13 +35,14 @@ pub(super) struct YearQuery {
 }
 
 impl YearQuery {
-    /// The year that was asked for, or the latest in which somebody practised.
+    /// Returns the requested year, or the latest one with attempts.
     fn chosen(&self, years: &[i64]) -> i64 {
         self.year.or_else(|| years.first().copied()).unwrap_or_default()
     }
 }
 
-/// The years of some months, each 12 × year + month − 1 and the earliest first: the latest year first.
+/// Returns the years of some months, latest first. Months are 12 × year + month − 1, earliest
+/// first.
 fn years_with_attempts(months: &[(i64, Sums)]) -> Vec<i64> {
     let mut years: Vec<i64> = months.iter().rev().map(|(month, _)| month.div_euclid(12)).collect();
     years.dedup();
@@ -105,7 +106,7 @@ pub(super) async fn export_school_progress(
     let year = query.chosen(&years_with_attempts(&tallies::list_tallies_by_month(reader, &person).await?));
     let cohorts = match person.role {
         Role::Administrator => tallies::list_school_tallies_in_year(reader, person.school_id, year).await?,
-        // A few cohorts of many: their own sums.
+        // An instructor teaches few of the cohorts, so these are summed one by one.
         _ => tallies::list_tallies_in_year(reader, &person, year, "", u32::MAX).await?,
     };
     let rows: Vec<Vec<CsvCell>> = cohorts.into_iter().map(make_year_row).map(|row| year_cells(year, row)).collect();

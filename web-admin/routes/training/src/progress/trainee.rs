@@ -21,17 +21,17 @@ use store::{cohorts, practice, reports, schools};
 use crate::training::standing::TaughtCourse;
 use crate::training::{standing, trainees};
 
-/// Attempts over which habits are looked for.
+/// Attempts in which recurring deductions are looked for.
 const RECENT: ListStretch = ListStretch { limit: 20, offset: 0 };
-/// A comparison with fewer others would tell of single people.
+/// A comparison with fewer others would disclose individual scores.
 const MORE_OTHERS_THAN: usize = 5;
 
-/// What both the page and its file are made of.
+/// The data of both the page and its file.
 struct TraineeStep {
     trainee: NamedItem<PersonId>,
     taught: TaughtCourse,
     index: usize,
-    /// With the curve of the course's rule, or else of an example.
+    /// Contains the curve of the course's rule, or else that of an example.
     step: StepProgress,
 }
 
@@ -55,7 +55,7 @@ async fn find_trainee_step(
     Ok(TraineeStep { trainee, taught, index, step })
 }
 
-/// The learning curve that an exercise is drawn by, and whether it decides.
+/// Returns the learning curve that an exercise is drawn with, and whether it decides on mastery.
 fn rule_of_curve(taught: &TaughtCourse) -> Option<(CurveRule, bool)> {
     match taught.course.rule {
         Mastery::Curve(rule) => Some((rule, true)),
@@ -100,7 +100,7 @@ pub(super) async fn show_trainee_step(
     })
 }
 
-/// How a step stands, whatever has to come before it.
+/// Returns the status of a step, regardless of its prerequisites.
 pub(super) fn status_of_step(state: &StepState) -> StatusWord {
     match state {
         StepState::Mastered { .. } => StatusWord::Mastered,
@@ -110,7 +110,7 @@ pub(super) fn status_of_step(state: &StepState) -> StatusWord {
     }
 }
 
-/// The best scores of the others in the trainee's first cohort.
+/// Compares with the best scores of the others in the trainee's first cohort.
 async fn compare_with_others(
     state: &AppState,
     school: SchoolId,

@@ -1,4 +1,4 @@
-//! `/assignments`: what a trainee is to do; what was assigned, and who has done it.
+//! `/assignments`: a trainee's own assignments; for teachers, assignments and their completion.
 
 use acts::assignments::LockedTrainees;
 use acts::error::Error;
@@ -26,10 +26,10 @@ use store::assignments::{ManagedAssignment, NewAssignment};
 use store::reports::NamedItem;
 use store::{assignments, curricula, exercises, people, reports, schools};
 
-/// Assignments on the page of those who make them.
+/// Maximum number of assignments on the page of teachers.
 const LATEST: u32 = 100;
 
-/// What is to be assigned, where another page has chosen it already.
+/// The preselected task of a new assignment.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct ChosenTask {
@@ -82,7 +82,7 @@ async fn managed_page(
     Ok(ManagedAssignmentsPage { shell, rows, form: FilledForm { typed: form, refused } })
 }
 
-/// Courses, then exercises, one of them chosen.
+/// Returns courses, then exercises, as options.
 async fn task_options(state: &AppState, school: SchoolId, chosen: &str) -> Result<Vec<SelectOption>, Error> {
     let reader = state.db.reader();
     let choice = |value: String, label: String| SelectOption { chosen: value == chosen, value, label };
@@ -106,7 +106,7 @@ fn make_managed_row(listed: ManagedAssignment) -> ManagedRow {
     }
 }
 
-/// An assignment as it was typed.
+/// The submitted form of an assignment.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct TypedAssignment {
@@ -157,7 +157,7 @@ pub(super) async fn make_assignment(
     }
 }
 
-/// For whom it is locked, and until when.
+/// Explains how many trainees cannot start yet, and which exercises they must master first.
 fn say_locks(locks: &LockedTrainees) -> String {
     let missing = locks.missing.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
     trn!(
@@ -169,7 +169,8 @@ fn say_locks(locks: &LockedTrainees) -> String {
     )
 }
 
-/// What was typed, as an assignment. A cohort, trainee, exercise or course that the visitor may not see is none: 404.
+/// Parses the form. A cohort, trainee, exercise or course that the visitor may not see is answered
+/// with 404.
 async fn read_assignment(
     state: &AppState,
     person: &CurrentPerson,
@@ -224,7 +225,7 @@ async fn read_task(state: &AppState, school: SchoolId, said: &str) -> Result<Ass
     }
 }
 
-/// The cohort or the trainee that is meant.
+/// Returns the chosen cohort or trainee.
 async fn read_assignee(
     state: &AppState,
     person: &CurrentPerson,
@@ -254,7 +255,7 @@ async fn read_assignee(
     }
 }
 
-/// An assignment that the visitor manages.
+/// Returns an assignment that the visitor manages.
 async fn find_assignment(
     state: &AppState,
     person: &CurrentPerson,

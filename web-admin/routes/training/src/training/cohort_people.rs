@@ -1,4 +1,5 @@
-//! Who is in a cohort: administrators decide it; its instructors ask, and the trainee or an administrator answers.
+//! Membership of cohorts: administrators decide; instructors send requests, which the trainee or an
+//! administrator answers.
 
 use acts::cohorts::{self as membership, RequestKey};
 use acts::error::Error;
@@ -26,7 +27,7 @@ pub(super) struct CohortForm {
     name: String,
 }
 
-/// Makes a cohort; an instructor teaches what they have made.
+/// Creates a cohort; an instructor teaches the cohorts that they create.
 pub(super) async fn make_cohort(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -44,7 +45,7 @@ pub(super) async fn make_cohort(
     Ok(Redirect::to(&format!("/cohorts/{}/people", cohort.id)))
 }
 
-/// A cohort that the visitor may change.
+/// Returns a cohort that the visitor may change.
 async fn find_taught_cohort(
     state: &AppState,
     person: &CurrentPerson,
@@ -85,8 +86,8 @@ pub(super) struct MemberForm {
     email: String,
 }
 
-/// Adds somebody of the school, where an administrator does it, else asks for them. Whoever is of another school is answered
-/// like nobody.
+/// Adds a person of the school, if an administrator does it; else sends a request. A person of
+/// another school is answered like an unknown one.
 pub(super) async fn add_to_cohort(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -120,7 +121,7 @@ impl RequestAnswerForm {
     }
 }
 
-/// An administrator's answer where somebody is asked for; whoever teaches the cohort may take the question back.
+/// Answers a request as an administrator; the cohort's teachers may withdraw it.
 pub(super) async fn answer_request(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -137,14 +138,15 @@ pub(super) async fn answer_request(
     Ok(Redirect::to(&format!("/cohorts/{id}/people")))
 }
 
-/// A trainee's own answer.
+/// Answers a request as the trainee.
 pub(super) async fn answer_own_request(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(cohort): PathId<CohortId>,
     CsrfForm(form): CsrfForm<RequestAnswerForm>,
 ) -> Result<Redirect, PageError> {
-    // Who teaches would see the trainees of others: that is not theirs to agree to.
+    // Teaching a cohort gives access to its trainees' data, so instructors cannot accept that
+    // themselves.
     if form.answer == "yes" && person.role != Role::Trainee {
         return Err(Error::Forbidden(tr!("an administrator decides who teaches a cohort")).into());
     }

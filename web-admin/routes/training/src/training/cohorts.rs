@@ -17,15 +17,16 @@ use store::reports::NamedItem;
 use super::standing::TaughtCourse;
 use super::{gradebook, standing};
 
-/// Cohorts on one page.
+/// Cohorts per page.
 const PER_PAGE: usize = 50;
 
-/// The page of a cohort.
+/// Returns the address of a cohort's page.
 pub(crate) fn cohort_href(cohort: &NamedItem<CohortId>) -> String {
     format!("/cohorts/{}", cohort.id)
 }
 
-/// A page of the cohorts that a person may see, and the name after which the next begins.
+/// Returns a page of the cohorts that a person may see, and the name after which the next page
+/// begins.
 pub(crate) async fn list_cohorts_in_short(
     state: &AppState,
     person: &CurrentPerson,

@@ -23,7 +23,7 @@ use store::{exercises, practice, reports};
 use super::standing::TaughtCourse;
 use super::{rows, standing};
 
-/// A course, and the visitor's progress in it where they are a trainee.
+/// A course, with the visitor's progress if they are a trainee.
 type VisitedExercise = (TaughtCourse, Option<Progress>);
 
 pub(super) async fn show_curricula(
@@ -70,14 +70,15 @@ pub(super) async fn show_exercise(
     })
 }
 
-/// The exercise's scene beside what others have measured: some insertions, which take milliseconds.
+/// Compares the exercise's scene with published measurements, by simulating some insertions, which
+/// takes milliseconds.
 async fn measure_scene(bundle: &ExerciseBundle) -> Result<Vec<MeasuredLine>, Error> {
     let scene = bundle.scene.clone();
     let lines = tokio::task::spawn_blocking(move || compare_scene(&scene)).await?;
     Ok(list_measured_lines(&lines))
 }
 
-/// A course that an exercise can be added to.
+/// Returns a course as an option if it does not contain the exercise yet.
 fn course_without(taught: &TaughtCourse, exercise: &str) -> Option<SelectOption> {
     let has = taught.course.steps.iter().any(|step| step.exercise == exercise);
     (!has).then(|| SelectOption { value: taught.id.clone(), label: taught.title.clone(), chosen: false })
@@ -116,7 +117,7 @@ fn make_course_card((taught, progress): &VisitedExercise) -> CourseCard {
     }
 }
 
-/// Title and page of the steps that satisfy a condition.
+/// Returns title and address of the steps that satisfy a condition.
 fn exercise_links(
     taught: &TaughtCourse,
     wanted: impl Fn(&CourseStep) -> bool,
@@ -148,7 +149,7 @@ fn context_in_course((taught, progress): &VisitedExercise, id: &str) -> Option<C
     })
 }
 
-/// The visitor's own scores over time, where they have any.
+/// Draws the visitor's own scores over time, if they have any.
 fn draw_own_scores(courses: &[VisitedExercise], bundle: &ExerciseBundle) -> Option<String> {
     let exercise = &bundle.exercise;
     let attempts = courses.iter().find_map(|(taught, progress)| {

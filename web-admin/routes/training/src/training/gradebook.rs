@@ -1,4 +1,4 @@
-//! `/cohorts/{id}/gradebook`: a cohort against what is assigned to it.
+//! `/cohorts/{id}/gradebook`: the trainees of a cohort against its assignments.
 
 use std::collections::BTreeMap;
 
@@ -25,7 +25,7 @@ use store::reports::NamedItem;
 
 use super::{cohorts, standing};
 
-/// What is due within as many seconds is due soon.
+/// Period before the due date in which an assignment is due soon, in s.
 const SOON_S: i64 = 7 * 86_400;
 
 fn href_of(assigned: &Assigned) -> String {
@@ -42,7 +42,8 @@ fn due_line(assigned: &Assigned, to: &str, tally: AssignmentTally) -> DueLine {
     }
 }
 
-/// Every assignment of a cohort with how those stand to whom it was given, those of single trainees last.
+/// Returns every assignment of a cohort with the tally of its trainees; those of individual
+/// trainees come last.
 fn tallied<'a>(
     found: &'a CohortStandings,
     cohort: &'a str,
@@ -58,12 +59,13 @@ fn tallied<'a>(
     with_cohort.chain(alone)
 }
 
-/// What is assigned to a cohort and to its trainees.
+/// Returns the assignments of a cohort and of its trainees.
 pub(crate) fn list_assignments_of_cohort(found: &CohortStandings, cohort: &str) -> Vec<DueLine> {
     tallied(found, cohort).map(|(assigned, to, tally)| due_line(assigned, to, tally)).collect()
 }
 
-/// Of that, what is due soon and what somebody has not done in time.
+/// Returns those assignments that are due soon and not completed, or that at least one trainee has
+/// missed.
 pub(crate) fn list_pressing_assignments(found: &CohortStandings, cohort: &str, now: Moment) -> Vec<DueLine> {
     let soon = now.plus_s(SOON_S);
     let is_pressing = |(assigned, _, tally): &(&Assigned, &str, AssignmentTally)| {
@@ -73,7 +75,7 @@ pub(crate) fn list_pressing_assignments(found: &CohortStandings, cohort: &str, n
     tallied(found, cohort).filter(is_pressing).map(|(assigned, to, tally)| due_line(assigned, to, tally)).collect()
 }
 
-/// What both the page and its file are made of.
+/// The data of both the page and its file.
 struct CohortGradebook {
     cohort: NamedItem<CohortId>,
     found: CohortStandings,
@@ -121,17 +123,17 @@ pub(crate) async fn show_gradebook(
     })
 }
 
-/// How the file is to be written.
+/// Format of the file.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct GradebookQuery {
-    /// 1: with a byte-order mark, without which Excel takes UTF-8 for something else.
+    /// 1: with a byte order mark, without which Excel does not recognise UTF-8.
     bom: u8,
-    /// 1: with a comma in numbers, and semicolons between cells.
+    /// 1: with a decimal comma, and semicolons between cells.
     comma: u8,
 }
 
-/// Points as a person writes them: whole.
+/// Returns points rounded to whole numbers.
 fn points_cell(points: Option<f64>) -> CsvCell {
     points.map_or(CsvCell::Empty, |points| CsvCell::Number(points.round()))
 }

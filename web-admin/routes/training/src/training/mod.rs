@@ -1,4 +1,4 @@
-//! What to train, with whom, and how far everybody has come.
+//! Courses, exercises, cohorts, assignments, and the progress of trainees.
 
 use routes_base::{Routes, get, pictures, post};
 
@@ -13,7 +13,7 @@ pub(crate) mod standing;
 pub(crate) mod trainees;
 mod transcript;
 
-/// Their addresses.
+/// Returns the routes of these pages.
 pub(crate) fn course_routes() -> Routes {
     Routes::new()
         .route("/curricula", get(exercise::show_curricula))

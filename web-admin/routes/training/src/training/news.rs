@@ -1,4 +1,4 @@
-//! What is new for the visitor.
+//! News for the visitor.
 
 use acts::error::Error;
 use acts::notices as told;
@@ -13,10 +13,10 @@ use routes_base::error::PageError;
 use serde::Deserialize;
 use store::{notices, studies};
 
-/// Most of what is new that the home page lists.
+/// Maximum number of news items on the home page.
 const SHOWN: u32 = 20;
 
-/// What is new for the visitor, the newest first.
+/// Returns the news for the visitor, newest first.
 pub(crate) async fn list_news(state: &AppState, person: &CurrentPerson) -> Result<Vec<NewsItem>, Error> {
     let reader = state.db.reader();
     let asked = studies::list_study_requests(reader, person.into()).await?;
@@ -28,7 +28,7 @@ pub(crate) async fn list_news(state: &AppState, person: &CurrentPerson) -> Resul
     Ok(items)
 }
 
-/// Marks everything as read.
+/// Marks all news as read.
 pub(crate) async fn mark_all_read(
     State(state): State<AppState>,
     Visitor(person): Visitor,
@@ -46,7 +46,7 @@ pub(crate) struct NewsLetterForm {
     mailed: bool,
 }
 
-/// Sets whether the visitor is mailed what is new for them.
+/// Sets whether the visitor receives news by mail.
 pub(crate) async fn choose_letters(
     State(state): State<AppState>,
     Visitor(person): Visitor,

@@ -1,16 +1,16 @@
-//! From stored attempts to rows of a list.
+//! Converts stored attempts to rows of a list.
 
 use pages::trainee::OwnAttemptRow;
 use pages::{StatusWord, metric};
 use store::reports::ListedAttempt;
 use store::sessions::SessionState;
 
-/// Rows for a list of one trainee's attempts.
+/// Returns rows for a list of one trainee's attempts.
 pub(crate) fn own_rows(attempts: Vec<ListedAttempt>) -> Vec<OwnAttemptRow> {
     attempts.into_iter().map(|attempt| OwnAttemptRow { trainee: None, ..make_attempt_row(attempt) }).collect()
 }
 
-/// Rows for a list that mixes trainees.
+/// Returns rows for a list that mixes trainees.
 pub(crate) fn mixed_rows(attempts: Vec<ListedAttempt>) -> Vec<OwnAttemptRow> {
     attempts.into_iter().map(make_attempt_row).collect()
 }
@@ -36,7 +36,7 @@ fn make_attempt_row(attempt: ListedAttempt) -> OwnAttemptRow {
     }
 }
 
-/// Why it was refused or failed, or else what cost most.
+/// Returns why an attempt was refused or failed, or else its largest deduction.
 fn note_of_attempt(attempt: &ListedAttempt) -> String {
     if let Some(refusal) = &attempt.refusal {
         return refusal.clone();

@@ -1,4 +1,4 @@
-//! Where trainees stand in the courses of their school.
+//! Progress of trainees in the courses of their school.
 
 use acts::assignments::{self as teaching, CohortStandings, PractisedTrainee};
 use acts::error::Error;
@@ -14,13 +14,13 @@ use store::practice::ByTrainee;
 use store::reports::{ExerciseInShort, NamedItem};
 use store::{practice, proofs, reports, schools};
 
-/// A course with what its pages tell.
+/// A course with the data that its pages show.
 pub(crate) struct TaughtCourse {
     /// Id in its document.
     pub id: String,
     /// Title.
     pub title: String,
-    /// What it teaches.
+    /// Description of its content.
     pub description: String,
     /// Exercises and rule.
     pub course: Course,
@@ -31,13 +31,13 @@ pub(crate) struct TaughtCourse {
 }
 
 impl TaughtCourse {
-    /// What the views need; with the trainee's page where they are for one trainee.
+    /// Returns the facts for the views; with the trainee's page if the view is about one trainee.
     pub fn facts<'a>(&'a self, trainee: Option<&'a str>) -> CourseFacts<'a> {
         CourseFacts { trainee, id: &self.id, title: &self.title, course: &self.course, pass_marks: &self.pass_marks }
     }
 }
 
-/// The courses of a school.
+/// Returns the courses of a school.
 pub(crate) async fn taught_courses(state: &AppState, school: SchoolId) -> Result<Vec<TaughtCourse>, Error> {
     let exercises = reports::exercises(state.db.reader(), school).await?;
     let taught = teaching::taught_curricula(state, school).await?.into_iter();
@@ -53,12 +53,13 @@ fn taught_course(curriculum: TaughtCurriculum, course: Course, exercises: &[Exer
     TaughtCourse { id, title, description, course, pass_marks, difficulties }
 }
 
-/// Of each course, what attempts are judged by.
+/// Returns the part of each course that attempts are evaluated by.
 pub(crate) fn judged_courses(courses: &[TaughtCourse]) -> Vec<JudgedCourse> {
     courses.iter().map(|taught| JudgedCourse { id: taught.id.clone(), course: taught.course.clone() }).collect()
 }
 
-/// A trainee's progress in every course, the one tried last first, each with the course's index.
+/// Returns a trainee's progress in every course, most recently practised first, each with the
+/// course's index.
 pub(crate) fn progress_in_courses(
     courses: &[TaughtCourse],
     attempts: &[ScoredAttempt],
@@ -71,7 +72,8 @@ pub(crate) fn progress_in_courses(
     progress
 }
 
-/// What a school asks to be proved of an attempt that certifies, and those of a trainee's attempts of which it is.
+/// Returns the evidence that a school requires for certificates, and those of a trainee's attempts
+/// that have it.
 pub(crate) async fn proved_attempts(
     state: &AppState,
     school: SchoolId,
@@ -83,7 +85,7 @@ pub(crate) async fn proved_attempts(
     Ok((needed, attempts.iter().filter(|attempt| enough.contains(&attempt.session)).cloned().collect()))
 }
 
-/// A cohort and everything that its trainees have practised.
+/// A cohort and all attempts of its trainees.
 pub(crate) struct PractisedCohort {
     /// The cohort.
     pub cohort: NamedItem<CohortId>,
@@ -91,8 +93,8 @@ pub(crate) struct PractisedCohort {
     practised: ByTrainee,
 }
 
-/// What the trainees of every cohort that somebody teaches have practised. Thousands of attempts take time to read, so each cohort's are
-/// read on a task of their own.
+/// Returns the attempts of the trainees of every cohort that a person teaches. Reading thousands of
+/// attempts takes time, so each cohort is read in a task of its own.
 pub(crate) async fn practice_of_cohorts(
     state: &AppState,
     person: &CurrentPerson,
@@ -110,7 +112,7 @@ pub(crate) async fn practice_of_cohorts(
     Ok(practised)
 }
 
-/// What a cohort's trainees have practised.
+/// Returns the attempts of a cohort's trainees.
 pub(crate) async fn practice_of_cohort(
     state: &AppState,
     school: SchoolId,
@@ -123,7 +125,7 @@ pub(crate) async fn practice_of_cohort(
 }
 
 impl PractisedCohort {
-    /// Where its trainees stand in the courses.
+    /// Evaluates the progress of its trainees in the courses.
     pub fn standing<'a>(&'a self, taught: &'a [JudgedCourse], now: Moment) -> CohortStanding<'a> {
         let of = |trainee: &'a NamedItem<PersonId>| {
             let attempts = self.practised.get(&trainee.id).map_or(&[][..], Vec::as_slice);
@@ -133,24 +135,24 @@ impl PractisedCohort {
     }
 }
 
-/// The trainees of a cohort by name, and where they stand.
+/// The trainees of a cohort by name, with their progress.
 pub(crate) struct CohortStanding<'a> {
     cohort: CohortId,
     trainees: Vec<PractisedTrainee<'a>>,
 }
 
 impl CohortStanding<'_> {
-    /// Everybody's progress in the course that they are on.
+    /// Returns each trainee's progress in their current course.
     pub fn main(&self) -> impl Iterator<Item = &Progress> {
         self.trainees.iter().filter_map(|of| of.history.main_course().map(|course| of.history.in_course(course)))
     }
 
-    /// Name and progress of everybody in a course.
+    /// Returns name and progress of every trainee in a course.
     pub fn in_course(&self, course: usize) -> Vec<(&str, &Progress)> {
         self.trainees.iter().map(|of| (of.trainee.name.as_str(), of.history.in_course(course))).collect()
     }
 
-    /// The rows of those whose progress in the course that they are on is wanted.
+    /// Returns the rows of trainees whose progress in their current course satisfies `wanted`.
     pub fn rows(&self, courses: &[TaughtCourse], wanted: impl Fn(&Progress) -> bool) -> Vec<TraineeRow> {
         let row = |of: &PractisedTrainee<'_>| {
             let course = of.history.main_course()?;
@@ -161,7 +163,7 @@ impl CohortStanding<'_> {
         self.trainees.iter().filter_map(row).collect()
     }
 
-    /// How far they have come with what is assigned to them.
+    /// Returns the trainees' progress with their assignments.
     pub async fn assignments(&self, state: &AppState, school: SchoolId) -> Result<CohortStandings, Error> {
         teaching::cohort_standings(state, school, self.cohort, &self.trainees).await
     }

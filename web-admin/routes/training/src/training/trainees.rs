@@ -1,4 +1,4 @@
-//! `/trainees/{id}`, and a trainee's own home.
+//! `/trainees/{id}`, and a trainee's own home page.
 
 use acts::assignments as teaching;
 use acts::error::Error;
@@ -25,14 +25,14 @@ use store::{practice, sign_in_codes};
 use super::standing::TaughtCourse;
 use super::{news, rows, standing};
 
-/// Attempts over which habits are looked for.
+/// Attempts in which recurring deductions are looked for.
 const RECENT: ListStretch = ListStretch { limit: 20, offset: 0 };
-/// Assignments on a trainee's home.
+/// Number of assignments on a trainee's home page.
 const SHOWN_DUE: usize = 3;
-/// Attempts on one page of the list.
+/// Attempts per page of the list.
 const PER_PAGE: u32 = 25;
 
-/// Which page of the list.
+/// Page of the list.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 pub(crate) struct TraineePageQuery {
     /// From 1.
@@ -51,13 +51,13 @@ pub(crate) async fn show_trainee(
     Ok(make_trainee_page(&state, shell, &person, trainee, query).await?)
 }
 
-/// The rows that the page of a trainee shows.
+/// The stored data that the page of a trainee shows.
 struct TraineeRecord {
     practised: Vec<ScoredAttempt>,
     pages: PageNumbers,
     /// The attempts of the page.
     listed: Vec<ListedAttempt>,
-    /// The latest attempts, where those of the page are others.
+    /// The latest attempts, unless they are those of the page.
     recent: Option<Vec<ListedAttempt>>,
     cohorts: Vec<Cohort>,
     sign_in_code: Option<Option<Moment>>,
@@ -65,7 +65,8 @@ struct TraineeRecord {
 }
 
 impl TraineeRecord {
-    /// Reads it over one connection: to take another for each statement costs as much as the statement.
+    /// Reads all data over one connection: acquiring another one for each statement costs as much
+    /// as the statement.
     async fn read(state: &AppState, trainee: PersonKey, own: bool, query: TraineePageQuery) -> Result<Self, Error> {
         let PersonKey { school_id: school, person_id: id } = trainee;
         let mut reader = state.db.reader().acquire().await?;
@@ -86,13 +87,13 @@ impl TraineeRecord {
         Ok(Self { practised, pages, listed, recent, cohorts, sign_in_code, requests })
     }
 
-    /// The latest attempts, over which habits are looked for.
+    /// Returns the latest attempts, in which recurring deductions are looked for.
     fn latest(&self) -> &[ListedAttempt] {
         self.recent.as_deref().unwrap_or(&self.listed[..self.listed.len().min(RECENT.limit as usize)])
     }
 }
 
-/// The page of a trainee whom the visitor may see.
+/// Returns the page of a trainee whom the visitor may see.
 pub(crate) async fn make_trainee_page(
     state: &AppState,
     shell: Shell,
@@ -121,7 +122,7 @@ pub(crate) async fn make_trainee_page(
     };
     let judged = standing::judged_courses(&courses);
     let due = teaching::standings_by(state, key, &AttemptHistory::new(&judged, &record.practised, now)).await?;
-    // Those begun come first; before any attempt the school's first course leads.
+    // Courses with attempts come first; without any attempt the school's first course leads.
     let begun = progress.iter().filter(|(_, progress)| progress.attempts() > 0).count();
     let others = progress.split_off(begun.max(1).min(progress.len()));
     Ok(TraineePage {
@@ -142,7 +143,7 @@ pub(crate) async fn make_trainee_page(
     })
 }
 
-/// What costs most over attempts that count, newest first.
+/// Returns the most costly recurring deductions over attempts that count, newest first.
 pub(crate) fn habits_of_attempts(latest: &[ListedAttempt]) -> HabitsView {
     let counted = || latest.iter().filter(|attempt| attempt.uncounted.is_none());
     let scored = || counted().filter_map(|attempt| Some((attempt, &attempt.deductions.as_ref()?.0[..])));
@@ -151,7 +152,7 @@ pub(crate) fn habits_of_attempts(latest: &[ListedAttempt]) -> HabitsView {
     HabitsView::new(Habits::of(&deductions), &pages)
 }
 
-/// A page beyond the last is the last.
+/// Returns the page numbers; a page beyond the last is the last one.
 fn number_pages(entries: u32, query: TraineePageQuery) -> PageNumbers {
     let last = entries.div_ceil(PER_PAGE).max(1);
     PageNumbers { page: query.page.unwrap_or(1).clamp(1, last), last, entries }

@@ -1,4 +1,4 @@
-//! `/trainees/{id}/transcript`: what a trainee has done, on a page to print.
+//! `/trainees/{id}/transcript`: a printable record of a trainee's work.
 
 use acts::error::Error;
 use axum::extract::State;

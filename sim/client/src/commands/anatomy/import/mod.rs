@@ -1,4 +1,4 @@
-//! `stylet anatomy import`: a scene from somebody else's segmentation.
+//! `stylet anatomy import`: a scene from an external segmentation.
 
 mod report;
 mod scene;
@@ -21,28 +21,31 @@ use super::files::{self, Folder};
 use crate::exit::{Failure, Outcome};
 use crate::{output, sources};
 
-/// Most triangles of a mesh: what recordings carry and the picture draws with ease.
+/// Maximum number of triangles of a mesh: suitable for recordings and for rendering.
 const MOST_TRIANGLES: usize = 40_000;
 /// Smoothing of the skin, in voxels.
 const SKIN_SMOOTHING: f64 = 0.5;
 
-/// Make a scene of a segmentation: meshes, skin, layers, and an exercise beside it
+/// Make a scene from a segmentation: meshes, skin, layers, and an exercise
 ///
-/// SEGMENTATION is a map of labels, NIfTI-1 or NIfTI-2, packed (.nii.gz) or not (.nii); it lies in the world as its sform says, else as its
-/// qform says, else along the axes: right, anterior, superior. LABELS.toml says what each number is, and where the needle enters. Each
-/// structure becomes a closed mesh, smoothed by no more than LABELS.toml allows; the report says by how much its volume differs from the
-/// voxels'. Thicknesses of layers are measured along the skin's normal at the entry. What the layers feel like is our choice for training,
-/// and the scene says so. The scene and the exercise are checked as `stylet check` does.
+/// SEGMENTATION is a label map, NIfTI-1 or NIfTI-2, compressed (.nii.gz) or not (.nii); its
+/// orientation is that of its sform, otherwise of its qform, otherwise along the axes: right,
+/// anterior, superior. LABELS.toml defines the meaning of each number, and where the needle enters.
+/// Each structure becomes a closed mesh, smoothed by no more than LABELS.toml allows; the report
+/// lists the difference between its volume and that of the voxels. Thicknesses of layers are
+/// measured along the skin's normal at the entry. The mechanical properties of the layers are our
+/// choice for training, and the scene states so. The scene and the exercise are checked as by
+/// `stylet check`.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet anatomy import segmentation.nii.gz --labels labels.toml --out kidney")]
 pub struct ImportArgs {
-    /// The map of labels
+    /// The label map
     #[arg(value_name = "SEGMENTATION.nii.gz")]
     segmentation: PathBuf,
-    /// What the labels mean, and where the needle enters
+    /// Meaning of the labels, and the entry of the needle
     #[arg(long, value_name = "LABELS.toml")]
     labels: PathBuf,
-    /// Folder for scene.toml, exercise.toml and the meshes; created if need be
+    /// Folder for scene.toml, exercise.toml and the meshes; created if it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Replace the files if they exist
@@ -53,17 +56,17 @@ pub struct ImportArgs {
     json: bool,
 }
 
-/// A map, and what it holds of each label.
+/// A map, with statistics of each label.
 struct Segmentation {
     map: LabelMap,
     survey: BTreeMap<u16, LabelExtent>,
 }
 
-/// A structure, meshed.
+/// A structure with its mesh.
 pub struct ImportedStructure<'l> {
-    /// What the document says of it.
+    /// Its entry in the document.
     pub label: &'l SegmentationLabel,
-    /// Where its voxels are.
+    /// Extent of its voxels.
     pub extent: LabelExtent,
     /// Its mesh, in the world.
     pub mesh: LabelMesh,
@@ -73,21 +76,21 @@ pub struct ImportedStructure<'l> {
     pub file: String,
 }
 
-/// A layer, measured.
+/// A measured layer.
 pub struct ImportedLayer<'l> {
-    /// What the document says of it.
+    /// Its entry in the document.
     pub label: &'l SegmentationLabel,
-    /// Its name in the scene: met again, a layer has a number behind its name.
+    /// Its name in the scene: a repeated layer has a number appended.
     pub name: String,
-    /// What was measured.
+    /// The measured values.
     pub measured: MeasuredLayer,
 }
 
-/// All that was made of a map.
+/// All results of an import.
 pub struct Imported<'l> {
     /// Title of the scene.
     pub title: &'l str,
-    /// Where the needle enters.
+    /// The entry of the needle.
     pub frame: EntryFrame,
     /// The skin, in the world.
     pub skin: LabelMesh,
@@ -132,7 +135,7 @@ fn refuse(args: &ImportArgs, why: &SegmentationError) -> Failure {
     Failure::refused(&args.segmentation, why)
 }
 
-/// A label of the document is refused by its place there.
+/// Reports a label by its number and name in the document.
 fn refuse_label(args: &ImportArgs, label: &SegmentationLabel, why: &SegmentationError) -> Failure {
     Failure::refused(&args.labels, format_args!("label {} ({}): {why}", label.number, label.name))
 }
@@ -162,7 +165,7 @@ fn import<'l>(
     Ok(Imported { title: &labels.title, placed_skin: frame.place(&skin.surface), skin, frame, structures, layers })
 }
 
-/// The mesh of a label that is a structure and has voxels.
+/// Makes the mesh of a label that is a structure and has voxels.
 fn mesh_structure<'l>(
     args: &ImportArgs,
     source: &Segmentation,
@@ -203,7 +206,7 @@ fn layers<'l>(
     Ok(found.collect())
 }
 
-/// What the user should know of the labels.
+/// Warns about the labels.
 fn warn(labels: &SegmentationLabels, survey: &BTreeMap<u16, LabelExtent>, imported: &Imported) {
     for label in labels.labels.iter().filter(|label| !survey.contains_key(&label.number)) {
         output::print_warning(format_args!("label {} ({}): no voxel has it; left out", label.number, label.name));
@@ -221,7 +224,7 @@ fn warn(labels: &SegmentationLabels, survey: &BTreeMap<u16, LabelExtent>, import
     }
 }
 
-/// What the user should know of the layers' end and of the way to the target.
+/// Warns about the end of the layers and the path to the target.
 fn warn_of_way(imported: &Imported, way: &Way) {
     let whole_mm: f64 = imported.layers.iter().map(|layer| layer.measured.thickness_m * 1e3).sum();
     if let Some(number) = imported.layers.last().and_then(|layer| layer.measured.unnamed_below) {
@@ -242,7 +245,7 @@ fn warn_of_way(imported: &Imported, way: &Way) {
     }
 }
 
-/// Checks what was written as `stylet check` does.
+/// Checks the written documents as `stylet check` does.
 fn check(folder: &Path) -> Outcome {
     let mut found = Vec::new();
     for file in [scene::SCENE_FILE, scene::EXERCISE_FILE] {

@@ -1,4 +1,4 @@
-//! What an import made, for people and for programs.
+//! The report of an import, as text and as JSON.
 
 use std::io::{self, Write};
 
@@ -8,34 +8,34 @@ use serde::Serialize;
 use super::scene::{EXERCISE_FILE, WrittenImport};
 use super::{ImportArgs, Imported};
 
-/// What an import made.
+/// The report of an import.
 #[derive(Serialize)]
 pub struct ImportReport {
-    /// The map.
+    /// Path of the label map.
     segmentation: String,
-    /// Its voxels along each axis.
+    /// Number of voxels along each axis.
     size: [usize; 3],
     /// Edges of a voxel, in mm.
     voxel_mm: [f64; 3],
-    /// What of the header said how it lies.
+    /// Source of the orientation in the header.
     orientation: &'static str,
-    /// The header named no unit, so that mm were taken.
+    /// Whether the header names no unit, so that mm are assumed.
     unit_is_assumed: bool,
     /// Origin of the patient frame in the image's world, in mm.
     entry_mm: [f64; 3],
-    /// Between +z and the skin's own direction there, in degrees.
+    /// Angle between +z and the skin's own direction there, in degrees.
     tilt_deg: f64,
     /// Meshes: the skin first.
     meshes: Vec<MeshReport>,
     /// Layers from the skin down.
     layers: Vec<LayerReport>,
-    /// Thresholds that these layers ask to be lower than the table's.
+    /// Thresholds that had to be lower than the table's for these layers.
     lowered: Vec<LoweredReport>,
-    /// The exercise's way: angle and azimuth in degrees, depth in mm, and to what.
+    /// The exercise's path: angle and azimuth in degrees, depth in mm, and its target.
     way: WayReport,
-    /// The scene.
+    /// Path of the scene.
     scene: String,
-    /// The exercise.
+    /// Path of the exercise.
     exercise: String,
 }
 
@@ -46,13 +46,13 @@ struct MeshReport {
     kind: String,
     /// Volume of the voxels, in ml.
     voxels_ml: f64,
-    /// By how much the mesh's differs, in %.
+    /// Difference of the mesh's volume, in %.
     volume_error_percent: f64,
-    /// The farthest that smoothing moved a corner, in mm.
+    /// Maximum displacement of a vertex by smoothing, in mm.
     moved_mm: f64,
     triangles: usize,
     pieces: usize,
-    /// So many voxels each way were taken together.
+    /// Number of voxels merged along each axis.
     voxels_together: usize,
 }
 
@@ -73,7 +73,7 @@ struct LoweredReport {
     to_n: f64,
 }
 
-/// The exercise's way.
+/// The exercise's path.
 #[derive(Serialize)]
 struct WayReport {
     angle_deg: f64,
@@ -98,7 +98,7 @@ impl MeshReport {
 }
 
 impl ImportReport {
-    /// Of what was imported and written.
+    /// The report of an import and the files written.
     pub fn new(args: &ImportArgs, map: &LabelMap, imported: &Imported, written: &WrittenImport) -> Self {
         let structures = imported.structures.iter().map(|s| MeshReport::new(&s.label.name, s.label.kind(), &s.mesh));
         let lowered = written.lowered.iter().map(|one| LoweredReport {
@@ -138,7 +138,7 @@ impl ImportReport {
         }
     }
 
-    /// For people.
+    /// Writes the human-readable form.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let [along, across, deep] = self.size;
         let [x, y, z] = self.voxel_mm;

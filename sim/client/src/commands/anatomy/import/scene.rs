@@ -1,4 +1,4 @@
-//! The texts of an imported scene and of an exercise in it.
+//! The documents of an imported scene and of an exercise in it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,55 +19,56 @@ pub const EXERCISE_FILE: &str = "exercise.toml";
 /// Name of the skin's file.
 pub const SKIN_FILE: &str = "skin.stl";
 
-/// The steepest path that a scene may have, in degrees to the skin's normal.
+/// Maximum angle of a path in a scene, in degrees to the skin's normal.
 const MOST_ANGLE_DEG: f64 = 60.0;
-/// A piece of a target has at least this part of the largest's vertices; what is smaller is a crumb. Our choice.
+/// A component of a target counts if it has at least this fraction of the largest one's vertices:
+/// one in ten. Our choice.
 const LEAST_PIECE: usize = 10;
-/// How deep the exercise goes where there is no target, in mm, if the layers go so far.
+/// Depth of the exercise without a target, in mm, limited by the layers.
 const DEPTH_MM: f64 = 25.0;
 
-/// A threshold that the layers' order and thickness ask to be lower than the table's.
+/// A threshold that had to be lowered below the table's because of the layers' order and thickness.
 pub struct LoweredThreshold {
     /// The layer's name.
     pub layer: String,
     /// `tip` or `rim`.
     pub contactor: &'static str,
-    /// In the table, in N.
+    /// Value in the table, in N.
     pub from_n: f64,
-    /// In the scene, in N.
+    /// Value in the scene, in N.
     pub to_n: f64,
 }
 
-/// What was written.
+/// The result of an import.
 pub struct WrittenImport {
-    /// Thresholds below the table's.
+    /// Thresholds below those of the table.
     pub lowered: Vec<LoweredThreshold>,
-    /// The exercise's way.
+    /// The path of the exercise.
     pub way: Way,
 }
 
-/// The straight way that the exercise asks for.
+/// The straight path of the exercise.
 pub struct Way {
-    /// To the skin's plane, in degrees from its normal.
+    /// Angle to the skin's normal, in degrees.
     pub angle_deg: f64,
-    /// From +x to +y, in degrees.
+    /// Azimuth from +x to +y, in degrees.
     pub azimuth_deg: f64,
-    /// Along the needle, in mm.
+    /// Depth along the needle, in mm.
     pub depth_mm: f64,
-    /// What is there.
+    /// Description of the target.
     pub to: String,
-    /// Pieces that the target has.
+    /// Number of connected components of the target.
     pub pieces: usize,
 }
 
-/// Thresholds of a layer, in N.
+/// Rupture thresholds of a layer, in N.
 #[derive(Clone, Copy, PartialEq)]
 struct Thresholds {
     tip_n: f64,
     rim_n: f64,
 }
 
-/// Writes the scene, with thresholds that are sound on the exercise's way, and the exercise.
+/// Writes the scene, with thresholds that are sound on the exercise's path, and the exercise.
 pub fn write(args: &ImportArgs, imported: &Imported) -> Result<WrittenImport, Failure> {
     let way = Way::new(imported);
     let named: Vec<Thresholds> = imported.layers.iter().map(thresholds).collect();
@@ -93,7 +94,7 @@ fn thresholds(layer: &ImportedLayer) -> Thresholds {
     Thresholds { tip_n: feel.tip_n, rim_n: feel.rim_n }
 }
 
-/// Thresholds that are sound on the exercise's way.
+/// Thresholds that are sound on the exercise's path.
 fn find_sound(
     args: &ImportArgs,
     imported: &Imported,
@@ -110,7 +111,7 @@ fn find_sound(
     Ok(lowered.collect())
 }
 
-/// A text in quotes, as TOML and JSON both have them.
+/// A quoted string, valid in both TOML and JSON.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
@@ -172,7 +173,7 @@ fn write_layer(text: &mut String, layer: &ImportedLayer, thresholds: Thresholds)
         "Thickness: measured along the skin's normal at the entry. All else: our choice for training, the numbers of {} in law 2.{lowered}",
         feel.tissue
     );
-    // Writing to a string has no way to fail.
+    // Writing to a string cannot fail.
     let _ = write!(
         text,
         "\n[[layer]]\nname = {}\nthickness_mm = {:.2}\nstiffness_n_per_m = {:?}\ndamping_n_s_per_m2 = {:?}\ntip_rupture_n = {:.3}\nrim_rupture_n = \
@@ -192,7 +193,8 @@ fn write_layer(text: &mut String, layer: &ImportedLayer, thresholds: Thresholds)
 }
 
 impl Way {
-    /// Straight to the middle of the nearest piece of the first target that can be reached; or else straight in.
+    /// The straight path to the middle of the nearest reachable component of the first target;
+    /// otherwise perpendicular to the skin.
     fn new(imported: &Imported) -> Self {
         let targets = imported.structures.iter().filter(|s| s.label.structure() == Some(StructureKind::Target));
         for target in targets {
@@ -213,7 +215,7 @@ impl Way {
     }
 }
 
-/// The middles of the pieces of a surface, in mm, but for crumbs.
+/// The middles of the connected components of a surface, in mm, except small ones.
 fn middles_of_pieces((vertices_m, triangles): &Surface) -> Vec<Vector3<f64>> {
     let mut parent: Vec<usize> = (0..vertices_m.len()).collect();
     for [a, b, c] in triangles.iter().map(|triangle| triangle.map(|v| v as usize)) {
@@ -233,7 +235,7 @@ fn middles_of_pieces((vertices_m, triangles): &Surface) -> Vec<Vector3<f64>> {
     whole.map(|(count, sum)| sum * (1e3 / count as f64)).collect()
 }
 
-/// The vertex that stands for a piece.
+/// The representative vertex of a component.
 fn find_root(parent: &mut [usize], mut at: usize) -> usize {
     while parent[at] != at {
         parent[at] = parent[parent[at]];
@@ -242,7 +244,7 @@ fn find_root(parent: &mut [usize], mut at: usize) -> usize {
     at
 }
 
-/// The layer at a depth along a way.
+/// The layer at a depth along a path.
 fn reached<'i>(imported: &'i Imported, depth_mm: f64, angle_deg: f64) -> &'i str {
     let deep_mm = depth_mm * libm::cos(angle_deg.to_radians());
     let mut bottom_mm = 0.0;
@@ -284,7 +286,7 @@ fn exercise_text(args: &ImportArgs, imported: &Imported, way: &Way) -> String {
         lines.push(("structure_hits", 2, [0.0, 2.0], 2));
     }
     for (metric, version, [full, zero], weight) in lines {
-        // Writing to a string has no way to fail.
+        // Writing to a string cannot fail.
         let _ = write!(
             text,
             "\n[[rubric]]\nmetric = \"{metric}\"\nversion = {version}\nfull = {full:?}\nzero = {zero:?}\nweight = {weight}\n"
@@ -293,20 +295,20 @@ fn exercise_text(args: &ImportArgs, imported: &Imported, way: &Way) -> String {
     text
 }
 
-/// The path of the scene in a folder.
+/// Path of the scene in a folder.
 pub fn scene_path(folder: &Path) -> String {
     folder.join(SCENE_FILE).display().to_string()
 }
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a target of several pieces is aimed at where none of them is.
+    //! Fails if a path aims between the components of a target.
 
     use nalgebra::Point3;
 
     use super::*;
 
-    /// Adds a tetrahedron of 10 mm about a place.
+    /// Adds a tetrahedron of 10 mm around a point.
     fn tetrahedron(at_mm: [f64; 3], surface: &mut Surface) {
         let first = surface.0.len() as u32;
         for corner in [[-5.0, -5.0, -5.0], [5.0, 5.0, -5.0], [5.0, -5.0, 5.0], [-5.0, 5.0, 5.0]] {

@@ -1,11 +1,11 @@
-//! How far an import has come, shown where it takes longer than a second.
+//! Progress of an import, shown if it takes longer than a second.
 
 use std::time::{Duration, Instant};
 
 use crate::clock;
 use crate::progress::Progress;
 
-/// Nobody needs a bar for what is done so soon.
+/// Time before the progress bar appears.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Stages of an import.
@@ -17,12 +17,12 @@ pub struct Stages {
 }
 
 impl Stages {
-    /// So many stages.
+    /// An import with a number of stages.
     pub fn new(all: usize) -> Self {
         Self { began: clock::instant(), bar: None, all: all as u64, done: 0 }
     }
 
-    /// One more is done.
+    /// Marks one more stage as completed.
     pub fn done(&mut self) {
         self.done += 1;
         if self.began.elapsed() > PATIENCE {
