@@ -6,24 +6,25 @@ use crate::compare::{Agreement, DossierLine, SceneDossier};
 use crate::figures::{FIGURES, PublishedFigure};
 use crate::words::{first_upper, say_range, say_value, say_verdict, say_why};
 
-/// The scenes and figures of the README's six lines.
-const README_SCENES: [&str; 2] = ["lower-back-training", "epidural-71kg"];
-const README_FIGURES: [&str; 6] =
+/// The scenes and figures of the comparison in docs/measurements.md.
+const COMPARISON_SCENES: [&str; 2] = ["lower-back-training", "epidural-71kg"];
+const COMPARISON_FIGURES: [&str; 6] =
     ["skin_opening_force", "overall_slope", "veress_peak", "flavum_speed", "tearing_share", "friction_share"];
 
-/// The six lines of the README: what was published beside two scenes.
+/// Lists the six lines of the comparison in docs/measurements.md: published figures next to those of two scenes.
 #[must_use]
-pub fn list_readme_lines(dossiers: &[SceneDossier]) -> Vec<String> {
+pub fn list_comparison_lines(dossiers: &[SceneDossier]) -> Vec<String> {
     let line = |id: &&str| {
         let figure = FIGURES.iter().find(|figure| figure.id == *id)?;
-        let scenes = README_SCENES.iter().filter_map(|scene| dossiers.iter().find(|dossier| dossier.scene == *scene));
+        let scenes =
+            COMPARISON_SCENES.iter().filter_map(|scene| dossiers.iter().find(|dossier| dossier.scene == *scene));
         let cells: Vec<String> = scenes
             .filter_map(|dossier| dossier.lines.iter().find(|line| line.figure.id == *id))
             .map(say_agreement)
             .collect();
         Some(format!("| {} | {} | {} |", figure.title, say_range(figure), cells.join(" | ")))
     };
-    README_FIGURES.iter().filter_map(line).collect()
+    COMPARISON_FIGURES.iter().filter_map(line).collect()
 }
 
 /// The dossier in Markdown, without its picture.
