@@ -2,9 +2,12 @@
 //! when ARCHITECTURE.md misses a member, when a comment of the simulator cites a section that docs/physics.md has not, or when the
 //! README grows.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use tests::{pages, root};
+use tests::{metadata_with, pages, root};
+
+use crate::house::{edges, reachable};
 
 fn architecture() -> String {
     std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("ARCHITECTURE.md")
@@ -141,24 +144,73 @@ fn the_readme_is_one_that_is_read() {
 }
 
 #[test]
-fn every_member_and_dependency_is_named() {
+fn every_member_is_named() {
     let manifest = std::fs::read_to_string(root().join("Cargo.toml")).expect("Cargo.toml");
     let text = architecture();
     let members =
         manifest.lines().skip_while(|l| !l.starts_with("members")).skip(1).take_while(|l| !l.starts_with(']'));
     for member in members.map(|l| l.trim().trim_matches([',', '"'])) {
-        assert!(text.contains(&format!("`{member}")), "ARCHITECTURE.md misses the member {member}");
+        assert!(text.contains(&format!("`{member}`")), "ARCHITECTURE.md misses the member {member}");
     }
-    let section = manifest.split("[workspace.dependencies]").nth(1).and_then(|s| s.split("\n[").next());
-    let ours = |name: &str| ["sim", "tests", "web-admin"].iter().any(|folder| root().join(folder).join(name).is_dir());
-    for line in section.unwrap_or_default().lines().filter(|l| l.contains(" = ")) {
-        let name = line.split(" = ").next().unwrap_or_default();
-        let known = ours(name)
-            || root().join(name).is_dir()
-            || text.contains(&format!("| {name} |"))
-            || text.contains(&format!("`{name}`"));
-        assert!(known, "ARCHITECTURE.md does not say why {name} is a dependency");
+}
+
+/// Nodes of the picture of the crates that are not called like their crate.
+const NODES: [(&str, &[&str]); 4] = [
+    ("client", &["stylet"]),
+    ("base", &["routes-base"]),
+    ("routes", &["routes-people", "routes-training", "routes-scoring", "routes-surveys", "routes-api"]),
+    ("program", &["web-admin"]),
+];
+
+/// The arrows of the picture, from crate to crate.
+fn drawn_arrows(text: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let crates = |node: &str| {
+        let id = node.split('[').next().unwrap_or_default().trim().to_owned();
+        let known = NODES.iter().find(|(name, _)| *name == id);
+        known.map_or_else(|| vec![id], |(_, crates)| crates.iter().map(|&name| name.to_owned()).collect())
+    };
+    let picture = text.split("```mermaid\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap_or_default();
+    let mut arrows = BTreeMap::<String, BTreeSet<String>>::new();
+    for (from, to) in picture.lines().filter_map(|line| line.split_once(" --> ")) {
+        let to: BTreeSet<String> = to.split('&').flat_map(crates).collect();
+        for from in crates(from) {
+            arrows.entry(from).or_default().extend(to.clone());
+        }
     }
+    arrows
+}
+
+#[test]
+fn the_picture_of_the_crates_is_true() {
+    let (drawn, real) = (drawn_arrows(&architecture()), edges(&metadata_with("stylet/reports")));
+    assert!(drawn.len() > 20, "only {} crates are drawn", drawn.len());
+    for (from, to) in &drawn {
+        let (used, seen) = (reachable(from, &real), reachable(from, &drawn));
+        let wrong: Vec<_> = to.difference(&used).collect();
+        assert!(wrong.is_empty(), "ARCHITECTURE.md draws arrows from {from} that are not there: {wrong:?}");
+        let ours = real[from].iter().filter(|name| drawn.contains_key(*name) || *name == "phrase");
+        let missing: Vec<_> = ours.filter(|name| !seen.contains(*name)).collect();
+        assert!(missing.is_empty(), "ARCHITECTURE.md draws no arrow from {from} to {missing:?}");
+    }
+}
+
+/// Dependencies of other authors without a comment above them.
+fn without_reason(manifest: &str) -> Vec<&str> {
+    let section = manifest.split("[workspace.dependencies]").nth(1).and_then(|rest| rest.split("\n[").next());
+    let lines: Vec<&str> = section.unwrap_or_default().lines().collect();
+    let is_reason = |line: &str| line.starts_with("# ") && !line.starts_with("# ---");
+    let is_foreign = |line: &str| line.contains(" = ") && !line.starts_with('#') && !line.contains("{ path = ");
+    let pairs = lines.windows(2).filter(|pair| is_foreign(pair[1]) && !is_reason(pair[0]));
+    pairs.filter_map(|pair| pair[1].split(" = ").next()).collect()
+}
+
+#[test]
+fn every_dependency_has_its_reason() {
+    let made_up = "[workspace.dependencies]\nours = { path = \"ours\" }\n# --- theirs\na = \"1\"\n# For b.\nb = \"1\"\n\n[x]\nc = 1\n";
+    assert_eq!(without_reason(made_up), ["a"]);
+    let manifest = std::fs::read_to_string(root().join("Cargo.toml")).expect("Cargo.toml");
+    let missing = without_reason(&manifest);
+    assert!(missing.is_empty(), "Cargo.toml gives no reason for {missing:?}");
 }
 
 /// The attacks of the families in tests/attack, as `family/attack`.
