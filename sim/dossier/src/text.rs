@@ -31,11 +31,11 @@ pub fn list_comparison_lines(dossiers: &[SceneDossier]) -> Vec<String> {
 #[must_use]
 pub fn write_dossier_text(dossiers: &[SceneDossier]) -> String {
     let mut text = format!(
-        "# Beside measurements\n\nMade by `stylet validate --out DIR` with stylet {}.\n\nWhat others have published, and what each scene gives \
-         beside it: a needle goes straight into the layers alone at 5 mm/s. Nothing was tuned to agree, but where a scene was fitted to a \
-         figure, which is said and proves nothing. A value without a spread is nothing to be inside of: its ratio is given. *Clearly above*: a \
-         test told two means apart, and by how much was not published; a scene must be a twentieth above, which such a test would show (our choice). *Read* tells \
-         whether the source's abstract was read here, or the figure was handed down without it.\n\n",
+        "# Comparison with published measurements\n\nMade by `stylet validate --out DIR` with stylet {}.\n\n\
+         Published measurements, and the value of each scene: a needle enters straight at 5 mm/s, with the layers alone. No parameter was tuned to \
+         agree, except where a scene was fitted to a figure; this is marked and proves nothing. For a single value without a spread, the ratio is \
+         given. *Clearly above*: a test separated two means, and the size of the difference was not published; a scene must be a twentieth above, \
+         which such a test would detect (our choice). *Read*: the abstract of the source was read; *recalled*: the figure was taken over without it.\n\n",
         env!("CARGO_PKG_VERSION")
     );
     let counts = dossiers.iter().map(|dossier| {
@@ -49,7 +49,7 @@ pub fn write_dossier_text(dossiers: &[SceneDossier]) -> String {
             count(|agreement| matches!(agreement, Agreement::Incomparable(_))),
         ]
     });
-    let names = ["scene", "inside", "outside", "beside a single value", "not comparable"];
+    let names = ["scene", "inside", "outside", "next to a single value", "not comparable"];
     text.push_str(&markdown_table(names, &counts.collect::<Vec<_>>()));
     for (place, figure) in FIGURES.iter().enumerate() {
         write_figure(&mut text, figure, dossiers.iter().map(|dossier| (dossier.scene.as_str(), &dossier.lines[place])));
