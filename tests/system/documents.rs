@@ -1,6 +1,6 @@
-//! What is written for people agrees with the tree that is here. Fails when a page names a path, a heading or an attack that is gone,
-//! when ARCHITECTURE.md misses a member, when a comment of the simulator cites a section that docs/physics.md has not, or when the
-//! README grows.
+//! The pages agree with the tree, are short enough to be read, and are written in plain English. Fails when a page names a missing path,
+//! heading or attack, when ARCHITECTURE.md misses a member or draws a wrong arrow, when a dependency has no reason, when a comment of the
+//! simulator cites a missing section of docs/physics.md, when a page outgrows its size, or when its text falls back into house idioms.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -132,6 +132,74 @@ fn every_section_that_a_comment_cites_is_a_heading_of_the_physics() {
         }
     }
     assert!(count > 20, "only {count} citations were found");
+}
+
+/// The largest size of pages that are read from beginning to end, in bytes.
+const LARGEST: [(&str, usize); 3] = [("ARCHITECTURE.md", 16_000), ("CHANGELOG.md", 6_000), ("SECURITY.md", 4_000)];
+
+#[test]
+fn pages_for_every_reader_stay_short() {
+    for (page, largest) in LARGEST {
+        let size = std::fs::read(root().join(page)).expect("a readable page").len();
+        assert!(size <= largest, "{page} has {size} bytes, {largest} at most");
+    }
+}
+
+/// Paraphrases in place of a noun of the field or of a plain verb: alternatives for each word, in order.
+const IDIOMS: [&[&[&str]]; 10] = [
+    &[&["whoever", "whatever", "wherever", "whomever"]],
+    &[
+        &["what"],
+        &["is", "was", "were", "are", "has", "had", "it", "they", "he", "she", "one", "nobody", "somebody", "others"],
+    ],
+    &[&["told", "tells", "tell"]],
+    &[&["said", "says", "say"]],
+    &[&["somebody", "nobody"]],
+    &[&["come", "comes"], &["to", "of"]],
+    &[&["came"], &["to", "of"]],
+    &[&["beside"]],
+    &[&["as"], &["it", "they"], &["is", "was", "are", "were"]],
+    &[&["is", "are", "was"], &["none"]],
+];
+
+/// The most idioms in 1000 words of a page. Respected pages of this kind have 0.2 to 0.3.
+const MOST_IDIOMS: f64 = 2.0;
+
+/// The text of a page without the tables that are made from code.
+fn written_text(page: &str) -> String {
+    let mut parts = page.split("<!-- made from ");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.filter_map(|part| part.split_once("<!-- until here -->")).fold(first, |text, (_, rest)| text + rest)
+}
+
+/// How many idioms stand in 1000 words of a text.
+fn idioms_in_1000_words(text: &str) -> f64 {
+    let letter =
+        |c: char| if c.is_alphanumeric() || c == '_' || c.is_whitespace() { c.to_string() } else { format!(" {c} ") };
+    let spaced: String = text.to_lowercase().chars().map(letter).collect();
+    let tokens: Vec<&str> = spaced.split_whitespace().collect();
+    let is_idiom =
+        |idiom: &[&[&str]], found: &[&str]| idiom.iter().zip(found).all(|(words, word)| words.contains(word));
+    let count = |idiom: &&[&[&str]]| tokens.windows(idiom.len()).filter(|found| is_idiom(idiom, found)).count();
+    let idioms: usize = IDIOMS.iter().map(count).sum();
+    let words = text.split(|c: char| !c.is_ascii_alphabetic() && c != '\'').filter(|word| !word.is_empty()).count();
+    1000.0 * idioms as f64 / words.max(1) as f64
+}
+
+#[test]
+fn pages_are_written_in_plain_english() {
+    let text = "Whoever came\nto it tells what, is told as they were; a beside b is none. Plain words follow here.";
+    assert!((idioms_in_1000_words(text) - 350.0).abs() < 1e-9, "{}", idioms_in_1000_words(text));
+    assert_eq!(written_text("a<!-- made from x -->b<!-- until here -->c"), "ac");
+    let is_ours = |page: &String| !page.contains('/') || page.starts_with("docs/");
+    let pages: Vec<String> = pages().into_iter().filter(is_ours).collect();
+    assert!(pages.len() > 15, "only {} pages were found", pages.len());
+    let read = |page: String| {
+        let text = std::fs::read_to_string(root().join(&page)).expect("a readable page");
+        (idioms_in_1000_words(&written_text(&text)), page)
+    };
+    let wordy: Vec<_> = pages.into_iter().map(read).filter(|(idioms, _)| *idioms > MOST_IDIOMS).collect();
+    assert!(wordy.is_empty(), "pages with more than {MOST_IDIOMS} idioms in 1000 words: {wordy:?}");
 }
 
 #[test]
