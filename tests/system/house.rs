@@ -163,7 +163,7 @@ const NEVER: &[(&str, &[&str])] = &[
 ];
 
 /// The normal dependencies of every package, by name.
-fn edges(metadata: &Metadata) -> BTreeMap<String, BTreeSet<String>> {
+pub(crate) fn edges(metadata: &Metadata) -> BTreeMap<String, BTreeSet<String>> {
     let graph = metadata.resolve.as_ref().expect("a resolved graph");
     let mut edges = BTreeMap::new();
     for node in &graph.nodes {
@@ -174,7 +174,8 @@ fn edges(metadata: &Metadata) -> BTreeMap<String, BTreeSet<String>> {
     edges
 }
 
-fn reachable(from: &str, edges: &BTreeMap<String, BTreeSet<String>>) -> BTreeSet<String> {
+/// Every package that one depends on, directly or indirectly.
+pub(crate) fn reachable(from: &str, edges: &BTreeMap<String, BTreeSet<String>>) -> BTreeSet<String> {
     let mut seen = BTreeSet::new();
     let mut open = vec![from.to_owned()];
     while let Some(name) = open.pop() {

@@ -26,7 +26,7 @@ fn ids(definition: &Definition) -> String {
 
 fn metrics_table() -> String {
     let mut text =
-        String::from("\n| metric | version | unit | better | what it is | offered |\n|---|---|---|---|---|---|\n");
+        String::from("\n| metric | version | unit | better | definition | offered |\n|---|---|---|---|---|---|\n");
     for metric in DEFINITIONS {
         let better = match metric.direction {
             Direction::Lower => "lower",

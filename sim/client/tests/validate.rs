@@ -1,10 +1,10 @@
-//! `stylet validate`: what is committed of the dossier, and the README's lines, are what the command says now. Fails when a scene or a
+//! `stylet validate`: the committed dossier and the comparison in docs/measurements.md are the output of the command. Fails when a scene or a
 //! figure changes and the documents do not, and when a file that is no scene is taken for one.
 //! `STYLET_UPDATE_DOCS=1` writes the committed dossier anew.
 
 use std::fs;
 
-use dossier::{list_readme_lines, make_dossiers, read_shipped_scenes};
+use dossier::{list_comparison_lines, make_dossiers, read_shipped_scenes};
 use tempfile::TempDir;
 
 use crate::{repository, stylet, text};
@@ -28,12 +28,12 @@ fn the_committed_dossier_is_what_the_command_says() {
 }
 
 #[test]
-fn the_readme_has_its_six_lines() {
-    let lines = list_readme_lines(&make_dossiers(&read_shipped_scenes().expect("the shipped scenes are sound")));
+fn the_measurements_have_the_six_lines_of_the_comparison() {
+    let lines = list_comparison_lines(&make_dossiers(&read_shipped_scenes().expect("the shipped scenes are sound")));
     assert_eq!(lines.len(), 6);
-    let readme = fs::read_to_string(repository("README.md")).expect("the README");
+    let page = fs::read_to_string(repository("docs/measurements.md")).expect("docs/measurements.md");
     for line in lines {
-        assert!(readme.contains(&line), "the README lacks\n{line}");
+        assert!(page.contains(&line), "docs/measurements.md lacks\n{line}");
     }
 }
 

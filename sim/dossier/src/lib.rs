@@ -21,4 +21,4 @@ pub use picture::draw_dossier;
 pub use shipped::{SHIPPED_SCENES, read_shipped_scenes};
 pub use sources::{HowKnown, MeasurementSource};
 pub use table::write_dossier_table;
-pub use text::{list_readme_lines, write_dossier_text};
+pub use text::{list_comparison_lines, write_dossier_text};

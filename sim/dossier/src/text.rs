@@ -6,35 +6,36 @@ use crate::compare::{Agreement, DossierLine, SceneDossier};
 use crate::figures::{FIGURES, PublishedFigure};
 use crate::words::{first_upper, say_range, say_value, say_verdict, say_why};
 
-/// The scenes and figures of the six table rows in the README.
-const README_SCENES: [&str; 2] = ["lower-back-training", "epidural-71kg"];
-const README_FIGURES: [&str; 6] =
+/// The scenes and figures of the comparison in docs/measurements.md.
+const COMPARISON_SCENES: [&str; 2] = ["lower-back-training", "epidural-71kg"];
+const COMPARISON_FIGURES: [&str; 6] =
     ["skin_opening_force", "overall_slope", "veress_peak", "flavum_speed", "tearing_share", "friction_share"];
 
-/// Returns the six table rows of the README: published values next to those of two scenes.
+/// Lists the six lines of the comparison in docs/measurements.md: published figures next to those of two scenes.
 #[must_use]
-pub fn list_readme_lines(dossiers: &[SceneDossier]) -> Vec<String> {
+pub fn list_comparison_lines(dossiers: &[SceneDossier]) -> Vec<String> {
     let line = |id: &&str| {
         let figure = FIGURES.iter().find(|figure| figure.id == *id)?;
-        let scenes = README_SCENES.iter().filter_map(|scene| dossiers.iter().find(|dossier| dossier.scene == *scene));
+        let scenes =
+            COMPARISON_SCENES.iter().filter_map(|scene| dossiers.iter().find(|dossier| dossier.scene == *scene));
         let cells: Vec<String> = scenes
             .filter_map(|dossier| dossier.lines.iter().find(|line| line.figure.id == *id))
             .map(say_agreement)
             .collect();
         Some(format!("| {} | {} | {} |", figure.title, say_range(figure), cells.join(" | ")))
     };
-    README_FIGURES.iter().filter_map(line).collect()
+    COMPARISON_FIGURES.iter().filter_map(line).collect()
 }
 
 /// Writes the dossier in Markdown, without its picture.
 #[must_use]
 pub fn write_dossier_text(dossiers: &[SceneDossier]) -> String {
     let mut text = format!(
-        "# Beside measurements\n\nMade by `stylet validate --out DIR` with stylet {}.\n\nWhat others have published, and what each scene gives \
-         beside it: a needle goes straight into the layers alone at 5 mm/s. Nothing was tuned to agree, but where a scene was fitted to a \
-         figure, which is said and proves nothing. A value without a spread is nothing to be inside of: its ratio is given. *Clearly above*: a \
-         test told two means apart, and by how much was not published; a scene must be a twentieth above, which such a test would show (our choice). *Read* tells \
-         whether the source's abstract was read here, or the figure was handed down without it.\n\n",
+        "# Comparison with published measurements\n\nMade by `stylet validate --out DIR` with stylet {}.\n\n\
+         Published measurements, and the value of each scene: a needle enters straight at 5 mm/s, with the layers alone. No parameter was tuned to \
+         agree, except where a scene was fitted to a figure; this is marked and proves nothing. For a single value without a spread, the ratio is \
+         given. *Clearly above*: a test separated two means, and the size of the difference was not published; a scene must be a twentieth above, \
+         which such a test would detect (our choice). *Read*: the abstract of the source was read; *recalled*: the figure was taken over without it.\n\n",
         env!("CARGO_PKG_VERSION")
     );
     let counts = dossiers.iter().map(|dossier| {
@@ -48,7 +49,7 @@ pub fn write_dossier_text(dossiers: &[SceneDossier]) -> String {
             count(|agreement| matches!(agreement, Agreement::Incomparable(_))),
         ]
     });
-    let names = ["scene", "inside", "outside", "beside a single value", "not comparable"];
+    let names = ["scene", "inside", "outside", "next to a single value", "not comparable"];
     text.push_str(&markdown_table(names, &counts.collect::<Vec<_>>()));
     for (place, figure) in FIGURES.iter().enumerate() {
         write_figure(&mut text, figure, dossiers.iter().map(|dossier| (dossier.scene.as_str(), &dossier.lines[place])));

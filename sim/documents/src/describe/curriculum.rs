@@ -10,7 +10,7 @@ pub(crate) static CURRICULUM: DescribedTable = DescribedTable {
             .required(),
         DescribedField::said_line("title", "Title shown to people").required(),
         DescribedField::languages(),
-        DescribedField::said_prose("description", "What it teaches").or_text(""),
+        DescribedField::said_prose("description", "Learning objective").or_text(""),
         DescribedField::new("mastery", FieldKind::Table(&MASTERY), "When an exercise is mastered").required(),
         DescribedField::new("exercise", FieldKind::Tables { table: &ENTRY, min: 1, max: 200 }, "Exercises in order")
             .required(),
@@ -29,7 +29,7 @@ static MASTERY: DescribedTable = DescribedTable {
             "alpha",
             "",
             0.001..=0.5,
-            "Rules cusum, lc-cusum: type I error; of an lc-cusum, that somebody who fails at p1 is called competent",
+            "Rules cusum, lc-cusum: type I error; of an lc-cusum, that a trainee who fails at p1 is called competent",
         ),
         DescribedField::number("beta", "", 0.001..=0.5, "Rules cusum, lc-cusum: type II error"),
         DescribedField::new(

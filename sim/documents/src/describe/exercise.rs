@@ -36,19 +36,19 @@ pub(crate) static EXERCISE: DescribedTable = DescribedTable {
         DescribedField::new(
             "hard_fail",
             FieldKind::Tables { table: &HARD_FAIL, min: 0, max: 40 },
-            "What fails whatever the score",
+            "Conditions that fail an attempt at any score",
         )
         .with(Presence::Empty),
         DescribedField::new(
             "coaching",
             FieldKind::Tables { table: &COACHING, min: 0, max: 40 },
-            "What is said during the attempt",
+            "Messages during the attempt",
         )
         .with(Presence::Empty),
         DescribedField::new(
             "picture",
             FieldKind::Tables { table: &PICTURE, min: 0, max: MOST_PICTURES },
-            "What the briefing shows beside its text. Pictures decide nothing, and are no part of a recording",
+            "Pictures of the briefing. They do not affect scores, and are not part of a recording",
         )
         .with(Presence::Empty),
     ],
@@ -128,7 +128,7 @@ static RUBRIC: DescribedTable = DescribedTable {
 };
 
 static HARD_FAIL: DescribedTable = DescribedTable {
-    doc: "A limit that fails the attempt whatever the score",
+    doc: "A limit that fails the attempt at any score",
     fields: &[
         DescribedField::text("metric", &Text::LINE, "Metric id; its unit is that of above").required(),
         VERSION,
@@ -153,10 +153,10 @@ static COACHING: DescribedTable = DescribedTable {
 };
 
 static PICTURE: DescribedTable = DescribedTable {
-    doc: "A picture of the briefing: a PNG or JPEG file beside the document, at most 1 MiB and 4 million pixels, without Exif or XMP",
+    doc: "A picture of the briefing: a PNG or JPEG file in the folder of the document, at most 1 MiB and 4 million pixels, without Exif or XMP",
     fields: &[
         DescribedField::text("file", &Text::PICTURE, "Its name, which ends in .png or .jpg").required(),
-        DescribedField::said_line("alt", "What it shows, for whoever does not see it").required(),
-        DescribedField::said_line("caption", "What is said below it"),
+        DescribedField::said_line("alt", "Description for people who cannot see it").required(),
+        DescribedField::said_line("caption", "Caption below it"),
     ],
 };

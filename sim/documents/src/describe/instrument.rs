@@ -48,7 +48,7 @@ const fn prose(key: &'static str, doc: &'static str) -> DescribedField {
 
 /// An instrument.
 pub(crate) static INSTRUMENT: DescribedTable = DescribedTable {
-    doc: "An instrument: what is asked, how it is answered, and how the answers are scored",
+    doc: "An instrument: questions, answer scales and scoring",
     fields: &[
         DescribedField::text("id", &Text::ID, "Identifier; with the SHA-256 of the bytes it names a revision")
             .required(),
@@ -56,7 +56,7 @@ pub(crate) static INSTRUMENT: DescribedTable = DescribedTable {
         DescribedField::new(
             "languages",
             FieldKind::Texts(&Text::ID),
-            "Codes of its languages, the first for whoever speaks none",
+            "Codes of its languages; the first is the fallback",
         )
         .required(),
         prose("intro", "What to know before the first question"),
@@ -117,8 +117,8 @@ static SCALE: DescribedTable = DescribedTable {
 static OPTION: DescribedTable = DescribedTable {
     doc: "Something to choose",
     fields: &[
-        DescribedField::text("id", &Text::ID, "What is stored").required(),
-        words("text", "What is read").required(),
+        DescribedField::text("id", &Text::ID, "Stored value").required(),
+        words("text", "Displayed text").required(),
     ],
 };
 
@@ -156,7 +156,7 @@ static ITEM: DescribedTable = DescribedTable {
 };
 
 static SCORE: DescribedTable = DescribedTable {
-    doc: "A score: (sum or mean of the items, each reversed where it is said and shifted) × factor + offset",
+    doc: "A score: (sum or mean of the items, each shifted, and reversed if listed) × factor + offset",
     fields: &[
         DescribedField::text("id", &Text::ID, "Name in results and exports").required(),
         words("title", "Title shown to people").required(),

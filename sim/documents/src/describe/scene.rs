@@ -13,7 +13,7 @@ pub(crate) static SCENE: DescribedTable = DescribedTable {
         DescribedField::text("id", &Text::ID, "Identifier; with the SHA-256 of the bytes it names a revision")
             .required(),
         DescribedField::text("title", &Text::LINE, "Title shown to people").required(),
-        DescribedField::text("description", &Text::PROSE, "What it is and where it comes from").or_text(""),
+        DescribedField::text("description", &Text::PROSE, "Content and origin").or_text(""),
         DescribedField::new(
             "law",
             FieldKind::Integer { min: 1, max: 5 },
@@ -35,7 +35,7 @@ pub(crate) static SCENE: DescribedTable = DescribedTable {
         DescribedField::new(
             "skin",
             FieldKind::Table(&SKIN),
-            "The skin: how it bends, and a mesh of it for the picture; flat, with a made-up back beside the needle, if left out",
+            "The skin: its curvature, and a mesh of it for the picture; flat, with a generated back around the needle, if left out",
         ),
         DescribedField::new(
             "structure",
@@ -60,7 +60,7 @@ static ANATOMY: DescribedTable = DescribedTable {
         DescribedField::new(
             "interspace",
             FieldKind::Choice(&["L1/2", "L2/3", "L3/4", "L4/5", "L5/S1"]),
-            "Where the needle enters: the middle between two spinous processes, as it is felt",
+            "Where the needle enters: the middle between two spinous processes, as palpated",
         )
         .required(),
         DescribedField::new(
@@ -147,13 +147,13 @@ static LAYER: DescribedTable = DescribedTable {
             "stiffening_n_per_m2",
             "N/m²",
             0.0..=1e8,
-            "κ of a boundary that stiffens as it is dented: F = k w + κ w². With law = 3",
+            "κ of a boundary that stiffens with its dent: F = k w + κ w². With law = 3",
         )
         .or(0.0),
         DescribedField::new(
             "relaxation",
             FieldKind::Tables { table: &RELAXATION, min: 0, max: MAX_BRANCHES },
-            "How the force of a held needle falls: branches beside the boundary's spring. With law = 3",
+            "Relaxation of the force of a held needle: branches parallel to the boundary's spring. With law = 3",
         )
         .with(Presence::Empty),
         DescribedField::new(
@@ -185,7 +185,7 @@ static LAYER: DescribedTable = DescribedTable {
 };
 
 static RELAXATION: DescribedTable = DescribedTable {
-    doc: "A Maxwell branch beside a boundary's spring: dented at once it adds its share to the stiffness, held it lets go",
+    doc: "A Maxwell branch parallel to a boundary's spring: it adds its share to the stiffness under a sudden dent, and relaxes during a hold",
     fields: &[
         DescribedField::number("share", "", 0.001..=100.0, "Stiffness as a share of the boundary's own").required(),
         DescribedField::number("time_s", "s", 0.001..=1e4, "Time in which its force falls to 1/e, 37 %").required(),
@@ -243,7 +243,7 @@ static NEEDLE: DescribedTable = DescribedTable {
         DescribedField::new(
             "hub",
             FieldKind::Choice(&["stylet", "syringe"]),
-            "What is on the hub until the position is confirmed: a picture, without force. A syringe is that of the loss of resistance",
+            "The object on the hub until the position is confirmed: a picture, without force. The syringe is that of the loss of resistance",
         )
         .or_text("stylet"),
         DescribedField::number(
@@ -332,7 +332,7 @@ static STRUCTURE: DescribedTable = DescribedTable {
     doc: "A structure in the patient frame: origin on the planned skin, +z out of the body, so z is negative inside",
     fields: &[
         DescribedField::text("name", &Text::NAME, "Name, unique in the scene; metric ids end with it").required(),
-        DescribedField::new("kind", FieldKind::Choice(&StructureKind::WORDS), "What it is to the exercise").required(),
+        DescribedField::new("kind", FieldKind::Choice(&StructureKind::WORDS), "Its role in the exercise").required(),
         DescribedField::new("shape", FieldKind::Choice(&["sphere", "capsule", "box", "mesh"]), "Its shape").required(),
         DescribedField::place("position_mm", FARTHEST_MM, "Its centre; for a mesh, where the mesh's origin goes")
             .required(),
@@ -366,7 +366,7 @@ const FARTHEST_MM: f64 = 1500.0;
 const UNIT: DescribedField = DescribedField::new(
     "unit",
     FieldKind::Choice(&["mm", "m"]),
-    "Unit of the mesh's coordinates: its file does not say",
+    "Unit of the mesh's coordinates, which its file does not contain",
 );
 
 const AXES: DescribedField = DescribedField::new(

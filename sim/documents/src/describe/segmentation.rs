@@ -11,7 +11,7 @@ pub(crate) static SEGMENTATION: DescribedTable = DescribedTable {
         DescribedField::new(
             "label",
             FieldKind::Tables { table: &LABEL, min: 1, max: 96 },
-            "A label of the map; 0 is outside the body, and labels that are not named are tissue that is not told apart",
+            "A label of the map; 0 is outside the body, and unnamed labels are unclassified tissue",
         )
         .required(),
     ],
@@ -47,13 +47,13 @@ static LABEL: DescribedTable = DescribedTable {
         DescribedField::new(
             "kind",
             FieldKind::Choice(&["target", "vessel", "nerve", "bone", "organ", "skin", "layer"]),
-            "A structure by what it is to the exercise, or a layer: skin is the layer of that tissue",
+            "Role of a structure in the exercise, or a layer: skin is the layer of that tissue",
         )
         .required(),
         DescribedField::new(
             "tissue",
             FieldKind::Choice(&["skin", "fat", "fascia", "muscle", "ligament"]),
-            "Tissue of a layer, which says what it feels like; a layer needs it",
+            "Tissue of a layer, which determines its mechanical properties; required for a layer",
         ),
         DescribedField::number(
             "smoothing_voxels",

@@ -97,7 +97,7 @@ pub struct Range {
     #[prost(float, tag = "3")]
     pub mean: f32,
 }
-/// What 10 ms came to, topic /needle/summary.
+/// Values over 10 ms, topic /needle/summary.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct NeedleSummary {
     /// Time of the window's first tick since the start, in s.
@@ -135,8 +135,8 @@ pub struct TissueTent {
     /// Drag of the shaft along each layer, from the surface down, in N; positive into the body, negative on withdrawal.
     #[prost(float, repeated, tag = "4")]
     pub drag_n: ::prost::alloc::vec::Vec<f32>,
-    /// The field follows the needle, as said above. Left out by simulators that knew no better: there the loads at boundaries are the force
-    /// law's own forces, and a boundary is displaced as far as the field gives way to them, wherever the needle is.
+    /// The field follows the needle, as described above. Absent in older recordings: there the loads at boundaries are the forces of the force
+    /// law, and the displacement of a boundary follows from them, not from the position of the needle.
     #[prost(bool, tag = "5")]
     pub follows_needle: bool,
 }
@@ -206,7 +206,7 @@ pub mod event {
         Coaching = 7,
         /// Something was wrong and was contained.
         Fault = 8,
-        /// The device was lost or the program failed: the attempt is void, and text says why.
+        /// The device was lost or the program failed: the attempt is void, and text has the reason.
         Interrupted = 9,
         /// The hub met the skin: the shaft is in to its end.
         HubContact = 10,
@@ -268,7 +268,7 @@ pub struct LayerEnergy {
     /// Dissipated by cutting.
     #[prost(double, tag = "5")]
     pub cutting_j: f64,
-    /// Lateral work, a measure of damage beside the axial balance.
+    /// Lateral work, a measure of damage, not part of the axial balance.
     #[prost(double, tag = "6")]
     pub lateral_j: f64,
 }

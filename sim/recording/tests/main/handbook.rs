@@ -65,7 +65,7 @@ fn tables(proto: &str) -> String {
         if !words.is_empty() {
             write!(text, "{words}\n\n").unwrap();
         }
-        text += "| field | type | unit | what it is |\n|---|---|---|---|\n";
+        text += "| field | type | unit | meaning |\n|---|---|---|---|\n";
         for Field { name, kind, words } in fields {
             let kind = if kind.is_empty() { "value" } else { &kind };
             writeln!(text, "| `{name}` | {kind} | {} | {words} |", unit(&name)).unwrap();
