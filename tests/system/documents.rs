@@ -7,7 +7,7 @@ use std::path::Path;
 
 use tests::{metadata_with, pages, root};
 
-use crate::house::{edges, reachable};
+use crate::house::{edges, reachable, sources};
 
 fn architecture() -> String {
     std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("ARCHITECTURE.md")
@@ -200,6 +200,29 @@ fn pages_are_written_in_plain_english() {
     };
     let wordy: Vec<_> = pages.into_iter().map(read).filter(|(idioms, _)| *idioms > MOST_IDIOMS).collect();
     assert!(wordy.is_empty(), "pages with more than {MOST_IDIOMS} idioms in 1000 words: {wordy:?}");
+}
+
+/// The comments of a source that stand on lines of their own.
+fn comments(source: &str) -> String {
+    let lines = source.lines().map(str::trim_start).filter_map(|line| line.strip_prefix("//"));
+    lines.map(|line| line.trim_start_matches(['/', '!']).to_owned() + "\n").collect()
+}
+
+#[test]
+fn comments_are_written_in_plain_english() {
+    let mut crates: BTreeMap<String, String> = BTreeMap::new();
+    for (path, source) in sources() {
+        let parts: Vec<_> = path.iter().take(2).map(|part| part.to_string_lossy()).collect();
+        let is_shipped =
+            !path.iter().any(|part| part == "tests") && ["sim", "web-admin", "xtask"].contains(&&*parts[0]);
+        if is_shipped {
+            crates.entry(parts.join("/")).or_default().push_str(&comments(&source));
+        }
+    }
+    assert!(crates.len() > 20, "only {} crates were found", crates.len());
+    let measured = crates.into_iter().map(|(name, text)| (idioms_in_1000_words(&text), name));
+    let wordy: Vec<_> = measured.filter(|(idioms, _)| *idioms > MOST_IDIOMS).collect();
+    assert!(wordy.is_empty(), "crates with more than {MOST_IDIOMS} idioms in 1000 words of comment: {wordy:?}");
 }
 
 #[test]

@@ -247,7 +247,7 @@ fn tests_below_the_client_compile_little_and_no_window() {
 }
 
 /// Every Rust source of the workspace, with its path from the root.
-fn sources() -> Vec<(PathBuf, String)> {
+pub(crate) fn sources() -> Vec<(PathBuf, String)> {
     let mut found = Vec::new();
     for folder in ["sim", "web-admin", "xtask", "tests"] {
         collect(&root().join(folder), &mut found);

@@ -81,7 +81,10 @@ pub async fn erase(
         }
     };
     if let Err(error) = done {
-        take_back(&list, &erasure).await;
+        // A database that went away may have committed: then the list must name the person, and the next start completes the erasure.
+        if !matches!(error, Error::DatabaseAway(_)) {
+            take_back(&list, &erasure).await;
+        }
         return Err(error);
     }
     // The write-ahead log still contains the erased data until it is truncated.

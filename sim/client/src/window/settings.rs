@@ -63,8 +63,8 @@ fn show_device(ui: &mut Ui, device: &mut DeviceChoice) {
 fn show_side(ui: &mut Ui, settings: &mut Settings) {
     ui.label(tr!("You stand"));
     ui.horizontal(|ui| {
-        ui.selectable_value(&mut settings.other_side, false, tr!("at the patient's left"));
-        ui.selectable_value(&mut settings.other_side, true, tr!("at the patient's right"));
+        ui.selectable_value(&mut settings.other_side, false, tr!("at the usual side"));
+        ui.selectable_value(&mut settings.other_side, true, tr!("at the opposite side"));
     });
     ui.end_row();
 }
