@@ -18,7 +18,7 @@ use super::{Shell, StatusWord, assets, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/account.html")]
 pub struct AccountPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Email address.
     pub email: String,

@@ -12,7 +12,7 @@ use super::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "admin_home.html")]
 pub struct AdminHomePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// News for the administrator.
     pub news: Vec<super::news::NewsItem>,
@@ -32,7 +32,7 @@ pub struct AdminHomePage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "admin.html")]
 pub struct AdminPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Name of the school.
     pub school: String,
@@ -115,7 +115,7 @@ pub struct StationRow {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "pairing_code.html")]
 pub struct PairingCodePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The pairing code.
     pub code: String,

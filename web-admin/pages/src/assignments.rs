@@ -15,7 +15,7 @@ use super::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "assignments/own.html")]
 pub struct OwnAssignmentsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Assignments by due date, with finished ones last.
     pub rows: Vec<AssignmentRow>,
@@ -58,7 +58,7 @@ pub struct AssignmentRow {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "assignments/managed.html")]
 pub struct ManagedAssignmentsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Assignments, latest first.
     pub rows: Vec<ManagedRow>,
@@ -116,7 +116,7 @@ pub struct AssignForm {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "assignments/one.html")]
 pub struct AssignmentPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Id of the assignment.
     pub id: AssignmentId,

@@ -16,7 +16,7 @@ const OLD: Duration = Duration::from_secs(2 * 86_400);
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "backups.html")]
 pub struct BackupsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Age of the latest successful backup.
     pub age: Option<Duration>,

@@ -17,7 +17,7 @@ use crate::addresses::exercise_href;
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "cohort.html")]
 pub struct CohortPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Address of the cohort's page.
     pub href: String,
@@ -41,7 +41,7 @@ pub struct CohortPage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "cohorts.html")]
 pub struct CohortsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Cohorts by name.
     pub cohorts: Vec<CohortLine>,

@@ -13,7 +13,7 @@ use super::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/consent.html")]
 pub struct ConsentOfExpertPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Id of the expert.
     pub person: PersonId,

@@ -9,7 +9,7 @@ use super::{Shell, StatusWord};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "curricula.html")]
 pub struct CurriculaPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Whether the visitor may write documents.
     pub staff: bool,

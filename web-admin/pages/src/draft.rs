@@ -23,7 +23,7 @@ use super::{Shell, assets, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "drafts.html")]
 pub struct DraftsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Drafts.
     pub drafts: Vec<DraftRow>,
@@ -99,7 +99,7 @@ pub struct DraftRow {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "draft.html")]
 pub struct DraftPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The draft.
     pub draft: DraftRow,

@@ -12,7 +12,7 @@ use super::Shell;
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/erase.html")]
 pub struct ErasePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The person to erase.
     pub person: DirectoryEntry,

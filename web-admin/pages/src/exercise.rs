@@ -19,7 +19,7 @@ use super::{Shell, StatusWord, anatomy, charts, format, metric};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "exercise.html")]
 pub struct ExercisePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Facts and rubric of the exercise.
     pub exercise: ExerciseFacts,

@@ -56,6 +56,7 @@ pub fn format_stated(value: impl Borrow<f64>, unit: &str) -> String {
 /// never rounds a fail up to the mark.
 #[must_use]
 pub fn format_points(score: impl Borrow<f64>) -> String {
+    // The offset keeps rounding errors of the weighted sum from turning a half downwards.
     format_fixed((score.borrow() + 1e-9).round(), 0)
 }
 

@@ -12,7 +12,7 @@ use super::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "gradebook.html")]
 pub struct GradebookPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Address of the cohort's page.
     pub href: String,

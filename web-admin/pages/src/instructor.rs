@@ -14,7 +14,7 @@ use super::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "instructor.html")]
 pub struct InstructorPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// News for the instructor.
     pub news: Vec<NewsItem>,

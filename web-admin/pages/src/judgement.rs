@@ -166,6 +166,7 @@ pub(crate) const GROUPS: [(&str, &[&str]); 5] = [
             "structure",
         ],
     ),
+    // The empty prefix matches every id that no heading above has claimed.
     (sentence!("Time and motion"), &[""]),
 ];
 

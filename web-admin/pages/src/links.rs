@@ -10,7 +10,7 @@ use super::Shell;
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "links.html")]
 pub struct RecordingLinksPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Id of the attempt.
     pub session: SessionId,

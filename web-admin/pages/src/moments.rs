@@ -108,6 +108,7 @@ pub fn say_moment(curve: &AttemptCurve, t_s: f64) -> String {
         let what = format::as_sentence(&anatomy::say_event(mark.kind, &anatomy::say_structure(&mark.name)));
         tr!("{what}, {ago} before.", what = what, ago = format::format_span(t_s - mark.t_s))
     };
+    // Addresses round times to 0.01 s, so an event may be up to 5 ms later than the time given.
     let last = curve.marks.iter().rfind(|mark| mark.t_s <= t_s + 0.005);
     last.map_or(stands.clone(), |mark| format!("{stands} {}", said(mark)))
 }

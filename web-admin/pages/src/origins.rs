@@ -11,7 +11,7 @@ use super::form::FilledForm;
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "origins.html")]
 pub struct OriginsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The form.
     pub form: FilledForm<OriginsForm>,

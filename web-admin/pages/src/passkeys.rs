@@ -44,7 +44,7 @@ impl PasskeyRow {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/passkey.html")]
 pub struct PasskeyPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The passkey.
     pub row: PasskeyRow,
@@ -68,7 +68,7 @@ impl PasskeyPage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/make_passkey.html")]
 pub struct MakePasskeyPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The WebAuthn challenge.
     pub question: PasskeyQuestion,

@@ -33,7 +33,7 @@ pub struct SelectOption {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/list.html")]
 pub struct PeoplePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Search text for name and address.
     pub words: String,
@@ -145,7 +145,7 @@ pub enum PersonChangeDone {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/person.html")]
 pub struct PersonPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The person.
     pub person: DirectoryEntry,
@@ -167,7 +167,7 @@ pub struct PersonPage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/link.html")]
 pub struct LinkPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The person the link is for.
     pub person: DirectoryEntry,
@@ -181,7 +181,7 @@ pub struct LinkPage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/cohort.html")]
 pub struct CohortPeoplePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Address of the cohort's page.
     pub href: String,

@@ -17,7 +17,7 @@ use super::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "regrading/choose.html")]
 pub struct ChooseRubricPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Title and address of the exercise.
     pub exercise: (String, String),
@@ -131,7 +131,7 @@ pub struct RegradingTile {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "regrading/one.html")]
 pub struct RegradingPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Id.
     pub id: RegradingId,

@@ -20,7 +20,7 @@ use super::{Shell, StatusWord, anatomy, assets, format, moments};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "replay.html")]
 pub struct ReplayPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Id of the attempt.
     pub session: SessionId,

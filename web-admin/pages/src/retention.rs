@@ -14,7 +14,7 @@ use super::{Shell, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "retention.html")]
 pub struct RetentionPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The form with the current rule, or with refused input.
     pub form: FilledForm<RetentionForm>,
@@ -36,10 +36,10 @@ pub struct RetentionForm {
     pub months: String,
     /// Days between warning and erasure.
     pub warn_days: String,
-    /// Whether free texts are erased together with the person.
+    /// Whether free texts are erased with people whom the rule erases.
     #[serde(deserialize_with = "read_ticked_box")]
     pub texts: bool,
-    /// Whether recordings are erased together with the person.
+    /// Whether recordings are erased with every person who is erased, by the rule or by hand.
     #[serde(deserialize_with = "read_ticked_box")]
     pub recordings: bool,
 }

@@ -18,7 +18,7 @@ use super::{Shell, StatusWord, format, metric};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "review.html")]
 pub struct ReviewPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Attempts: those with questions first, then flagged, then failed, then by age.
     pub waiting: Vec<WaitingRow>,
@@ -78,7 +78,7 @@ pub struct WaitingRow {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "grade.html")]
 pub struct GradePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The attempt.
     pub attempt: JudgedAttempt,
@@ -183,7 +183,7 @@ impl GradePage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "regrade.html")]
 pub struct RegradePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The attempt.
     pub attempt: JudgedAttempt,

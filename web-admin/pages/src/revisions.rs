@@ -12,7 +12,7 @@ use super::{Shell, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "revisions.html")]
 pub struct RevisionsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Title of the document.
     pub title: String,

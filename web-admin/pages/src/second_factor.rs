@@ -37,7 +37,7 @@ pub enum FactorState {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/second_factor.html")]
 pub struct SecondFactorPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// State of the authenticator app.
     pub factor: FactorState,
@@ -74,7 +74,7 @@ impl SecondFactorPage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/recovery_codes.html")]
 pub struct RecoveryCodesPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The codes.
     pub codes: Vec<String>,

@@ -9,7 +9,7 @@ use super::{Shell, StatusWord, format};
 #[derive(Clone, Debug, Template, WebTemplate)]
 #[template(path = "service.html")]
 pub struct ServicePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Version of the program.
     pub version: &'static str,

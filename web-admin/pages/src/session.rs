@@ -16,7 +16,7 @@ use super::{Shell, StatusWord, anatomy, charts, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "session.html")]
 pub struct SessionPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Title of the exercise.
     pub exercise: String,
@@ -134,8 +134,8 @@ pub struct Drawing {
     pub stages: Vec<StageRow>,
     /// Name, start and end of each layer, in mm along the needle.
     pub layers: Vec<(String, f64, f64)>,
-    /// Time in s, advance along the needle in mm and force in N at up to [`TABLE_ROWS`] points,
-    /// including the extremes.
+    /// Time in s, advance along the needle in mm and force in N at up to 24 points, including the
+    /// extremes.
     pub points: Vec<(f64, f64, f64)>,
     /// Address of the replay; `None` on pages that must not reveal the trainee.
     pub replay: Option<String>,

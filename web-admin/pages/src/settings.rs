@@ -25,7 +25,7 @@ pub enum MailWay {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "settings.html")]
 pub struct SettingsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The form with the current settings, or with refused input.
     pub form: FilledForm<SettingsForm>,

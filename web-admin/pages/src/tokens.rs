@@ -12,7 +12,7 @@ use super::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/tokens.html")]
 pub struct TokensPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Tokens that were not revoked, newest first.
     pub rows: Vec<TokenRow>,
@@ -64,7 +64,7 @@ impl TokenRow {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/token.html")]
 pub struct MadeTokenPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Name.
     pub name: String,

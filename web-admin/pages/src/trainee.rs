@@ -19,7 +19,7 @@ use crate::addresses::exercise_href;
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "trainee.html")]
 pub struct TraineePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The trainee's name.
     pub name: String,
@@ -54,7 +54,7 @@ pub struct TraineePage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "sign_in_code.html")]
 pub struct SignInCodePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The code.
     pub code: String,

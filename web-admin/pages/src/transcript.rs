@@ -12,7 +12,7 @@ use super::{Shell, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "transcript.html")]
 pub struct TranscriptPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Name and address of the trainee.
     pub trainee: (String, String),

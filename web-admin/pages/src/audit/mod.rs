@@ -91,7 +91,7 @@ pub struct AuditForm {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "audit.html")]
 pub struct AuditPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The filter.
     pub form: AuditForm,

@@ -71,6 +71,7 @@ pub fn draw_diverging_bars(items: &[LikertItem], key: &str, title: &str, size: D
 impl BarScale {
     fn new(items: &[LikertItem], width: f64) -> Self {
         let sides = items.iter().flat_map(|item| &item.bars).map(shares_of_sides);
+        // The axis shows at least a quarter on each side.
         let reach = sides.map(|(low, high)| low.max(high)).fold(0.25, f64::max);
         let middle = width / 2.0;
         Self { middle, scale: (middle - 20.0) / reach, reach }

@@ -52,7 +52,7 @@ pub struct BulkDone {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/bulk.html")]
 pub struct BulkPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The action.
     pub act: BulkAct,

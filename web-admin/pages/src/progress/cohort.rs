@@ -14,7 +14,7 @@ use crate::{Shell, StatusWord, charts, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "progress/cohort.html")]
 pub struct CohortProgressPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Name and address of the cohort.
     pub cohort: (String, String),

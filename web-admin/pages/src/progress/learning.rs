@@ -14,7 +14,7 @@ use crate::{Shell, StatusWord, charts, format, metric};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "progress/learning.html")]
 pub struct LearningPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Name and address of the trainee.
     pub trainee: (String, String),

@@ -12,7 +12,7 @@ use crate::{Shell, StatusWord, charts, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "progress/metrics.html")]
 pub struct MetricsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Name and address of the cohort.
     pub cohort: (String, String),

@@ -10,7 +10,7 @@ use crate::{Shell, format};
 #[derive(Clone, Debug, Template, WebTemplate)]
 #[template(path = "progress/school.html")]
 pub struct SchoolProgressPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Whether it covers the whole school; otherwise it covers the visitor's cohorts.
     pub whole: bool,

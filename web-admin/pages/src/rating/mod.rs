@@ -21,7 +21,7 @@ use super::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "rating/list.html")]
 pub struct RatingsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Rounds, latest first.
     pub rounds: Vec<RoundRow>,
@@ -52,7 +52,7 @@ pub struct RoundRow {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "rating/new.html")]
 pub struct NewRoundPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Instruments that compute a score.
     pub instruments: Vec<SelectOption>,

@@ -13,7 +13,7 @@ use crate::{Shell, StatusWord, anatomy, assets, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "rating/rate.html")]
 pub struct RatePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Id of the rating.
     pub rating: RatingId,
@@ -69,7 +69,7 @@ impl RatePage {
         self.questions.iter().filter(|question| question.refusal.is_some()).count()
     }
 
-    /// Returns the English text: the form is not translated on this page.
+    /// Returns the English text and ignores the German one.
     #[must_use]
     pub fn t<'a>(&self, english: &'a str, _german: &str) -> &'a str {
         english

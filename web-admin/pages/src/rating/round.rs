@@ -13,7 +13,7 @@ use crate::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "rating/round.html")]
 pub struct RoundPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Address of the page.
     pub href: String,

@@ -16,7 +16,7 @@ use crate::{Shell, format, roster};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "roster/columns.html")]
 pub struct RosterColumnsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Id of the pending roster.
     pub id: RosterId,

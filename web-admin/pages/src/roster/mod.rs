@@ -20,7 +20,7 @@ pub const PER_PAGE: usize = 200;
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "roster/new.html")]
 pub struct RosterPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The form, with the reason if the last file was refused.
     pub form: FilledForm<RosterForm>,
@@ -35,7 +35,7 @@ pub struct RosterForm {
     /// Cohort of people whose line names none; empty for no cohort.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub cohort: String,
-    /// Whether people who are missing from the file leave their cohorts.
+    /// Whether trainees who are missing from the file leave the cohorts that it fills.
     #[serde(deserialize_with = "read_ticked_box")]
     pub remove_missing: bool,
 }
@@ -61,7 +61,7 @@ pub enum RosterFilter {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "roster/preview.html")]
 pub struct RosterPreviewPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Id of the pending roster.
     pub id: RosterId,

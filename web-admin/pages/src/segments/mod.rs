@@ -19,7 +19,7 @@ use super::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "segments/list.html")]
 pub struct SegmentsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Tasks.
     pub tasks: Vec<TaskRow>,
@@ -52,7 +52,7 @@ pub struct TaskRow {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "segments/new.html")]
 pub struct NewTaskPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The school's time zone.
     pub time_zone: String,
@@ -100,7 +100,7 @@ pub struct OwnTaskPage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "segments/task.html")]
 pub struct TaskPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The task.
     pub task: TaskRow,

@@ -18,7 +18,7 @@ const SPARE: usize = 4;
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "segments/trace.html")]
 pub struct TracePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The task.
     pub task: TaskRow,

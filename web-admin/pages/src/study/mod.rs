@@ -15,7 +15,7 @@ use crate::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "study/list.html")]
 pub struct StudiesPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Studies that the visitor may see, newest first.
     pub studies: Vec<StudyRow>,
@@ -43,7 +43,7 @@ pub struct StudyRow {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "study/own.html")]
 pub struct OwnStudiesPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Studies to which the visitor is invited.
     pub asked: Vec<OwnStudyCard>,
@@ -74,7 +74,7 @@ pub struct OwnStudyCard {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "study/new.html")]
 pub struct NewStudyPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Exercises the school offers: id and title.
     pub exercises: Vec<(String, String)>,
@@ -122,7 +122,7 @@ pub struct NewStudyForm {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "study/change.html")]
 pub struct StudyChangePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Address of the study's page.
     pub href: String,
@@ -130,7 +130,7 @@ pub struct StudyChangePage {
     pub title: String,
     /// Whether a participant has consented, so that the terms cannot be changed.
     pub is_agreed: bool,
-    /// Current retention period, in months, which is the upper limit of a change.
+    /// Current retention period, in months: the upper limit once a participant has consented.
     pub most_kept: u32,
     /// Consent text.
     pub consent: String,
@@ -169,7 +169,7 @@ pub enum StudyDataEnd {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "study/one.html")]
 pub struct StudyPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Title.
     pub title: String,
@@ -246,7 +246,7 @@ pub struct ParticipantForm {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "study/code.html")]
 pub struct GuestCodePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Title and address of the study.
     pub study: (String, String),

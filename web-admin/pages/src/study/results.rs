@@ -16,7 +16,7 @@ const SHOWN: usize = 11;
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "study/results.html")]
 pub struct StudyResultsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Title of the study.
     pub title: String,

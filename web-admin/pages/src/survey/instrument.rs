@@ -16,7 +16,7 @@ use crate::{Shell, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/instruments.html")]
 pub struct InstrumentsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Title, address, id and publication date of each.
     pub instruments: Vec<(String, String, String, OffsetDateTime)>,
@@ -26,7 +26,7 @@ pub struct InstrumentsPage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/instrument.html")]
 pub struct InstrumentPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Address of the page.
     pub href: String,
@@ -42,7 +42,7 @@ pub struct InstrumentPage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/edit.html")]
 pub struct EditPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Heading of the page.
     pub heading: &'static str,

@@ -16,7 +16,7 @@ use crate::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/list.html")]
 pub struct SurveysPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Surveys that the visitor can answer.
     pub asked: Vec<OwnSurveyRow>,
@@ -60,7 +60,7 @@ pub struct SurveyRow {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/manage.html")]
 pub struct ManagePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Title.
     pub title: String,
@@ -90,7 +90,7 @@ pub struct ManagePage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/links.html")]
 pub struct SurveyLinksPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Title of the survey.
     pub title: String,
@@ -104,7 +104,7 @@ pub struct SurveyLinksPage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/new.html")]
 pub struct NewSurveyPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Instruments: id, title and whether it is selected.
     pub instruments: Vec<(String, String, bool)>,

@@ -17,7 +17,7 @@ use crate::{Shell, charts, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/results.html")]
 pub struct ResultsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Title and address of the survey.
     pub survey: (String, String),
