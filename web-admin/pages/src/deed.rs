@@ -7,7 +7,7 @@ tokio::task_local! {
     static DEED: Deed;
 }
 
-/// A form that was processed successfully, as its index in [`SAID_HERE`].
+/// A form that was processed successfully, as its index in `SAID_HERE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Deed(usize);
 

@@ -26,7 +26,7 @@ pub struct ReplayPage {
     pub session: SessionId,
     /// Title of the exercise.
     pub exercise: String,
-    /// Name and address of the trainee, if the visitor is another person.
+    /// Name of the trainee and address of their page, if the visitor is another person.
     pub trainee: Option<(String, String)>,
     /// Start of the attempt.
     pub started_at: OffsetDateTime,

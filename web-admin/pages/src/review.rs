@@ -127,7 +127,7 @@ pub struct JudgedAttempt {
     pub id: SessionId,
     /// Title of the exercise.
     pub exercise: String,
-    /// Name and address of the trainee, if the visitor is another person.
+    /// Name of the trainee and address of their page, if the visitor is another person.
     pub trainee: Option<(String, String)>,
     /// Start of the attempt.
     pub started_at: OffsetDateTime,

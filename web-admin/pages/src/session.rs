@@ -22,7 +22,7 @@ pub struct SessionPage {
     pub exercise: String,
     /// Address of the exercise's page, if the school publishes it.
     pub exercise_href: Option<String>,
-    /// Name and address of the trainee, if the visitor is another person.
+    /// Name of the trainee and address of their page, if the visitor is another person.
     pub trainee: Option<(String, String)>,
     /// Start of the attempt.
     pub started_at: OffsetDateTime,

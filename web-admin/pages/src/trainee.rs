@@ -163,7 +163,7 @@ pub struct PageNumbers {
     pub entries: u32,
 }
 
-/// Course data from which a [`CourseView`] is built.
+/// Course data from which a course view is built.
 #[derive(Clone, Copy, Debug)]
 pub struct CourseFacts<'a> {
     /// Address of the trainee's page, if the facts are for a single trainee.

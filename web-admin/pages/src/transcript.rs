@@ -14,7 +14,7 @@ use super::{Shell, format};
 pub struct TranscriptPage {
     /// Page frame.
     pub shell: Shell,
-    /// Name and address of the trainee.
+    /// Name of the trainee and address of their page.
     pub trainee: (String, String),
     /// Name of the school.
     pub school: String,

@@ -16,7 +16,7 @@ use crate::{Shell, StatusWord, charts, format, metric};
 pub struct LearningPage {
     /// Page frame.
     pub shell: Shell,
-    /// Name and address of the trainee.
+    /// Name of the trainee and address of their page.
     pub trainee: (String, String),
     /// Whether the trainee is the visitor.
     pub own: bool,

@@ -54,7 +54,7 @@ pub struct RaterRow {
 /// A rated attempt.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RatedAttemptRow {
-    /// Name and address of the trainee's attempt, if the visitor may see it.
+    /// Name of the trainee and address of the attempt, if the visitor may see it.
     pub trainee: Option<(String, String)>,
     /// Title of the exercise.
     pub exercise: String,
