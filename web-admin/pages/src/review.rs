@@ -201,8 +201,7 @@ pub struct RegradePage {
     pub reason: FilledForm<String>,
 }
 
-/// Returns the lost points of an assessment: reason and points, in the order of the rubric's
-/// deductions.
+/// Returns the lost points of an assessment: reason and points, largest loss first.
 #[must_use]
 pub fn list_deductions(assessment: &Assessment) -> Vec<(String, f64)> {
     let dear = assessment.deductions.iter().filter(|d| d.points > 0.0);
