@@ -1,4 +1,5 @@
-//! One's own account, and the pages by which somebody gets into theirs.
+//! Pages of the user's own account, and the pages that let a user sign in with a link or reset a
+//! password.
 
 use std::borrow::Borrow;
 
@@ -13,42 +14,42 @@ use words::Language;
 
 use super::{Shell, StatusWord, assets, format};
 
-/// One's own account.
+/// The user's own account page.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/account.html")]
 pub struct AccountPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// Address.
+    /// Email address.
     pub email: String,
-    /// What recordings say instead of a name.
+    /// Pseudonym that stands for the user's name in recordings.
     pub pseudonym: String,
-    /// School.
+    /// Name of the user's school.
     pub school: String,
-    /// Cohorts by name.
+    /// Names of the user's cohorts.
     pub cohorts: String,
-    /// Who asks to have them in a cohort.
+    /// Open requests to add the user to a cohort.
     pub requests: Vec<MembershipRequest>,
-    /// What was done about their places in cohorts, the latest first.
+    /// Changes to the user's cohort memberships, latest first.
     pub acts: Vec<MembershipEvent>,
-    /// The language that they have chosen, if any.
+    /// Language the user has chosen, if any.
     pub language: Option<Language>,
-    /// They are mailed what is new for them.
+    /// Whether news is also sent by email.
     pub mailed: bool,
-    /// How many studies they are asked to take part in.
+    /// Number of open study invitations.
     pub study_requests: usize,
-    /// They have a second factor.
+    /// Whether a second factor is set up.
     pub second_factor: bool,
-    /// The page of their own attempts.
+    /// Address of the page with the user's own attempts.
     pub practice: String,
-    /// Since when they have had a sign-in code, if they have one.
+    /// When the user's sign-in code was created; `None` without a code.
     pub sign_in_code: Option<OffsetDateTime>,
-    /// Why the new password was not taken.
+    /// Why the new password was refused.
     pub refused: Option<PasswordRefused>,
 }
 
 impl AccountPage {
-    /// What was done, in words.
+    /// Describes a membership event to the user.
     fn deed(&self, noted: &MembershipEvent) -> String {
         let MembershipEvent { cohort, act, by, .. } = noted;
         let by = by.as_deref().unwrap_or(tr!("the administration"));
@@ -65,38 +66,38 @@ impl AccountPage {
     }
 }
 
-/// Where a link leads: a password is chosen.
+/// The page behind a sign-in link, where the user chooses a password.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/join.html")]
 pub struct JoinPage {
     /// CSRF token.
     pub csrf: String,
-    /// The link's token.
+    /// Token of the link.
     pub token: String,
-    /// Whose password.
+    /// Name of the user who sets the password.
     pub name: String,
-    /// Their address.
+    /// Email address of the user.
     pub email: String,
-    /// Their school.
+    /// Name of the user's school.
     pub school: String,
-    /// It is their first password.
+    /// Whether this is the user's first password.
     pub first: bool,
-    /// Why it was not taken.
+    /// Why the password was refused.
     pub refused: Option<PasswordRefused>,
 }
 
-/// A link that is not good.
+/// Shown for a link that is invalid, used or expired.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/dead_link.html")]
 pub struct DeadLinkPage;
 
-/// Where a new password is asked for.
+/// The form that requests a password reset link.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/forgotten.html")]
 pub struct ForgottenPage {
     /// CSRF token.
     pub csrf: String,
-    /// It was asked for.
+    /// Whether the request has been sent.
     pub asked: bool,
 }
 

@@ -1,6 +1,6 @@
-//! Addresses of pages that several others lead to.
+//! Addresses of pages that several other pages link to.
 
-/// The page of an exercise.
+/// Returns the address of an exercise's page.
 #[must_use]
 pub fn exercise_href(exercise: &str) -> String {
     format!("/exercises/{exercise}")

@@ -1,4 +1,4 @@
-//! The administrator's pages: the school at a glance, its queue and its stations.
+//! Administration pages: school overview, scoring queue and stations.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -8,46 +8,46 @@ use time::OffsetDateTime;
 use super::cohort::CohortLine;
 use super::{Shell, StatusWord, format};
 
-/// The administrator's home.
+/// The administrator's home page.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "admin_home.html")]
 pub struct AdminHomePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What is new for them.
+    /// News for the administrator.
     pub news: Vec<super::news::NewsItem>,
-    /// The school's name.
+    /// Name of the school.
     pub school: String,
-    /// Figures: how many, and of what.
+    /// Counts for the overview: number and label.
     pub counts: Vec<(i64, &'static str)>,
-    /// The queue.
+    /// The scoring queue.
     pub queue: Queue,
     /// The first cohorts by name.
     pub cohorts: Vec<CohortLine>,
-    /// There are others.
+    /// Whether there are more cohorts than listed.
     pub more: bool,
 }
 
-/// The administration.
+/// The administration page.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "admin.html")]
 pub struct AdminPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The school's name.
+    /// Name of the school.
     pub school: String,
-    /// The queue.
+    /// The scoring queue.
     pub queue: Queue,
-    /// Who is asked for in a cohort.
+    /// Open requests for cohort membership.
     pub requests: Vec<MembershipRequest>,
-    /// Stations with a token.
+    /// Stations that have or had a token.
     pub stations: Vec<StationRow>,
-    /// People who were warned that they are to be erased.
+    /// Number of people who have been warned that they will be erased.
     pub warned: i64,
 }
 
 impl AdminPage {
-    /// Who is to be erased, in words.
+    /// Describes how many people are due for erasure.
     fn warned_words(&self) -> String {
         let warned = self.warned;
         trn!(
@@ -58,33 +58,34 @@ impl AdminPage {
     }
 }
 
-/// What waits to be scored, and what went wrong.
+/// State of the scoring queue.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Queue {
-    /// Recordings in the queue.
+    /// Number of recordings waiting to be scored.
     pub waiting: i64,
-    /// Of them, those that failed at least once: session's page, tries and last error.
+    /// Waiting recordings that failed at least once: address of the session's page, tries and last
+    /// error.
     pub failing: Vec<(String, i64, String)>,
-    /// Recordings that could not be scored.
+    /// Number of recordings that could not be scored.
     pub refused: i64,
-    /// Recordings whose re-simulation differs.
+    /// Number of recordings whose re-simulation differs.
     pub flagged: i64,
 }
 
 impl Queue {
-    /// What waits, in words.
+    /// Describes the number of waiting recordings.
     #[must_use]
     pub fn waiting_words(&self) -> String {
         trn!("{n} recording waits", "{n} recordings wait", self.waiting)
     }
 
-    /// What could not be scored, in words.
+    /// Describes the number of recordings that could not be scored.
     #[must_use]
     pub fn refused_words(&self) -> String {
         trn!("{n} recording could not be scored", "{n} recordings could not be scored", self.refused)
     }
 
-    /// What differs, in words.
+    /// Describes the number of recordings whose re-simulation differs.
     #[must_use]
     pub fn flagged_words(&self) -> String {
         trn!(
@@ -95,34 +96,34 @@ impl Queue {
     }
 }
 
-/// A station that may upload.
+/// A paired station.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StationRow {
     /// Name.
     pub name: String,
-    /// It signs what is recorded at it.
+    /// Whether the station signs its recordings.
     pub signs: bool,
-    /// Since when.
+    /// When the station was paired.
     pub since: OffsetDateTime,
-    /// When it last asked for anything.
+    /// Time of the station's last request.
     pub seen: Option<OffsetDateTime>,
-    /// Where its token is revoked; absent where it was.
+    /// Address that revokes the station's token; `None` if it has been revoked.
     pub revoke_href: Option<String>,
 }
 
-/// A code by which a station may join, shown this once.
+/// A pairing code for a new station, shown only once.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "pairing_code.html")]
 pub struct PairingCodePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The code.
+    /// The pairing code.
     pub code: String,
-    /// Until when it is good.
+    /// Expiry time of the code.
     pub expires_at: OffsetDateTime,
-    /// For how long, in minutes.
+    /// Validity of the code, in minutes.
     pub minutes: i64,
-    /// Where a station finds the service.
+    /// Address of the service, to be entered at the station.
     pub address: String,
 }
 

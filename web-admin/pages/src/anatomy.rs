@@ -1,7 +1,7 @@
-//! Layers, structures and targets by the names that scenes give them, in the reader's language.
+//! Translates the names of layers, structures and targets from scenes into the reader's language.
 //!
-//! A scene's author names them in one language. The names of the scenes that come along are known in others; any other is
-//! shown as it is written.
+//! A scene's author names them in one language. The names used in the shipped scenes have
+//! translations; any other name is shown unchanged.
 
 use std::collections::BTreeMap;
 
@@ -10,13 +10,13 @@ use documents::{SHIPPED_STRUCTURE_NAMES, name_structure};
 use law::axial::Contactor;
 use words::Language;
 
-/// A name in the reader's language.
+/// Returns the name of a layer, structure or target in the reader's language.
 #[must_use]
 pub fn say_structure(name: &str) -> String {
     words::phrase(&name_structure(name))
 }
 
-/// A curve whose layers, events and structures are named in the reader's language.
+/// Returns the curve with its layers, events and structures named in the reader's language.
 #[must_use]
 pub fn name_layers_of_curve(curve: &AttemptCurve) -> AttemptCurve {
     let mut curve = curve.clone();
@@ -25,7 +25,7 @@ pub fn name_layers_of_curve(curve: &AttemptCurve) -> AttemptCurve {
     curve
 }
 
-/// What an event is, in words.
+/// Describes an event on the curve.
 #[must_use]
 pub fn say_event(kind: MarkKind, name: &str) -> String {
     match kind {
@@ -39,7 +39,7 @@ pub fn say_event(kind: MarkKind, name: &str) -> String {
     }
 }
 
-/// What a stage of a boundary means, in words.
+/// Describes a stage of a boundary.
 #[must_use]
 pub fn stage_meaning(stage: BoundaryStage) -> &'static str {
     match stage {
@@ -50,18 +50,19 @@ pub fn stage_meaning(stage: BoundaryStage) -> &'static str {
     }
 }
 
-/// What a script calls them, as JSON from the scene's name to the reader's; empty in English, where they are the same.
+/// Returns the translations of the shipped names for scripts, as a JSON object from the scene's
+/// name to the reader's; empty in English, where both are the same.
 #[must_use]
 pub fn names_for_scripts() -> String {
     let names = SHIPPED_STRUCTURE_NAMES.into_iter().filter(|_| words::current() != Language::ENGLISH);
     let names: BTreeMap<&str, &str> = names.map(|name| (name, words::say(name))).collect();
-    // A map of strings always has a JSON.
+    // A map of strings always serializes.
     serde_json::to_string(&names).unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
-    //! A name that comes along is translated, one of a school's own is left alone.
+    //! Shipped names are translated; a school's own names stay unchanged.
 
     use super::*;
 

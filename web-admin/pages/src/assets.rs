@@ -1,4 +1,4 @@
-//! The style sheet and pictures, carried inside the program.
+//! The style sheet, scripts and pictures, embedded in the program.
 
 use std::sync::LazyLock;
 
@@ -9,7 +9,7 @@ use rust_embed::{Embed, EmbeddedFile};
 #[folder = "assets/"]
 struct Assets;
 
-/// An asset with its hash.
+/// Returns an asset and the hash of its content.
 #[must_use]
 pub fn find_asset(name: &str) -> Option<(EmbeddedFile, String)> {
     let file = Assets::get(name)?;
@@ -17,21 +17,22 @@ pub fn find_asset(name: &str) -> Option<(EmbeddedFile, String)> {
     Some((file, hash))
 }
 
-/// The address of an asset. It changes with the asset, so that a browser may keep it for a year.
+/// Returns the address of an asset. It contains the asset's hash, so that a browser may cache it
+/// for a year.
 #[must_use]
 pub fn asset_address(name: &str) -> String {
     let hash = find_asset(name).map_or_else(String::new, |(_, hash)| hash);
     format!("/assets/{name}?v={hash}")
 }
 
-/// The address of the style sheet.
+/// Returns the address of the style sheet.
 #[must_use]
 pub fn style_sheet() -> &'static str {
     static ADDRESS: LazyLock<String> = LazyLock::new(|| asset_address("style.css"));
     &ADDRESS
 }
 
-/// The address of the script that sorts tables.
+/// Returns the address of the script that sorts tables.
 #[must_use]
 pub fn table_script() -> &'static str {
     static ADDRESS: LazyLock<String> = LazyLock::new(|| asset_address("tables.js"));
@@ -40,7 +41,7 @@ pub fn table_script() -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    //! Every page names the style sheet: it must be there, under an address that changes with it.
+    //! Every page links to the style sheet: it must exist, under an address that contains its hash.
 
     use super::*;
 

@@ -1,4 +1,4 @@
-//! Assignments: what a trainee is to do, and who has done it.
+//! Assignments: a trainee's tasks, and their completion.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -15,136 +15,136 @@ use super::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "assignments/own.html")]
 pub struct OwnAssignmentsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What is due first comes first, what is done last.
+    /// Assignments by due date, with finished ones last.
     pub rows: Vec<AssignmentRow>,
 }
 
-/// An assignment and how somebody stands to it.
+/// An assignment and a trainee's progress on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AssignmentRow {
-    /// What is assigned, or who, where the list is of people.
+    /// Title of the task, or name of the trainee in a list of people.
     pub title: String,
-    /// Its page.
+    /// Address of the page that the row links to.
     pub href: String,
-    /// When it is due.
+    /// Due time on the school's clock.
     pub due: Option<Local>,
-    /// Days by which it was extended.
+    /// Days by which the due date was extended.
     pub extended_days: i64,
-    /// How far it has come.
+    /// Progress on the assignment.
     pub stage: AssignmentStage,
-    /// It is due, and not done.
+    /// Whether it is past due and not done.
     pub overdue: bool,
     /// When it was assigned.
     pub made_at: OffsetDateTime,
-    /// Only attempts since then count.
+    /// Whether only attempts after `made_at` count.
     pub since_only: bool,
-    /// Attempts at it that count.
+    /// Number of attempts that count.
     pub attempts: usize,
-    /// The best score among them, 0–100.
+    /// Best score among them, 0–100.
     pub best: Option<f64>,
-    /// How many attempts may count.
+    /// Maximum number of attempts that may count.
     pub limit: Option<u32>,
-    /// Under an instructor's eyes.
+    /// Whether attempts count only under an instructor's supervision.
     pub supervised: bool,
-    /// The trainee's id, where the list is of people.
+    /// The trainee's id in a list of people; empty in the trainee's own list.
     pub person: String,
-    /// Attempts that wait for somebody to confirm that they were there.
+    /// Attempts whose supervision an instructor has yet to confirm.
     pub unconfirmed: Vec<SessionId>,
 }
 
-/// What somebody has assigned.
+/// Assignments that an instructor manages, and the form for a new one.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "assignments/managed.html")]
 pub struct ManagedAssignmentsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The latest first.
+    /// Assignments, latest first.
     pub rows: Vec<ManagedRow>,
-    /// The form.
+    /// The form for a new assignment.
     pub form: FilledForm<AssignForm>,
 }
 
-/// An assignment that was made.
+/// An assignment in an instructor's list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ManagedRow {
-    /// Its page.
+    /// Address of the assignment's page.
     pub href: String,
-    /// What.
+    /// Title of the task.
     pub title: String,
-    /// To whom.
+    /// Name of the cohort or trainee.
     pub to: String,
-    /// Until when.
+    /// Due time on the school's clock.
     pub due: Option<Local>,
-    /// Attempts that count.
+    /// Maximum number of attempts that count.
     pub limit: Option<u32>,
-    /// Under an instructor's eyes.
+    /// Whether attempts count only under an instructor's supervision.
     pub supervised: bool,
-    /// Only attempts since it was made count.
+    /// Whether only attempts after the assignment was made count.
     pub since_only: bool,
 }
 
-/// What was typed to assign something.
+/// Input of the form for a new assignment.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AssignForm {
     /// Courses and exercises to choose from.
     pub tasks: Vec<SelectOption>,
     /// Cohorts to choose from.
     pub cohorts: Vec<SelectOption>,
-    /// Address of one trainee.
+    /// Email address of a single trainee.
     pub email: String,
     /// Due date.
     pub due: String,
-    /// Attempts.
+    /// Maximum number of attempts.
     pub limit: String,
-    /// Under an instructor's eyes.
+    /// Whether attempts count only under an instructor's supervision.
     pub supervised: bool,
     /// Only attempts from now on count.
     pub since_only: bool,
-    /// It is locked for somebody, and was refused for that.
+    /// Whether the form was refused because the task is locked for a trainee.
     pub locked: bool,
-    /// It is to be assigned all the same.
+    /// Whether to assign the task although it is locked for a trainee.
     pub despite_locks: bool,
-    /// Whom it concerns is mailed at once.
+    /// Whether to email the trainees at once.
     pub mailed: bool,
     /// The school's time zone.
     pub time_zone: String,
 }
 
-/// An assignment and everybody's standing.
+/// An assignment and the progress of every trainee.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "assignments/one.html")]
 pub struct AssignmentPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// Its id.
+    /// Id of the assignment.
     pub id: AssignmentId,
     /// The assignment.
     pub assignment: ManagedRow,
     /// Trainees by name.
     pub rows: Vec<AssignmentRow>,
-    /// The gradebook of the cohort to which it is assigned.
+    /// Address of the gradebook of the assigned cohort.
     pub gradebook: Option<String>,
 }
 
-/// An assignment of a cohort or a trainee, for whoever teaches them.
+/// An assignment of a cohort or a trainee, listed for their teacher.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DueLine {
-    /// Its page.
+    /// Address of the assignment's page.
     pub href: String,
-    /// What.
+    /// Title of the task.
     pub title: String,
     /// Name of the cohort or trainee.
     pub to: String,
-    /// Until when.
+    /// Due time on the school's clock.
     pub due: Option<Local>,
-    /// Who has done it, and who is late.
+    /// Number of trainees who are done, and who are late.
     pub tally: AssignmentTally,
 }
 
 impl AssignmentRow {
-    /// A row under a title of its own.
+    /// Creates a row with the given title and link.
     #[must_use]
     pub fn new(standing: AssignmentStanding, title: String, href: String, person: String) -> Self {
         let AssignmentStanding { assigned, stage, overdue, attempts, best, unconfirmed } = standing;
@@ -166,7 +166,7 @@ impl AssignmentRow {
         }
     }
 
-    /// A trainee's own row.
+    /// Creates a row for the trainee's own list.
     #[must_use]
     pub fn own(standing: AssignmentStanding) -> Self {
         let href = match &standing.assigned.task {
@@ -177,7 +177,7 @@ impl AssignmentRow {
         Self::new(standing, title, href, String::new())
     }
 
-    /// How it stands, as a badge.
+    /// Returns the row's status as a badge.
     #[must_use]
     pub fn badge(&self) -> String {
         let status = match (&self.stage, self.overdue) {
@@ -190,7 +190,7 @@ impl AssignmentRow {
         status.badge_saying(self.say_state())
     }
 
-    /// How it stands, in a word.
+    /// Names the row's status.
     #[must_use]
     pub fn say_state(&self) -> &'static str {
         match (&self.stage, self.overdue) {
@@ -213,7 +213,7 @@ impl AssignmentPage {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    //! Fails when a trainee cannot see what is late, or an instructor who it is.
+    //! A trainee must see which assignments are late; an instructor, which trainees are.
 
     use model::Moment;
     use model::Role;

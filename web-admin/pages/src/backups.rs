@@ -1,4 +1,4 @@
-//! Backups, as an administrator sees them.
+//! The administrator's page of backups.
 
 use std::time::Duration;
 
@@ -8,37 +8,38 @@ use time::OffsetDateTime;
 
 use super::{Shell, StatusWord, format};
 
-/// After so many seconds without a backup an administrator is warned: one each night is usual, and one may fail.
+/// Without a backup for this long, the page warns: one per night is usual, and a single failure is
+/// tolerated.
 const OLD: Duration = Duration::from_secs(2 * 86_400);
 
-/// The page.
+/// The page of backups.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "backups.html")]
 pub struct BackupsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// How long ago the last one was made.
+    /// Age of the latest successful backup.
     pub age: Option<Duration>,
-    /// The last one that was made.
+    /// The latest successful backup.
     pub last: Option<BackupRow>,
-    /// The latest ones, failed ones too; the latest first.
+    /// Recent backups including failed ones, latest first.
     pub rows: Vec<BackupRow>,
 }
 
 /// A backup.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BackupRow {
-    /// When it was begun.
+    /// Start time.
     pub at: OffsetDateTime,
-    /// The file's name.
+    /// File name.
     pub file_name: String,
-    /// How large it is; absent where none was made.
+    /// Size in bytes; `None` if the backup failed.
     pub bytes: Option<i64>,
-    /// Recordings in it; absent where none was made.
+    /// Number of recordings in it; `None` if the backup failed.
     pub recordings: Option<i64>,
-    /// The keys are in it, sealed.
+    /// Whether it contains the keys, encrypted.
     pub keys_sealed: bool,
-    /// Why none was made.
+    /// Why the backup failed.
     pub error: Option<String>,
 }
 
@@ -54,7 +55,7 @@ impl BackupsPage {
         self.age.is_none_or(|age| age > OLD)
     }
 
-    /// The last try came to nothing.
+    /// Returns whether the latest backup failed.
     fn has_failed(&self) -> bool {
         self.rows.first().is_some_and(|row| row.error.is_some())
     }
@@ -62,7 +63,8 @@ impl BackupsPage {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a school without a recent backup is not warned, or a failed one looks like one.
+    //! A school without a recent backup must be warned, and a failed backup must not look
+    //! successful.
 
     use model::Role;
     use time::macros::datetime;

@@ -1,4 +1,4 @@
-//! A certificate as a page that a person can keep and print: one file, with the signed statement inside it.
+//! Certificates as single-file pages to keep and print, with the signed statement embedded.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -9,58 +9,58 @@ use time::format_description::well_known::Rfc3339;
 
 use super::{assets, format, qr};
 
-/// Digits of the key that stand together.
+/// Digits of the key per group.
 const GROUP: usize = 8;
 
-/// The page, in the language of whoever it is for.
+/// The certificate's page, in the language of the trainee.
 #[derive(Debug, Template)]
 #[template(path = "certificate.html")]
 pub struct CertificatePage {
-    /// What is signed.
+    /// The signed statement.
     pub statement: Statement,
-    /// The school's logo, as an address that holds it.
+    /// The school's logo as a data URL.
     pub logo: Option<String>,
     /// The mastery rule, in the page's language.
     pub rule: String,
-    /// By which attempts the school certifies, in the page's language.
+    /// Description of the attempts that count, in the page's language.
     pub needed: &'static str,
-    /// Each exercise, and since when it is mastered.
+    /// Title of each exercise, and when it was mastered.
     pub mastered: Vec<(String, OffsetDateTime)>,
-    /// When it was issued.
+    /// Time of issue.
     pub issued_at: OffsetDateTime,
-    /// The name under which the file is saved.
+    /// File name for saving.
     pub file: String,
-    /// The public key, hexadecimal.
+    /// Public key, hexadecimal.
     pub key: String,
-    /// The certificate, as it may stand in a page.
+    /// The signed certificate as JSON, escaped for embedding in HTML.
     pub json: String,
-    /// Where its code is checked.
+    /// Address that checks the certificate's code.
     pub check_href: String,
 }
 
-/// Whether a certificate's code is genuine.
+/// The page that shows whether a certificate's code is genuine.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "certificate_check.html")]
 pub struct CertificateCheckPage {
-    /// What came of it.
+    /// Result of the check.
     pub outcome: CheckOutcome,
-    /// The address of this service.
+    /// Address of this service.
     pub address: String,
 }
 
-/// What came of checking a certificate's code.
+/// Result of checking a certificate's code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CheckOutcome {
     /// No code was given.
     NothingAsked,
-    /// This service has not signed what the code says.
+    /// This service has not signed the content of the code.
     Refused,
-    /// It has signed this.
+    /// This service has signed the content.
     Genuine(CertificateNote),
 }
 
 impl CertificateCheckPage {
-    /// The day on which a certificate was issued, in words.
+    /// Returns the date of issue as displayed.
     fn issued_on(&self) -> String {
         let CheckOutcome::Genuine(note) = &self.outcome else { return String::new() };
         let at = OffsetDateTime::parse(&note.issued_at, &Rfc3339);
@@ -69,13 +69,14 @@ impl CertificateCheckPage {
 }
 
 impl CertificatePage {
-    /// The key as a person compares it.
+    /// Returns the key in groups of digits, for comparison by eye.
     fn key_in_groups(&self) -> String {
         let digits: Vec<char> = self.key.chars().collect();
         digits.chunks(GROUP).map(String::from_iter).collect::<Vec<_>>().join(" ")
     }
 
-    /// The code by which a print is checked; empty where the names are too long for one.
+    /// Returns the QR code that checks a printed certificate; empty if the names are too long for a
+    /// code.
     fn check_code(&self) -> String {
         qr::draw_qr_code(&self.check_href).unwrap_or_default()
     }
@@ -83,7 +84,8 @@ impl CertificatePage {
 
 #[cfg(test)]
 mod tests {
-    //! A person must see what is certified; a name must stay a name, in the page and in the statement inside it.
+    //! The page must show what is certified, and names must never become markup, neither in the
+    //! page nor in the embedded statement.
 
     use ed25519_dalek::SigningKey;
     use model::certificate::{check_certificate, sign_statement};

@@ -1,4 +1,4 @@
-//! Cohorts: who is where, and who needs help.
+//! Cohorts: the progress of their trainees, and who needs help.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -17,23 +17,23 @@ use crate::addresses::exercise_href;
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "cohort.html")]
 pub struct CohortPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// Its page.
+    /// Address of the cohort's page.
     pub href: String,
     /// The cohort's name.
     pub name: String,
-    /// Names of those who teach it.
+    /// Names of its instructors.
     pub instructors: Vec<String>,
     /// Trainees by name.
     pub trainees: Vec<TraineeRow>,
-    /// What is assigned to it and to its trainees.
+    /// Assignments of the cohort and of its trainees.
     pub due_lines: Vec<DueLine>,
-    /// How the cohort stands on each exercise, by course that somebody has begun.
+    /// Progress of the cohort per exercise, for courses that at least one trainee has begun.
     pub courses: Vec<CourseShare>,
-    /// Titles of the courses that nobody has begun.
+    /// Titles of the courses that no trainee has begun.
     pub others: Vec<String>,
-    /// Now, for "… days ago".
+    /// Current time, for relative dates.
     pub now: OffsetDateTime,
 }
 
@@ -41,33 +41,33 @@ pub struct CohortPage {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "cohorts.html")]
 pub struct CohortsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Cohorts by name.
     pub cohorts: Vec<CohortLine>,
-    /// This is not the first page.
+    /// Whether this is a page after the first.
     pub later: bool,
-    /// The next page.
+    /// Address of the next page.
     pub next: Option<String>,
 }
 
 /// A cohort in a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CohortLine {
-    /// Its page.
+    /// Address of its page.
     pub href: String,
     /// Its name.
     pub name: String,
-    /// Trainees in it.
+    /// Number of trainees.
     pub trainees: i64,
-    /// Their scored attempts.
+    /// Number of the trainees' scored attempts.
     pub attempts: i64,
-    /// Share of them that passed, 0–1; none where there are no attempts.
+    /// Share of the attempts that passed, 0–1; `None` without attempts.
     passed: Option<f64>,
 }
 
 impl CohortLine {
-    /// A cohort in a list.
+    /// Creates a list entry from a cohort's summary.
     #[must_use]
     pub fn new(cohort: CohortSummary) -> Self {
         let CohortSummary { id, name, trainees, attempts, passes } = cohort;
@@ -75,56 +75,56 @@ impl CohortLine {
         Self { href: format!("/cohorts/{id}"), name, trainees, attempts, passed }
     }
 
-    /// The share that passed, as a bar and in words.
+    /// Returns the share that passed, as a bar and as text.
     #[must_use]
     pub fn passed(&self) -> Option<(String, String)> {
         self.passed.map(|share| (charts::draw_share_bar(share), format::format_percent(share)))
     }
 }
 
-/// A cohort in short.
+/// Summary of a cohort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CohortCard {
-    /// Its page.
+    /// Address of its page.
     pub href: String,
     /// Its name.
     pub name: String,
-    /// How many trainees are in it.
+    /// Number of trainees.
     pub trainees: usize,
-    /// How many of them have mastered their course.
+    /// Number of trainees who have mastered their course.
     pub complete: usize,
-    /// How many may need help.
+    /// Number of trainees who may need help.
     pub help: usize,
-    /// Share of all exercises of all trainees that are mastered, 0–1.
+    /// Share of mastered exercises over all trainees and exercises, 0–1.
     pub mastered: f64,
 }
 
-/// A trainee of a cohort.
+/// A trainee in a cohort.
 #[derive(Clone, Debug)]
 pub struct TraineeRow {
-    /// Their page.
+    /// Address of the trainee's page.
     pub href: String,
     /// Their name.
     pub name: String,
-    /// Exercises mastered, and how many there are.
+    /// Number of exercises mastered, and number of exercises.
     pub mastered: (usize, usize),
-    /// One square per exercise.
+    /// Mastery strip: one square per exercise.
     pub strip: String,
-    /// What they are working on: title and page.
+    /// Title and address of the current exercise.
     pub doing: Option<(String, String)>,
-    /// Scored attempts.
+    /// Number of scored attempts.
     pub attempts: usize,
-    /// When they last tried.
+    /// Time of the latest attempt.
     pub last_at: Option<OffsetDateTime>,
-    /// Scores on what they are working on, where there are any.
+    /// Sparkline of the scores on the current exercise, if there are any.
     pub spark: Option<String>,
-    /// How they stand.
+    /// Status in the course.
     pub status: StatusWord,
-    /// Why they may need help: kind and reason.
+    /// Reasons why the trainee may need help: kind and reason.
     pub concerns: Vec<(&'static str, String)>,
 }
 
-/// How a cohort stands in a course.
+/// Progress of a cohort in a course.
 #[derive(Clone, Debug)]
 pub struct CourseShare {
     /// The course's title.
@@ -133,27 +133,27 @@ pub struct CourseShare {
     pub exercises: Vec<ExerciseShare>,
 }
 
-/// How a cohort stands on an exercise.
+/// Progress of a cohort on an exercise.
 #[derive(Clone, Debug)]
 pub struct ExerciseShare {
-    /// Its page.
+    /// Address of the exercise's page.
     pub href: String,
     /// Its title.
     pub title: String,
-    /// Trainees who mastered it.
+    /// Number of trainees who mastered it.
     pub mastered: usize,
-    /// That share as a bar.
+    /// Share of these trainees, as a bar.
     pub bar: String,
-    /// Names of those who are working on it.
+    /// Names of the trainees currently working on it.
     pub here: Vec<String>,
-    /// Scored attempts.
+    /// Number of scored attempts.
     pub attempts: usize,
-    /// Attempts passed.
+    /// Number of passed attempts.
     pub passes: usize,
 }
 
 impl CohortPage {
-    /// Trainees who may need help, the most reasons first.
+    /// Returns the trainees who may need help, those with the most reasons first.
     #[must_use]
     pub fn help(&self) -> Vec<&TraineeRow> {
         let mut rows: Vec<&TraineeRow> = self.trainees.iter().filter(|t| !t.concerns.is_empty()).collect();
@@ -161,13 +161,13 @@ impl CohortPage {
         rows
     }
 
-    /// Scored attempts of all.
+    /// Returns the number of scored attempts of all trainees.
     #[must_use]
     pub fn attempts(&self) -> usize {
         self.trainees.iter().map(|t| t.attempts).sum()
     }
 
-    /// Trainees who have mastered their course.
+    /// Returns the number of trainees who have mastered their course.
     #[must_use]
     pub fn complete(&self) -> usize {
         self.trainees.iter().filter(|t| t.status == StatusWord::Complete).count()
@@ -175,7 +175,7 @@ impl CohortPage {
 }
 
 impl TraineeRow {
-    /// A trainee's standing in the course they are on.
+    /// Creates a row from a trainee's progress in their current course.
     #[must_use]
     pub fn new(href: String, name: String, facts: &CourseFacts<'_>, progress: &Progress) -> Self {
         let doing = progress.next.map(|i| &facts.course.steps[i]);
@@ -211,14 +211,14 @@ fn standing_in_course(progress: &Progress) -> StatusWord {
 }
 
 impl CourseShare {
-    /// The standing of named trainees in a course.
+    /// Summarizes the progress of trainees in a course.
     #[must_use]
     pub fn new(facts: &CourseFacts<'_>, trainees: &[(&str, &Progress)]) -> Self {
         let exercises = (0..facts.course.steps.len()).map(|i| exercise_share(facts, trainees, i)).collect();
         Self { title: facts.title.to_owned(), exercises }
     }
 
-    /// Whether somebody has tried any of its exercises.
+    /// Returns whether any trainee has tried one of its exercises.
     #[must_use]
     pub fn is_begun(&self) -> bool {
         self.exercises.iter().any(|exercise| exercise.attempts > 0)
@@ -243,7 +243,7 @@ fn exercise_share(facts: &CourseFacts<'_>, trainees: &[(&str, &Progress)], index
 }
 
 impl CohortCard {
-    /// A cohort in short, from the standing of its trainees.
+    /// Creates a summary from the progress of the cohort's trainees.
     #[must_use]
     pub fn new<'a>(href: String, name: String, trainees: impl Iterator<Item = &'a Progress>) -> Self {
         let mut card = Self { href, name, trainees: 0, complete: 0, help: 0, mastered: 0.0 };
@@ -258,19 +258,19 @@ impl CohortCard {
         card
     }
 
-    /// The share as a bar.
+    /// Returns the share of mastered exercises as a bar.
     #[must_use]
     pub fn bar(&self) -> String {
         charts::draw_share_bar(self.mastered)
     }
 
-    /// How many may need help, in words.
+    /// Describes how many trainees may need help.
     #[must_use]
     pub fn help_words(&self) -> String {
         trn!("{n} needs help", "{n} need help", self.help)
     }
 
-    /// The share in words.
+    /// Returns the share of mastered exercises as text.
     #[must_use]
     pub fn percent(&self) -> String {
         format::format_percent(self.mastered)
@@ -279,7 +279,7 @@ impl CohortCard {
 
 #[cfg(test)]
 mod tests {
-    //! An instructor must see who needs help and why without opening thirty pages.
+    //! An instructor must see who needs help and why on a single page.
 
     use model::ids::CohortId;
 

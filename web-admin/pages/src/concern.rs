@@ -1,10 +1,10 @@
-//! Why somebody may need help, in words.
+//! Reasons why a trainee may need help, as text.
 
 use model::progress::{Concern, DECLINE_RUN};
 
 use crate::format;
 
-/// The kind of a concern in a word or two, and the reason.
+/// Returns the kind of a concern, as a short label, and the reason.
 #[must_use]
 pub fn say_concern(concern: &Concern) -> (&'static str, String) {
     (name_concern(concern), say_concern_reason(concern))

@@ -1,4 +1,4 @@
-//! An expert's consent: what stands, what was recorded, and the form that records it.
+//! An expert's consent: the current declaration, the history, and the form that records one.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -9,46 +9,46 @@ use time::OffsetDateTime;
 use super::form::FilledForm;
 use super::{Shell, StatusWord, format};
 
-/// The consent of somebody who teaches.
+/// The page with the consent of a staff member.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/consent.html")]
 pub struct ConsentOfExpertPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// Who.
+    /// Id of the expert.
     pub person: PersonId,
-    /// Their name.
+    /// Name of the expert.
     pub name: String,
-    /// What was recorded, the latest first.
+    /// Recorded declarations, latest first.
     pub recorded: Vec<Recorded>,
-    /// What is typed.
+    /// The form for a new declaration.
     pub form: FilledForm<DeclarationForm>,
 }
 
-/// The fields of a consent.
+/// Input of the form that records a consent.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default)]
 pub struct DeclarationForm {
-    /// The words that were agreed to.
+    /// Wording of the consent.
     pub wording: String,
-    /// How it was given.
+    /// How consent was given.
     pub how: String,
-    /// The day.
+    /// Date on which it was given.
     pub given: String,
 }
 
-/// A consent that was recorded.
+/// A recorded consent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recorded {
-    /// What was agreed to.
+    /// Wording of the consent.
     pub wording: String,
-    /// How it was given.
+    /// How consent was given.
     pub how: String,
-    /// When.
+    /// Time at which it was given.
     pub given_at: OffsetDateTime,
-    /// Who recorded it.
+    /// Name of the user who recorded it.
     pub recorded_by: String,
-    /// When it was taken back, and who recorded that.
+    /// Time of the withdrawal, and name of the user who recorded it.
     pub withdrawn: Option<(OffsetDateTime, String)>,
 }
 
@@ -60,7 +60,7 @@ impl ConsentOfExpertPage {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when it cannot be seen what was agreed to, or a consent that stands cannot be taken back.
+    //! The wording must be visible, and a consent in force must be revocable.
 
     use model::Role;
 

@@ -1,4 +1,4 @@
-//! The curricula a school teaches.
+//! The curricula of a school.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -9,9 +9,9 @@ use super::{Shell, StatusWord};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "curricula.html")]
 pub struct CurriculaPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The visitor may write documents.
+    /// Whether the visitor may write documents.
     pub staff: bool,
     /// Title of the course that was just published.
     pub published: Option<String>,
@@ -26,9 +26,9 @@ pub struct CourseCard {
     pub id: String,
     /// Title.
     pub title: String,
-    /// What it teaches.
+    /// Description of its content.
     pub description: String,
-    /// The mastery rule in words.
+    /// The mastery rule as text.
     pub rule: String,
     /// Its exercises in order.
     pub exercises: Vec<ExerciseLine>,
@@ -37,15 +37,15 @@ pub struct CourseCard {
 /// An exercise of a curriculum.
 #[derive(Clone, Debug)]
 pub struct ExerciseLine {
-    /// Its page.
+    /// Address of the exercise's page.
     pub href: String,
     /// Its title.
     pub title: String,
     /// Difficulty, 1–5.
     pub difficulty: u8,
-    /// Titles of the exercises to master first.
+    /// Titles of the exercises to be mastered first.
     pub prerequisites: Vec<String>,
-    /// How the visitor stands, for a trainee.
+    /// The visitor's status, if the visitor is a trainee.
     pub status: Option<StatusWord>,
 }
 

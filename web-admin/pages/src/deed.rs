@@ -1,4 +1,5 @@
-//! What was just done, said on the page that a form leads to. Which deed it was is a matter of the request, as the language is.
+//! The flash message that confirms a submitted form on the next page. The message is task-local to
+//! a request, like the language.
 
 use std::future::Future;
 
@@ -6,11 +7,12 @@ tokio::task_local! {
     static DEED: Deed;
 }
 
-/// A form that was taken, by the place of its route in the list of those that say so here.
+/// A form that was processed successfully, as its index in `SAID_HERE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Deed(usize);
 
-/// The routes whose forms say here that they were taken. Others say it on the page to which they lead, or show what came of them.
+/// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
+/// redirect to, or show their result.
 pub const SAID_HERE: [&str; 39] = [
     "/account/cohorts/{cohort}",
     "/account/language",
@@ -54,19 +56,19 @@ pub const SAID_HERE: [&str; 39] = [
 ];
 
 impl Deed {
-    /// The form of a route, where it says here that it was taken.
+    /// Returns the message of a route's form, if it has a flash message.
     #[must_use]
     pub fn of_route(route: &str) -> Option<Self> {
         SAID_HERE.iter().position(|said| *said == route).map(Self)
     }
 
-    /// The deed of a number, as a cookie has it.
+    /// Returns the message with a number, as stored in the cookie.
     #[must_use]
     pub fn of_number(number: usize) -> Option<Self> {
         (number < SAID_HERE.len()).then_some(Self(number))
     }
 
-    /// Its number.
+    /// Returns the number to store in the cookie.
     #[must_use]
     pub const fn number(self) -> usize {
         self.0
@@ -103,12 +105,12 @@ impl Deed {
     }
 }
 
-/// Says that something was done on the pages that a future makes.
+/// Runs a future whose pages show the flash message.
 pub async fn saying_done<F: Future>(deed: Deed, future: F) -> F::Output {
     DEED.scope(deed, future).await
 }
 
-/// What was just done, in words.
+/// Returns the text of the current flash message, if there is one.
 #[must_use]
 pub fn say_done() -> Option<&'static str> {
     DEED.try_with(|deed| deed.said()).ok()

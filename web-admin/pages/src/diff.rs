@@ -1,36 +1,36 @@
-//! What differs between two texts, line by line.
+//! Line-by-line comparison of two texts.
 
 use similar::{ChangeTag, TextDiff};
 
-/// Lines shown around a change.
+/// Unchanged lines shown around a change.
 const CONTEXT: usize = 3;
 
 /// A line of a comparison.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DiffLine {
-    /// What became of it.
+    /// Kind of change.
     pub change: DiffMark,
-    /// Its number in the older text, from 1.
+    /// Line number in the older text, from 1.
     pub before: Option<usize>,
-    /// Its number in the newer text, from 1.
+    /// Line number in the newer text, from 1.
     pub after: Option<usize>,
-    /// The line.
+    /// Text of the line, without its line ending.
     pub text: String,
 }
 
-/// What became of a line.
+/// Kind of change of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DiffMark {
-    /// It is in both.
+    /// Present in both texts.
     Kept,
-    /// It is in the older text only.
+    /// Only in the older text.
     Removed,
-    /// It is in the newer text only.
+    /// Only in the newer text.
     Added,
 }
 
 impl DiffMark {
-    /// The class of its row.
+    /// Returns the CSS class of the row.
     #[must_use]
     pub fn class(self) -> &'static str {
         match self {
@@ -40,7 +40,7 @@ impl DiffMark {
         }
     }
 
-    /// A sign, so that colour is not needed.
+    /// Returns a sign, so that colour is not the only cue.
     #[must_use]
     pub fn sign(self) -> &'static str {
         match self {
@@ -51,7 +51,7 @@ impl DiffMark {
     }
 }
 
-/// The changed lines and a few around them, in groups; empty where the texts are the same.
+/// Returns the changed lines with their context, in groups; empty if the texts are equal.
 #[must_use]
 pub fn compare_lines(older: &str, newer: &str) -> Vec<Vec<DiffLine>> {
     let diff = TextDiff::from_lines(older, newer);
@@ -73,7 +73,7 @@ pub fn compare_lines(older: &str, newer: &str) -> Vec<Vec<DiffLine>> {
 
 #[cfg(test)]
 mod tests {
-    //! A change that is not shown is one that nobody decides on.
+    //! Reviewers can only judge a change that is shown.
 
     use super::*;
 

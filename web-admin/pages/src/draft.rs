@@ -1,4 +1,4 @@
-//! Documents being written.
+//! Drafts of exercises, courses and instruments.
 
 use std::collections::BTreeMap;
 
@@ -19,59 +19,59 @@ use super::people::SelectOption;
 use super::trainee::rule_in_words;
 use super::{Shell, assets, format};
 
-/// The drafts of a school.
+/// The page of the school's drafts.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "drafts.html")]
 pub struct DraftsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Drafts.
     pub drafts: Vec<DraftRow>,
-    /// The exercises that may be copied.
+    /// Exercises that can be copied.
     pub exercises: Vec<SelectOption>,
-    /// Nothing, and the instruments that may be copied.
+    /// An empty option, and the instruments that can be copied.
     pub instruments: Vec<SelectOption>,
-    /// A document to be begun, and why it was not.
+    /// The form that begins a draft.
     pub form: FilledForm<NewDraftForm>,
 }
 
-/// What kind of document is to be begun.
+/// Kind of document to begin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NewDraftKind {
-    /// An exercise, as a copy of another.
+    /// An exercise, copied from another.
     #[default]
     Exercise,
     /// A course without exercises.
     Course,
-    /// An instrument, as a copy of another or without questions.
+    /// An instrument, copied from another or without questions.
     Instrument,
 }
 
-/// A document to be begun, as it was typed.
+/// Input of the form that begins a draft.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default)]
 pub struct NewDraftForm {
-    /// What it will be.
+    /// Kind of document.
     pub kind: NewDraftKind,
-    /// Id of the exercise that is copied.
+    /// Id of the exercise to copy.
     pub exercise: String,
-    /// Id of the instrument that is copied; empty where it begins without questions.
+    /// Id of the instrument to copy; empty to begin without questions.
     pub instrument: String,
     /// Title.
     pub title: String,
-    /// Id; empty where it is made from the title.
+    /// Id; empty to derive it from the title.
     pub id: String,
 }
 
 impl DraftsPage {
-    /// Why the form of a kind was refused.
+    /// Returns why the form of a kind was refused.
     #[must_use]
     pub fn refusal_of(&self, kind: NewDraftKind) -> Option<&str> {
         self.form.refused.as_deref().filter(|_| self.form.typed.kind == kind)
     }
 
-    /// What was typed into the form of a kind, once it was refused.
+    /// Returns the input of the form of a kind if that form was refused; else an empty input.
     #[must_use]
     pub fn typed_of(&self, kind: NewDraftKind) -> NewDraftForm {
         if self.form.typed.kind == kind { self.form.typed.clone() } else { NewDraftForm::default() }
@@ -81,105 +81,107 @@ impl DraftsPage {
 /// A draft in the list.
 #[derive(Clone, Debug)]
 pub struct DraftRow {
-    /// Its page.
+    /// Address of its page.
     pub href: String,
-    /// What it is.
+    /// Kind of document.
     pub kind: &'static str,
-    /// The title that stands in it; empty where there is none.
+    /// Title in the document; empty if it has none.
     pub title: String,
-    /// Of what it will be a revision.
+    /// Id of the document that the draft will revise.
     pub document_id: String,
-    /// Who saved it last.
+    /// Name of the user who saved it last.
     pub saved_by: String,
-    /// When.
+    /// Time of that save.
     pub saved_at: OffsetDateTime,
 }
 
-/// The page where a draft is written.
+/// The page that edits a draft.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "draft.html")]
 pub struct DraftPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The draft.
     pub draft: DraftRow,
-    /// It is an instrument.
+    /// Whether it is an instrument.
     pub is_instrument: bool,
-    /// Codes of the languages in which an instrument can be seen as whoever answers sees it.
+    /// Codes of the languages in which an instrument can be previewed.
     pub languages: Vec<String>,
-    /// The exercise, the course or the instrument, as it was typed.
+    /// Text of the exercise, course or instrument, as entered.
     pub document: String,
-    /// The scene of an exercise, as it was typed.
+    /// Text of an exercise's scene, as entered.
     pub scene: Option<String>,
-    /// The version that was seen.
+    /// Version that the user has edited, to detect conflicts.
     pub seen: i64,
-    /// What somebody else has saved meanwhile, against what was typed here.
+    /// Differences between the version that another user has saved meanwhile and this user's text.
     pub conflict: Option<Vec<Vec<DiffLine>>>,
-    /// What was just asked for and not done, because of the problems or, until the author insists, the advice.
+    /// Whether the requested action was refused, because of problems or because of advice that the
+    /// author has not overruled.
     pub refused: bool,
-    /// What it comes to.
+    /// Result of the check.
     pub verdict: DraftVerdict,
-    /// The document as a form; absent where its text is shown.
+    /// The document as a form; `None` if its text is shown.
     pub form: Option<DocumentForm>,
-    /// Exercises whose scene can be taken, beside the form of an exercise.
+    /// Exercises whose scene can be reused, listed with the form of an exercise.
     pub scenes: Vec<SelectOption>,
-    /// Title of the scene, beside the form of an exercise.
+    /// Title of the scene, shown with the form of an exercise.
     pub scene_title: String,
-    /// A form was wanted, and the text is no TOML.
+    /// Whether a form was requested but the text is not valid TOML.
     pub unreadable: bool,
-    /// It was just saved.
+    /// Whether the draft has just been saved.
     pub saved: bool,
-    /// Why a picture was not added, and nothing saved.
+    /// Why a picture was refused; nothing was saved in that case.
     pub picture_refused: Option<String>,
 }
 
 impl DraftPage {
-    /// The same after a picture was refused, with what was typed of it.
+    /// Shows why a picture was refused, and keeps the description the user entered.
     #[must_use]
     pub fn with_refused_picture(self, alt: String, why: String) -> Self {
         let form = self.form.map(|form| form.with_refused_picture(&alt, &why));
         Self { form, picture_refused: Some(why), ..self }
     }
 
-    /// A remark as this page shows it.
+    /// Returns a remark as shown on this page.
     #[must_use]
     pub fn show_remark(&self, remark: &DraftRemark) -> ShownRemark {
         ShownRemark::new(self.form.as_ref(), remark)
     }
 
-    /// The address of the script that keeps the verdict up with what is typed.
+    /// Returns the address of the script that updates the verdict during editing.
     #[must_use]
     pub fn script(&self) -> String {
         assets::asset_address("draft.js")
     }
 }
 
-/// The verdict alone, to be put into the page while somebody types.
+/// The verdict alone, which a script inserts into the page during editing.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "parts/verdict.html")]
 pub struct VerdictPart {
-    /// What the draft comes to.
+    /// Result of the check.
     pub verdict: DraftVerdict,
-    /// The form that somebody types into; absent where it is the text.
+    /// The form that is being edited; `None` if the text is edited.
     pub form: Option<DocumentForm>,
 }
 
 impl VerdictPart {
-    /// A remark as this part shows it.
+    /// Returns a remark as shown in this fragment.
     #[must_use]
     pub fn show_remark(&self, remark: &DraftRemark) -> ShownRemark {
         ShownRemark::new(self.form.as_ref(), remark)
     }
 }
 
-/// A remark on a draft as a page shows it: beside a form by the name of the field, beside a text by line and column.
+/// A remark on a draft as displayed: with a form, by the name of the field; with a text, by line
+/// and column.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShownRemark {
-    /// The field on the page; absent where there is none.
+    /// Link to the field on the page; `None` if the field is not shown.
     pub href: Option<String>,
-    /// Where.
+    /// Label of the field, or line and column.
     pub place: String,
-    /// What.
+    /// Text of the remark.
     pub what: String,
 }
 
@@ -194,7 +196,7 @@ impl ShownRemark {
     }
 }
 
-/// The verdict on an exercise that could be published.
+/// Returns the verdict on an exercise that can be published.
 #[must_use]
 pub fn verdict_of_exercise(exercise: &Publishable) -> DraftVerdict {
     let Publishable { bundle, plan, advice } = exercise;
@@ -206,7 +208,7 @@ pub fn verdict_of_exercise(exercise: &Publishable) -> DraftVerdict {
     DraftVerdict { advice, drawing: Some(view.drawing), facts, ..DraftVerdict::default() }
 }
 
-/// The verdict on a course that could be published, with the titles of its exercises by their ids.
+/// Returns the verdict on a course that can be published; `titles` holds exercise titles by id.
 #[must_use]
 pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery, titles: &BTreeMap<String, Wording>) -> DraftVerdict {
     let title = |id: &String| {
@@ -229,25 +231,26 @@ pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery, titles: &BTreeM
     }
 }
 
-/// The verdict on a draft that is refused.
+/// Returns the verdict on a draft with problems.
 #[must_use]
 pub fn verdict_of_refused(issues: &[Issue]) -> DraftVerdict {
     DraftVerdict { problems: issues.iter().map(remark_on_issue).collect(), ..DraftVerdict::default() }
 }
 
-/// The verdict on a draft that nobody has looked at yet; when to ask again, in s.
+/// Returns the verdict on a draft that has not been checked because the queue is busy;
+/// `retry_after_s` is the time until the next try, in s.
 #[must_use]
 pub fn verdict_while_waiting(retry_after_s: u64) -> DraftVerdict {
     let what = tr!("others of this school are before this; try again in {wait} s", wait = retry_after_s);
     DraftVerdict { problems: vec![DraftRemark::on_all(tr!("Not looked at yet"), what)], ..DraftVerdict::default() }
 }
 
-/// Facts under their names.
+/// Converts fact names to owned strings.
 pub(crate) fn name_facts(facts: Vec<(&'static str, String)>) -> Vec<(String, String)> {
     facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
-/// What is wrong in a document: where, and what.
+/// Describes an issue in a document: its place, and the problem with field name.
 #[must_use]
 pub fn say_issue(issue: &Issue) -> (String, String) {
     (say_issue_place(issue), format!("{}: {}", issue.field, say_fault(issue)))
@@ -266,12 +269,12 @@ fn is_in_scene(issue: &Issue) -> bool {
     issue.file == "attached scene"
 }
 
-/// What stands at the field, and what is allowed.
+/// Describes the value found and the values allowed.
 fn say_fault(issue: &Issue) -> String {
     format!("{}; {}", words::phrase(&issue.found), words::phrase(&issue.allowed))
 }
 
-/// The same as a remark, which a form shows at its field.
+/// Converts an issue into a remark, which a form shows at its field.
 fn remark_on_issue(issue: &Issue) -> DraftRemark {
     if is_in_scene(issue) {
         let (place, what) = say_issue(issue);
@@ -280,7 +283,7 @@ fn remark_on_issue(issue: &Issue) -> DraftRemark {
     DraftRemark { place: say_issue_place(issue), field: issue.field.clone(), what: say_fault(issue) }
 }
 
-/// The planner's verdict.
+/// Describes the planned tissue model, its error and its size.
 fn describe_tissue(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Vec<(&'static str, String)> {
     let Some(plan) = plan else {
         return vec![(tr!("Tissue"), tr!("the force law alone: the scene names no model").to_owned())];
@@ -304,7 +307,7 @@ fn describe_tissue(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Vec<(&'
 
 #[cfg(test)]
 mod tests {
-    //! A person must see what is wrong and where, and never lose what they typed.
+    //! Problems must be shown with their place, and user input must never be lost.
 
     use documents::metrics::SceneNames;
     use model::Role;

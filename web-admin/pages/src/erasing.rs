@@ -1,4 +1,5 @@
-//! Before somebody is erased: what goes, what stays, and where their name may stand besides.
+//! The confirmation page for erasing a person: data that is erased, data that stays, and other
+//! texts that may mention the name.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -7,23 +8,24 @@ use model::texts::{MOST_MENTIONS, TextCounts};
 
 use super::Shell;
 
-/// The page on which somebody is erased.
+/// The page that erases a person.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/erase.html")]
 pub struct ErasePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// Who.
+    /// The person to erase.
     pub person: DirectoryEntry,
-    /// Free texts, by who wrote them.
+    /// Number of free texts, by author.
     pub texts: TextCounts,
-    /// By the school's rule their recordings go, too.
+    /// Whether the school's rule erases the recordings as well.
     pub recordings: bool,
-    /// TextCounts of others about others in which their name may stand: the attempt's page, and the text.
+    /// Texts by others about others that may mention the name: address of the attempt's page, and
+    /// the text.
     pub mentions: Vec<(String, String)>,
-    /// They are kept whatever anybody wishes.
+    /// Whether the person is on legal hold and cannot be erased.
     pub held: bool,
-    /// What was typed to confirm is not their address.
+    /// Whether the address entered as confirmation was wrong.
     pub unconfirmed: bool,
 }
 

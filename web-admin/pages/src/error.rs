@@ -1,22 +1,22 @@
-//! A request that was not done.
+//! Error pages.
 
 use askama::Template;
 use askama_web::WebTemplate;
 
 use super::{assets, format};
 
-/// The page of an error.
+/// The page shown for a failed request.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "error.html")]
 pub struct ErrorPage {
     /// HTTP status.
     pub status: u16,
-    /// What is wrong with this request.
+    /// Description of the problem.
     pub message: String,
 }
 
 impl ErrorPage {
-    /// What happened, in a reader's words.
+    /// Returns what happened, as a heading.
     #[must_use]
     pub fn heading(&self) -> &'static str {
         match self.status {
@@ -28,13 +28,13 @@ impl ErrorPage {
         }
     }
 
-    /// What is wrong with this request, as a sentence; empty where the heading has said it.
+    /// Returns the problem as a sentence; empty if the heading is sufficient.
     #[must_use]
     pub fn explanation(&self) -> String {
         if self.status == 404 { String::new() } else { format::as_sentence(self.message.trim_end_matches('.')) + "." }
     }
 
-    /// What to do now.
+    /// Returns the recommended next step.
     #[must_use]
     pub fn advice(&self) -> &'static str {
         match self.status {

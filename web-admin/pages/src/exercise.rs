@@ -1,4 +1,4 @@
-//! An exercise: what to do, where, and how it is judged.
+//! The page of an exercise: task, cross-section and rubric.
 
 use std::collections::BTreeMap;
 
@@ -19,74 +19,74 @@ use super::{Shell, StatusWord, anatomy, charts, format, metric};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "exercise.html")]
 pub struct ExercisePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What to do and how it is judged.
+    /// Facts and rubric of the exercise.
     pub exercise: ExerciseFacts,
-    /// Where it stands in each course.
+    /// Its place in each course.
     pub contexts: Vec<Context>,
-    /// Attempts, newest first: the trainee's own, or those the visitor may see.
+    /// Attempts, newest first: the trainee's own, or all that the visitor may see.
     pub attempts: Vec<OwnAttemptRow>,
-    /// The visitor is a trainee.
+    /// Whether the visitor is a trainee.
     pub own: bool,
-    /// Score over time, for a trainee with attempts.
+    /// Chart of scores over time, for a trainee with attempts.
     pub chart: Option<String>,
-    /// What instructors do with it next; absent for trainees.
+    /// Controls for instructors; `None` for trainees.
     pub teaching: Option<ExerciseTeaching>,
 }
 
-/// What instructors do with an exercise.
+/// Controls of the page for instructors.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExerciseTeaching {
-    /// It was just published.
+    /// Whether the exercise has just been published.
     pub published: bool,
-    /// The courses that do not have it yet.
+    /// Courses that do not contain it yet.
     pub courses: Vec<SelectOption>,
-    /// Its scene beside what others have measured.
+    /// Parameters of its scene compared with published measurements.
     pub measured: Vec<MeasuredLine>,
 }
 
-/// Where an exercise stands in a course.
+/// Place of an exercise in a course.
 #[derive(Clone, Debug)]
 pub struct Context {
     /// The course's title.
     pub course: String,
-    /// Place in the course, from 1, and how many exercises there are.
+    /// Position in the course, from 1, and number of exercises.
     pub place: (usize, usize),
-    /// The mastery rule in words.
+    /// The mastery rule as text.
     pub rule: String,
-    /// What comes first: title and page.
+    /// Exercises to be mastered first: title and address.
     pub prerequisites: Vec<(String, String)>,
-    /// What this opens: title and page.
+    /// Exercises that this one unlocks: title and address.
     pub opens: Vec<(String, String)>,
-    /// How the visitor stands, for a trainee.
+    /// The visitor's status, if the visitor is a trainee.
     pub status: Option<StatusWord>,
 }
 
-/// An exercise as people read it.
+/// An exercise as displayed.
 #[derive(Clone, Debug)]
 pub struct ExerciseFacts {
     /// Id in its document.
     pub id: String,
     /// Title.
     pub title: String,
-    /// Briefing, by paragraph.
+    /// Paragraphs of the briefing.
     pub briefing: Vec<String>,
     /// Pictures of the briefing.
     pub pictures: Vec<ShownPicture>,
-    /// Cross-section, for both widths.
+    /// Cross-section, at both widths.
     pub drawing: String,
     /// Name and thickness in mm of each layer.
     pub layers: Vec<(String, f64)>,
     /// Name and kind of each structure.
     pub structures: Vec<(String, &'static str)>,
-    /// Name and value.
+    /// Facts: name and value.
     pub facts: Vec<(&'static str, String)>,
     /// Lines of the rubric.
     pub rubric: Vec<RubricLineView>,
-    /// Limits that fail the attempt: metric and limit, and what is said.
+    /// Limits that fail an attempt: metric with limit, and the explanation given to the trainee.
     pub hard_fails: Vec<(String, String)>,
-    /// What must have happened before anything is earned.
+    /// Requirements that must be met before any points are earned.
     pub required: Vec<String>,
     /// Score needed to pass, 0–100.
     pub pass_mark: f64,
@@ -95,20 +95,20 @@ pub struct ExerciseFacts {
 /// A line of the rubric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RubricLineView {
-    /// What is measured.
+    /// Name of the metric.
     pub label: String,
-    /// How it is defined.
+    /// Definition of the metric.
     pub definition: String,
-    /// What earns everything, with its unit.
+    /// Value that earns full marks, with unit.
     pub full: String,
-    /// What earns nothing, with its unit.
+    /// Value that earns no marks, with unit.
     pub zero: String,
-    /// Points to be had, of 100.
+    /// Maximum points, of 100.
     pub points: f64,
 }
 
 impl ExerciseFacts {
-    /// Puts an exercise into words and a drawing, with the pictures at hand.
+    /// Describes an exercise in text and a drawing, with the available pictures.
     #[must_use]
     pub fn new(bundle: &ExerciseBundle, pictures: &[PictureAtHand]) -> Self {
         let exercise = &bundle.exercise;
@@ -137,7 +137,7 @@ impl ExerciseFacts {
     }
 }
 
-/// An empty line ends a paragraph.
+/// Splits a text into paragraphs at empty lines.
 fn split_paragraphs(text: &str) -> Vec<String> {
     text.split("\n\n").map(|p| p.trim().replace('\n', " ")).filter(|p| !p.is_empty()).collect()
 }
@@ -176,7 +176,7 @@ fn rubric_line(line: &documents::RubricLine, weights: f64) -> RubricLineView {
     }
 }
 
-/// What must have happened before anything is earned, in words.
+/// Describes the requirements that must be met before any points are earned.
 fn say_requirements(required: &documents::Required) -> Vec<String> {
     let reached =
         required.reached.as_ref().map(|layer| tr!("the tip has opened {layer}", layer = anatomy::say_structure(layer)));
@@ -194,14 +194,15 @@ fn say_hard_fail(limit: &documents::HardFail) -> (String, String) {
     (tr!("{label} above {limit}", label = label, limit = format::format_stated(limit.above, unit)), why)
 }
 
-/// Label, definition and unit of a version of a metric, plain or split.
+/// Returns label, definition and unit of a version of a metric, plain or split.
 fn metric_words(id: &str, version: u32) -> (String, String, &'static str) {
     let unit = assessment::catalogue::find_definition(id, version).map_or("", |definition| definition.unit);
     (metric::metric_label(id), metric::metric_definition(id, version), unit)
 }
 
-/// The plane through the planned needle, seen from the side. Where that goes straight in, every plane through it is as good: the one
-/// that cuts more of what is drawn only where it is cut.
+/// Returns the section in the plane of the planned needle, seen from the side. A perpendicular
+/// needle lies in every vertical plane: of the planned plane and the one rotated by 90°, the one
+/// that cuts more meshes is chosen.
 fn section_of_bundle(bundle: &ExerciseBundle) -> CrossSection {
     let planned = section_of_needle(bundle, &bundle.exercise);
     if bundle.exercise.angle_deg > 0.0 {
@@ -212,7 +213,7 @@ fn section_of_bundle(bundle: &ExerciseBundle) -> CrossSection {
     if count_cuts(&turned) > count_cuts(&planned) { turned } else { planned }
 }
 
-/// How many closed lines structures are cut along.
+/// Returns the number of contours along which meshes are cut.
 fn count_cuts(section: &CrossSection) -> usize {
     let cuts = section.structures.iter().map(|structure| match &structure.outline {
         StructureOutline::Cut(loops) => loops.len(),
@@ -231,7 +232,7 @@ fn section_of_needle(bundle: &ExerciseBundle, exercise: &Exercise) -> CrossSecti
     }
 }
 
-/// A structure in the plane; none where the plane passes it by.
+/// Returns a structure's outline in the plane; `None` for a mesh that the plane does not cut.
 fn structure_in_section(structure: &SceneStructure, exercise: &Exercise) -> Option<SectionStructure> {
     let spec = &structure.spec;
     let at = [spec.position_m.x, spec.position_m.y, spec.position_m.z];
@@ -265,16 +266,18 @@ fn outline_of_shape(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> Structu
     }
 }
 
-/// A point in m of the patient frame, in the plane.
+/// Projects a point of the patient frame, in m, onto the plane.
 fn point_in_plane([x, y, z]: [f64; 3], exercise: &Exercise) -> SectionPoint {
     let from_entry = exercise.seen_from_entry_m(&[x, y, z].into());
     SectionPoint::new(from_entry.x * 1e3, -from_entry.z * 1e3)
 }
 
-/// The closed lines along which the plane cuts a closed mesh, whose vertices are seen from the entry, in m.
+/// Returns the closed contours along which the plane cuts a closed mesh. Vertices are relative to
+/// the entry point, in m.
 fn cut_mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Vec<SectionPoint>> {
     let is_left = |vertex: u32| vertices_m.get(vertex as usize).is_some_and(|place_m| place_m.y >= 0.0);
-    // Each triangle that is cut leads from one of its edges to another; an edge goes from the right of the plane to its left or back.
+    // Each cut triangle connects two of its edges. Contours are chains of edges, keyed by their
+    // vertices: an edge runs from the right of the plane to its left, or back.
     let mut next = BTreeMap::new();
     for &[a, b, c] in triangles {
         let crossed = [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| is_left(*from) != is_left(*to));
@@ -313,7 +316,8 @@ fn outline_of_bounds(points: impl Iterator<Item = SectionPoint>) -> StructureOut
 
 #[cfg(test)]
 mod tests {
-    //! The page must tell a trainee what to do and what will be judged; the drawing must show the scene's own places.
+    //! The page must show the task and the scoring; the drawing must show the scene's true
+    //! positions.
 
     use super::*;
     use crate::samples;

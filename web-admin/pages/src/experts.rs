@@ -1,4 +1,5 @@
-//! An attempt beside the experts: over depth as a drawing, layer by layer as a table, and in words where it departs.
+//! Comparison of an attempt with experts: force over depth as a drawing, a table by layer, and a
+//! description of each departure.
 
 use attempt::AttemptCurve;
 use model::corridor::Corridor;
@@ -6,54 +7,54 @@ use model::expert_way::{BesideBand, Compared, Departure, LayerBeside};
 
 use super::{anatomy, charts, format};
 
-/// An attempt beside the experts.
+/// Comparison of an attempt with experts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BesideExperts {
-    /// Force over depth, for both widths.
+    /// Force over depth, at both widths.
     pub drawing: String,
-    /// How many experts.
+    /// Number of experts.
     pub experts: usize,
-    /// Layer by layer.
+    /// One row per layer.
     pub rows: Vec<LayerBesideRow>,
-    /// Where it departs, in words, each with its second.
+    /// Descriptions of departures, with their times.
     pub departures: Vec<SaidDeparture>,
 }
 
-/// A layer beside the experts: own value and theirs of each thing, empty where it could not be compared.
+/// Comparison within a layer; cells are empty if a value could not be compared.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LayerBesideRow {
-    /// The layer.
+    /// Name of the layer.
     pub layer: String,
-    /// Speed through it.
+    /// Speed through the layer.
     pub speed: BesideCell,
-    /// Advance after the pop into it.
+    /// Advance after the pop into the layer.
     pub after_pop: BesideCell,
-    /// Greatest force in it.
+    /// Peak force in the layer.
     pub peak: BesideCell,
 }
 
-/// A value beside the experts'.
+/// A value compared with the experts' range.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BesideCell {
-    /// This attempt's, with its unit.
+    /// Value of this attempt, with unit.
     pub own: String,
-    /// Eight in ten of the experts.
+    /// Range of eight in ten experts.
     pub theirs: String,
-    /// It departs.
+    /// Whether the value is outside the range.
     pub departs: bool,
 }
 
-/// Where an attempt departs from the experts.
+/// A departure from the experts' range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SaidDeparture {
-    /// In words.
+    /// Description.
     pub words: String,
-    /// The second, in s.
+    /// Time in the attempt, in s.
     pub at_s: f64,
 }
 
 impl BesideExperts {
-    /// Says and draws an attempt beside the experts.
+    /// Builds the comparison of an attempt with the experts.
     #[must_use]
     pub fn new(curve: &AttemptCurve, corridor: &Corridor, layers: &[LayerBeside]) -> Self {
         let curve = &anatomy::name_layers_of_curve(curve);
@@ -157,7 +158,7 @@ fn say_departures(beside: &LayerBeside) -> Vec<SaidDeparture> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a departure is not said in words, or something within the band is.
+    //! Every departure must be described, and no value within the range.
 
     use super::*;
 

@@ -1,13 +1,14 @@
-//! Finds sentences that a page says in one language only.
+//! Finds text on a page that is not translated.
 //!
-//! A sample is rendered once more in a language in which everything said stands in brackets. What stands in none is data
-//! of the sample, a unit or a name; or somebody forgot it.
+//! A sample is rendered again in a pseudo-language that puts every translated text in brackets.
+//! Text outside brackets must be sample data, a unit or a name; otherwise its translation was
+//! forgotten.
 
 use std::fmt::Debug;
 
 use words::{Language, within};
 
-/// Not in need of a translation: units, and names of things.
+/// Units and proper names that need no translation.
 const NAMES: [&str; 23] = [
     "CSV",
     "CUSUM",
@@ -34,7 +35,7 @@ const NAMES: [&str; 23] = [
     "px",
 ];
 
-/// Attributes that somebody reads or hears.
+/// Attributes whose values are displayed or read out.
 const READ: [&str; 6] = ["title", "aria-label", "placeholder", "alt", "data-label", "data-failed"];
 
 /// Checks a page.
@@ -43,12 +44,12 @@ pub(super) fn check_page(name: &str, page: &(impl askama::Template + Debug)) {
     all_is_said(name, &html, page);
 }
 
-/// Checks a drawing, which a page holds ready made, so that its words look like data there.
+/// Checks a drawing. Pages contain finished drawings, in which text would pass as data of the page.
 pub(super) fn check_drawing(name: &str, data: &impl Debug, draw: impl Fn() -> String) {
     all_is_said(name, &within(Language::PSEUDO, draw), data);
 }
 
-/// Fails when something stands in no brackets that is not among the data.
+/// Fails if text outside brackets is not part of the data.
 fn all_is_said(name: &str, html: &str, data: &impl Debug) {
     let data = strings(&format!("{data:?}").replace("\\u{a0}", " "));
     let forgotten: Vec<String> =
@@ -56,7 +57,7 @@ fn all_is_said(name: &str, html: &str, data: &impl Debug) {
     assert!(forgotten.is_empty(), "{name} says these in English only: {forgotten:#?}");
 }
 
-/// The strings in a debug output, in lower case, one a line.
+/// Returns the strings in a debug output in lower case, one per line.
 fn strings(debug: &str) -> String {
     let mut strings = String::new();
     let (mut inside, mut escaped) = (false, false);
@@ -77,7 +78,7 @@ fn strings(debug: &str) -> String {
     strings.to_lowercase()
 }
 
-/// What a reader meets: texts and attributes, with entities as characters.
+/// Returns the texts and attribute values that a reader sees, with entities decoded.
 fn texts(html: &str) -> Vec<String> {
     let mut texts = Vec::new();
     let mut rest = html;
@@ -112,7 +113,7 @@ fn plain(text: &str) -> String {
     entities.iter().fold(text, |text, (entity, plain)| text.replace(entity, plain))
 }
 
-/// The parts of a text that stand in no brackets.
+/// Returns the parts of a text outside brackets.
 fn outside(text: &str) -> Vec<String> {
     let mut parts = vec![String::new()];
     let mut depth = 0_usize;
@@ -130,7 +131,7 @@ fn outside(text: &str) -> Vec<String> {
     parts.into_iter().map(|part| part.trim_matches(|c: char| !c.is_alphabetic()).to_owned()).collect()
 }
 
-/// A part without words, or one made of what the sample brought along.
+/// Returns whether a part has no words, or consists of names and sample data.
 fn is_data(part: &str, data: &str) -> bool {
     let pieces = part.split([',', ':', ';', '.', '·', '–', '…', '(', ')', '/', '<', '>', '×']);
     let mut pieces = pieces.map(|piece| piece.trim_matches(|c: char| !c.is_alphabetic()));
@@ -144,7 +145,7 @@ fn is_name(piece: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    //! The check must find what was forgotten, and let data pass.
+    //! The check must find untranslated text, and accept data.
 
     use super::*;
 

@@ -1,24 +1,24 @@
-//! Forms: what stands in their fields, why one was refused, and how a field is read.
+//! Forms: the values of their fields, why one was refused, and how fields are deserialized.
 
 use serde::{Deserialize, Deserializer};
 
-/// A form on a page: what stands in its fields, and, where it was sent and refused, why.
+/// A form on a page: the values of its fields and, after a refused submission, the reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FilledForm<T, W = String> {
-    /// What stands in its fields: what a page begins with, or what was typed.
+    /// Values of the fields: defaults, or the user's input.
     pub typed: T,
-    /// Why it was refused.
+    /// Why the submission was refused.
     pub refused: Option<W>,
 }
 
 impl<T, W> FilledForm<T, W> {
-    /// A form that nobody has sent yet.
+    /// Creates a form that has not been submitted.
     #[must_use]
     pub const fn new(typed: T) -> Self {
         Self { typed, refused: None }
     }
 
-    /// A form that was sent and refused.
+    /// Creates a form whose submission was refused.
     #[must_use]
     pub const fn refused(typed: T, why: W) -> Self {
         Self { typed, refused: Some(why) }
@@ -31,18 +31,20 @@ impl<T: Default, W> Default for FilledForm<T, W> {
     }
 }
 
-/// Reads a text without the spaces around it.
+/// Deserializes a text without surrounding whitespace.
 ///
 /// # Errors
-/// When the field is no text.
+///
+/// If the field is not a string.
 pub fn read_trimmed_text<'de, D: Deserializer<'de>>(field: D) -> Result<String, D::Error> {
     Ok(String::deserialize(field)?.trim().to_owned())
 }
 
-/// Reads a box, which a browser sends with its value where it is ticked, and else leaves out.
+/// Deserializes a checkbox. Browsers send its value if it is ticked, and omit the field otherwise.
 ///
 /// # Errors
-/// When the field is no text.
+///
+/// If the field is not a string.
 pub fn read_ticked_box<'de, D: Deserializer<'de>>(field: D) -> Result<bool, D::Error> {
     let value = String::deserialize(field)?;
     Ok(["yes", "true"].contains(&value.as_str()))

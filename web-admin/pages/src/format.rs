@@ -1,6 +1,6 @@
-//! Values in words: numbers with units, dates, spans of time.
+//! Formatting of values: numbers with units, dates, time spans.
 //!
-//! Templates hand fields over by reference and other values as they are, hence `impl Borrow`.
+//! Templates pass fields by reference and other values by value, hence `impl Borrow`.
 
 use std::borrow::Borrow;
 
@@ -10,7 +10,7 @@ use words::decimal;
 
 use crate::school_time::to_school_time;
 
-/// A number with the decimals a reader can use, and a true minus sign.
+/// Formats a number with about three significant digits, and a true minus sign.
 #[must_use]
 pub fn format_number(value: impl Borrow<f64>) -> String {
     let value = *value.borrow();
@@ -22,13 +22,14 @@ pub fn format_number(value: impl Borrow<f64>) -> String {
     format_fixed(value, decimals)
 }
 
-/// A number with so many decimals, and a true minus sign.
+/// Formats a number with a fixed number of decimals, and a true minus sign.
 #[must_use]
 pub fn format_fixed(value: impl Borrow<f64>, decimals: usize) -> String {
     words::fixed(*value.borrow(), decimals)
 }
 
-/// A value with its unit, kept on one line. A count and a pure number have none.
+/// Formats a value with its unit, without a line break in between. Counts and dimensionless numbers
+/// have no unit.
 #[must_use]
 pub fn format_quantity(value: impl Borrow<f64>, unit: &str) -> String {
     let value = *value.borrow();
@@ -40,7 +41,7 @@ pub fn format_quantity(value: impl Borrow<f64>, unit: &str) -> String {
     }
 }
 
-/// A value as somebody stated it in a document, with its unit: no digit more than they wrote.
+/// Formats a value stated in a document, with its unit and exactly the digits that the value needs.
 #[must_use]
 pub fn format_stated(value: impl Borrow<f64>, unit: &str) -> String {
     let number = decimal(&value.borrow().to_string());
@@ -51,13 +52,16 @@ pub fn format_stated(value: impl Borrow<f64>, unit: &str) -> String {
     }
 }
 
-/// A score, 0–100, rounded. Whether it passes is said beside it; where the mark stands there too, use [`format_score`].
+/// Formats a score, 0–100, rounded to an integer. Next to a pass mark use [`format_score`], which
+/// never rounds a fail up to the mark.
 #[must_use]
 pub fn format_points(score: impl Borrow<f64>) -> String {
+    // The offset keeps rounding errors of the weighted sum from turning a half downwards.
     format_fixed((score.borrow() + 1e-9).round(), 0)
 }
 
-/// A score beside its pass mark: rounded, with a decimal or two where a whole number would stand on the other side of the mark.
+/// Formats a score shown next to its pass mark: rounded to an integer, with one or two decimals if
+/// the integer would be on the other side of the mark.
 #[must_use]
 pub fn format_score(score: impl Borrow<f64>, pass_mark: impl Borrow<Option<f64>>) -> String {
     let score = *score.borrow();
@@ -72,13 +76,13 @@ pub fn format_score(score: impl Borrow<f64>, pass_mark: impl Borrow<Option<f64>>
     format_fixed((score * 100.0).floor() / 100.0, 2)
 }
 
-/// A second of an attempt as an address and a form have it: a full stop, two decimals.
+/// Formats a time in an attempt, in s, for addresses and forms: decimal point and two decimals.
 #[must_use]
 pub fn plain_seconds(t_s: impl Borrow<f64>) -> String {
     format!("{:.2}", t_s.borrow())
 }
 
-/// Points won or lost on a line, with one decimal where it matters.
+/// Formats points won or lost on a rubric line, with one decimal if they are not whole.
 #[must_use]
 pub fn line_points(points: impl Borrow<f64>) -> String {
     let points = *points.borrow();
@@ -86,28 +90,29 @@ pub fn line_points(points: impl Borrow<f64>) -> String {
     format_fixed(points, usize::from(!whole))
 }
 
-/// 2 March 2026.
+/// Formats a date: 2 March 2026.
 #[must_use]
 pub fn format_date(at: impl Borrow<OffsetDateTime>) -> String {
     let day = to_school_time(*at.borrow()).date();
     words::dates::date(day.year(), u8::from(day.month()), day.day())
 }
 
-/// 2 Mar 2026, 09:05, on the school's clock, as the foot of each page says.
+/// Formats date and time in the school's time zone: 2 Mar 2026, 09:05. Each page's footer names the
+/// time zone.
 #[must_use]
 pub fn format_date_time(at: impl Borrow<OffsetDateTime>) -> String {
     let at = to_school_time(*at.borrow());
     tr!("{date}, {time}", date = format_date(at), time = format!("{:02}:{:02}", at.hour(), at.minute()))
 }
 
-/// 2 Mar.
+/// Formats a day without its year: 2 Mar.
 #[must_use]
 pub fn format_short_date(day: impl Borrow<Date>) -> String {
     let day = day.borrow();
     words::dates::day(u8::from(day.month()), day.day())
 }
 
-/// Mar 2026, from 12 × year + month − 1.
+/// Formats a month, given as 12 × year + month − 1: Mar 2026.
 #[must_use]
 #[expect(clippy::expect_used, reason = "what is left of a division by 12 is 0 to 11")]
 pub fn format_month(months: i64) -> String {
@@ -115,13 +120,13 @@ pub fn format_month(months: i64) -> String {
     words::dates::month(months.div_euclid(12), month)
 }
 
-/// An address before its sign and from it on: a line may break there.
+/// Splits an email address before its @ sign, where a line may break.
 #[must_use]
 pub fn split_email(email: &str) -> (&str, &str) {
     email.split_at(email.find('@').unwrap_or(email.len()))
 }
 
-/// Figures that no line breaks within their brackets, or beside a sign of equality.
+/// Inserts non-breaking spaces, so that no line breaks within brackets or next to an equals sign.
 #[must_use]
 pub fn hold_brackets(figures: &str) -> String {
     let (mut held, mut within) = (String::with_capacity(figures.len()), false);
@@ -129,7 +134,7 @@ pub fn hold_brackets(figures: &str) -> String {
         within = letter == '(' || within && letter != ')';
         match letter {
             ' ' if within => held.push('\u{a0}'),
-            // A line may break after a dash: a word joiner forbids it.
+            // A line may break after a dash: the word joiner prevents it.
             '–' if within => held.push_str("–\u{2060}"),
             letter => held.push(letter),
         }
@@ -137,7 +142,7 @@ pub fn hold_brackets(figures: &str) -> String {
     held.replace(" = ", "\u{a0}=\u{a0}")
 }
 
-/// For the `datetime` attribute of `<time>`, which has milliseconds at most.
+/// Formats a time for the `datetime` attribute of `<time>`, which allows milliseconds at most.
 #[must_use]
 pub fn format_machine_time(at: impl Borrow<OffsetDateTime>) -> String {
     let at = *at.borrow();
@@ -145,7 +150,7 @@ pub fn format_machine_time(at: impl Borrow<OffsetDateTime>) -> String {
     whole_ms.format(&time::format_description::well_known::Rfc3339).unwrap_or_default()
 }
 
-/// How long ago, in whole days where it is more than one.
+/// Formats the age of a time: within the hour, in hours, or in whole days.
 #[must_use]
 pub fn format_age(at: impl Borrow<OffsetDateTime>, now: impl Borrow<OffsetDateTime>) -> String {
     let (at, now) = (*at.borrow(), *now.borrow());
@@ -158,7 +163,7 @@ pub fn format_age(at: impl Borrow<OffsetDateTime>, now: impl Borrow<OffsetDateTi
     }
 }
 
-/// 42 s, or 2 min 5 s.
+/// Formats a time span: 42.0 s, or 2 min 5 s.
 #[must_use]
 pub fn format_span(seconds: f64) -> String {
     if !seconds.is_finite() || seconds < 0.0 {
@@ -172,7 +177,7 @@ pub fn format_span(seconds: f64) -> String {
     }
 }
 
-/// 1.4 MB.
+/// Formats a size: 1.4 MB.
 #[must_use]
 pub fn format_size(bytes: i64) -> String {
     let bytes = bytes.max(0) as f64;
@@ -185,13 +190,13 @@ pub fn format_size(bytes: i64) -> String {
     }
 }
 
-/// A share without its interval, in whole percent.
+/// Formats a share without its interval, in whole percent.
 #[must_use]
 pub fn format_percent(share: impl Borrow<f64>) -> String {
     format!("{}\u{a0}%", format_fixed(share.borrow() * 100.0, 0))
 }
 
-/// A share with its 95 % interval: 90 % (70–97 %).
+/// Formats a share with its 95 % interval: 90 % (70–97 %).
 #[must_use]
 pub fn format_share(share: impl Borrow<Estimate>) -> String {
     let Estimate { value, low, high, .. } = share.borrow();
@@ -199,13 +204,13 @@ pub fn format_share(share: impl Borrow<Estimate>) -> String {
     format!("{} % ({}–{} %)", percent(value), percent(low), percent(high))
 }
 
-/// The beginning of a hash: enough to compare by eye.
+/// Returns the first 12 digits of a hash: enough to compare by eye.
 #[must_use]
 pub fn shorten_hash(hash: &str) -> &str {
     hash.get(..12).unwrap_or(hash)
 }
 
-/// With a capital first letter.
+/// Returns the text with its first letter in upper case.
 #[must_use]
 pub fn as_sentence(text: &str) -> String {
     let mut rest = text.chars();
@@ -214,7 +219,8 @@ pub fn as_sentence(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! A figure must not claim a digit nobody can use, round a fail up to the pass mark, or show a negative zero.
+    //! A figure must not show useless digits, round a fail up to the pass mark, or show a negative
+    //! zero.
 
     use time::macros::datetime;
     use words::Language;

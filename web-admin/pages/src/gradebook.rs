@@ -1,4 +1,4 @@
-//! A cohort against what is assigned to it: state, best score and attempts of everybody.
+//! The gradebook: state, best score and attempts of each trainee for each assignment of a cohort.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -12,49 +12,49 @@ use super::{Shell, StatusWord, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "gradebook.html")]
 pub struct GradebookPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The cohort's page.
+    /// Address of the cohort's page.
     pub href: String,
     /// The cohort's name.
     pub name: String,
-    /// What is assigned to the cohort, the earliest first.
+    /// Assignments of the cohort, earliest first.
     pub columns: Vec<GradebookColumn>,
     /// Trainees by name.
     pub rows: Vec<GradebookRow>,
-    /// What is assigned to single trainees.
+    /// Assignments of single trainees.
     pub alone: Vec<DueLine>,
 }
 
-/// An assignment at the head of a column.
+/// An assignment as a column heading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GradebookColumn {
-    /// Its page.
+    /// Address of the assignment's page.
     pub href: String,
-    /// What.
+    /// Title of the task.
     pub title: String,
-    /// Until when.
+    /// Due time on the school's clock.
     pub due: Option<Local>,
-    /// Who has done it, and who is late.
+    /// Number of trainees who are done, and who are late.
     pub tally: AssignmentTally,
 }
 
 /// A trainee.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GradebookRow {
-    /// Their page.
+    /// Address of the trainee's page.
     pub href: String,
-    /// Their name.
+    /// Name.
     pub name: String,
-    /// What the registrar knows them by.
+    /// Number from the registrar's office.
     pub registrar_id: Option<String>,
-    /// How they stand, in the order of the columns.
+    /// Progress per assignment, in the order of the columns.
     pub cells: Vec<AssignmentRow>,
 }
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a trainee's name becomes markup, or a column does not say how many are late.
+    //! Names must never become markup, and each column must show how many trainees are late.
 
     use model::Role;
 

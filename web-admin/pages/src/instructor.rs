@@ -1,4 +1,4 @@
-//! An instructor's home: who needs help, the cohorts, what came in last.
+//! An instructor's home page: who needs help, the cohorts, the latest attempts.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -10,23 +10,23 @@ use super::news::NewsItem;
 use super::trainee::OwnAttemptRow;
 use super::{Shell, StatusWord, format};
 
-/// An instructor's home.
+/// An instructor's home page.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "instructor.html")]
 pub struct InstructorPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What is new for them.
+    /// News for the instructor.
     pub news: Vec<NewsItem>,
-    /// Cohorts they teach.
+    /// Cohorts of the instructor.
     pub cohorts: Vec<CohortCard>,
-    /// Trainees who may need help, each with the cohort's name.
+    /// Trainees who may need help, each with the name of their cohort.
     pub help: Vec<(String, TraineeRow)>,
-    /// What is due soon in those cohorts, and what is late.
+    /// Assignments of those cohorts that are due soon or late.
     pub due_lines: Vec<DueLine>,
     /// Latest attempts of those cohorts.
     pub recent: Vec<OwnAttemptRow>,
-    /// Now, for "… days ago".
+    /// Current time, for relative dates.
     pub now: OffsetDateTime,
 }
 

@@ -1,4 +1,4 @@
-//! A score taken apart: what each line of the rubric gave, why, and everything else that was measured.
+//! Breakdown of a score: the points of each rubric line with reasons, and all other metrics.
 
 use assessment::{Deduction, FailureCause, HardFailure, Metric};
 use attempt::AttemptCurve;
@@ -7,66 +7,66 @@ use documents::Exercise;
 use super::charts::{self, LayerDamage};
 use super::{format, metric, moments};
 
-/// What was judged, by what.
+/// The graded attempt, with everything needed to explain its score.
 #[derive(Clone, Copy, Debug)]
 pub struct GradedAttempt<'a> {
-    /// 0–100.
+    /// Score, 0–100.
     pub score: f64,
-    /// At or above the pass mark and no hard fail.
+    /// Whether the score reaches the pass mark without a hard fail.
     pub passed: bool,
     /// Points lost, per line of the rubric.
     pub deductions: &'a [Deduction],
     /// Reasons of hard fails.
     pub hard_fails: &'a [HardFailure],
-    /// Every metric.
+    /// All metrics.
     pub metrics: &'a [Metric],
-    /// The exercise as it was judged; absent when the school never published it.
+    /// The exercise as graded; `None` if the school never published it.
     pub exercise: Option<&'a Exercise>,
-    /// Names of the structures that are to be reached.
+    /// Names of the structures that must be reached.
     pub targets: &'a [String],
-    /// What happened when; absent where it is not known.
+    /// The attempt's curve; `None` if it is not available.
     pub curve: Option<&'a AttemptCurve>,
     /// The same metrics in the attempts of others.
     pub others: &'a OthersSpreads,
 }
 
-/// Metrics in the attempts of others, where enough of them tried.
+/// Distributions of metrics over the attempts of others, if enough of them have tried.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OthersSpreads {
-    /// In the latest attempt of each of the others in the trainee's cohorts.
+    /// Over the latest attempt of each other trainee in the trainee's cohorts.
     pub cohort: Vec<MetricSpread>,
-    /// In the newest passed attempt of each consenting expert.
+    /// Over the newest passed attempt of each consenting expert.
     pub experts: Vec<MetricSpread>,
 }
 
-/// The middle half of a metric in several attempts.
+/// Quartiles of a metric over several attempts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MetricSpread {
     /// Id of the metric.
     pub id: String,
     /// Version of its definition.
     pub version: u32,
-    /// Quarter of the attempts below, half, three quarters.
+    /// Lower quartile, median, upper quartile.
     pub quartiles: [f64; 3],
 }
 
-/// Points that were lost, or a pass, and where to look.
+/// A reason for lost points or a fail, with the time to look at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LostPoints {
-    /// The reason, in words.
+    /// The reason as text.
     pub why: String,
-    /// How many points; none for what fails whatever the points.
+    /// Points lost; 0 for a hard fail.
     pub points: f64,
-    /// The second that decided it.
+    /// Time in the attempt that decided it, in s.
     pub at_s: Option<f64>,
 }
 
-/// A score with its arithmetic.
+/// A score with its breakdown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JudgementView {
-    /// 0–100.
+    /// Score, 0–100.
     pub score: f64,
-    /// At or above the pass mark and no hard fail.
+    /// Whether the score reaches the pass mark without a hard fail.
     pub passed: bool,
     /// Score needed to pass, 0–100.
     pub pass_mark: Option<f64>,
@@ -74,78 +74,78 @@ pub struct JudgementView {
     pub bar: String,
     /// Reasons of hard fails.
     pub hard_fails: Vec<LostPoints>,
-    /// What cost points, dearest first.
+    /// Reasons for lost points, largest loss first.
     pub lost: Vec<LostPoints>,
-    /// There are others of the cohort to compare with.
+    /// Whether there are values of the cohort to compare with.
     pub beside_cohort: bool,
-    /// There are experts to compare with.
+    /// Whether there are values of experts to compare with.
     pub beside_experts: bool,
-    /// Every line of the rubric.
+    /// All lines of the rubric.
     pub rubric: Vec<RubricRow>,
-    /// Every other metric, by what it tells.
+    /// All other metrics, by theme.
     pub groups: Vec<MetricGroup>,
     /// Energy by layer.
     pub damage: Vec<LayerDamage>,
-    /// The same as bars, for both widths.
+    /// Energy by layer as bars, at both widths.
     pub damage_chart: String,
-    /// Other damage: label and value.
+    /// Other measures of damage: label and value.
     pub damage_facts: Vec<(String, String)>,
 }
 
-/// A line of the rubric, judged.
+/// A graded line of the rubric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RubricRow {
-    /// What was measured.
+    /// Name of the metric.
     pub label: String,
-    /// How it is defined.
+    /// Definition of the metric.
     pub definition: String,
-    /// The attempt's value, with its unit.
+    /// Value of the attempt, with unit.
     pub value: String,
-    /// Median and middle half of the cohort, with the unit; empty where too few have it.
+    /// Median and quartiles of the cohort, with unit; empty if too few have a value.
     pub cohort: String,
-    /// The same of experts.
+    /// Median and quartiles of the experts, with unit; empty if too few have a value.
     pub experts: String,
-    /// What earns everything, with its unit; empty when the rubric is not known here.
+    /// Value that earns full marks, with unit; empty if the rubric is not known here.
     pub full: String,
-    /// What earns nothing, with its unit.
+    /// Value that earns no marks, with unit; empty if the rubric is not known here.
     pub zero: String,
     /// Points earned.
     pub earned: Option<f64>,
-    /// Points to be had.
+    /// Maximum points.
     pub available: Option<f64>,
     /// Points lost.
     pub lost: f64,
 }
 
-/// Metrics that tell of one thing.
+/// Metrics of one theme.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MetricGroup {
     /// Heading.
     pub title: &'static str,
-    /// Metrics that apply, in the catalogue's order.
+    /// Metrics that apply, in the order of the catalogue.
     pub rows: Vec<MeasuredRow>,
-    /// Names of those that do not apply to this attempt.
+    /// Names of the metrics that do not apply to this attempt.
     pub absent: Vec<String>,
 }
 
 /// A metric outside the rubric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredRow {
-    /// What was measured.
+    /// Name of the metric.
     pub label: String,
-    /// How it is defined.
+    /// Definition of the metric.
     pub definition: String,
-    /// The value with its unit.
+    /// Value, with unit.
     pub value: String,
-    /// Which way is better; what the tissue alone decides says so.
+    /// Direction that is better; for values set by the tissue alone, a note that they are.
     pub better: &'static str,
-    /// Median and middle half of the cohort, with the unit; empty where too few have it.
+    /// Median and quartiles of the cohort, with unit; empty if too few have a value.
     pub cohort: String,
-    /// The same of experts.
+    /// Median and quartiles of the experts, with unit; empty if too few have a value.
     pub experts: String,
 }
 
-/// Headings, and the beginnings of the ids below them.
+/// Headings of themes, with the prefixes of the metric ids that belong to them.
 pub(crate) const GROUPS: [(&str, &[&str]); 5] = [
     (
         sentence!("Accuracy"),
@@ -166,11 +166,12 @@ pub(crate) const GROUPS: [(&str, &[&str]); 5] = [
             "structure",
         ],
     ),
+    // The empty prefix matches every id that no heading above has claimed.
     (sentence!("Time and motion"), &[""]),
 ];
 
 impl JudgementView {
-    /// Takes a score apart.
+    /// Builds the breakdown of a score.
     #[must_use]
     pub fn new(graded: &GradedAttempt<'_>) -> Self {
         let damage = damage_of_layers(graded.metrics);
@@ -207,7 +208,7 @@ impl GradedAttempt<'_> {
     }
 }
 
-/// What cost points, dearest first.
+/// Returns the reasons for lost points, largest loss first.
 fn list_lost_points(graded: &GradedAttempt<'_>) -> Vec<LostPoints> {
     let dear = graded.deductions.iter().filter(|deduction| deduction.points > 0.0);
     let mut lost: Vec<LostPoints> = dear
@@ -221,7 +222,7 @@ fn list_lost_points(graded: &GradedAttempt<'_>) -> Vec<LostPoints> {
     lost
 }
 
-/// Median and middle half of a metric in the attempts of others.
+/// Formats median and quartiles of a metric over the attempts of others.
 fn say_spread(spreads: &[MetricSpread], id: &str, version: u32, unit: &str) -> String {
     let found = spreads.iter().find(|spread| spread.id == id && spread.version == version);
     found.map_or_else(String::new, |MetricSpread { quartiles: [lower, median, upper], .. }| {
@@ -262,8 +263,8 @@ fn measured_value(metric: &Metric) -> String {
     }
 }
 
-/// The metrics that the rubric does not judge, by the newest definition that they were measured by, each below the first heading that
-/// claims it.
+/// Groups the metrics that the rubric does not grade by theme, each under the first heading that
+/// matches. Of several versions of a metric, only the newest is listed.
 fn group_metrics(graded: &GradedAttempt<'_>) -> Vec<MetricGroup> {
     let mut groups =
         GROUPS.map(|(title, _)| MetricGroup { title: words::say(title), rows: Vec::new(), absent: Vec::new() });
@@ -280,7 +281,7 @@ fn group_metrics(graded: &GradedAttempt<'_>) -> Vec<MetricGroup> {
     groups.into_iter().filter(|g| !g.rows.is_empty() || !g.absent.is_empty()).collect()
 }
 
-/// Which of [`GROUPS`] tells of a metric: the last, where none before it claims the metric.
+/// Returns the index in [`GROUPS`] of a metric's theme: the first that matches, else the last.
 pub(crate) fn theme_of_metric(id: &str) -> usize {
     let claims = |(_, starts): &(&str, &[&str])| starts.iter().any(|start| id.starts_with(start));
     GROUPS.iter().position(claims).unwrap_or(GROUPS.len() - 1)
@@ -298,7 +299,7 @@ fn make_metric_row(graded: &GradedAttempt<'_>, measured: &Metric) -> MeasuredRow
     }
 }
 
-/// The energy metrics by layer, in the order of the layers.
+/// Returns the energy metrics by layer, in the order of the layers.
 fn damage_of_layers(metrics: &[Metric]) -> Vec<LayerDamage> {
     let mut layers: Vec<LayerDamage> = Vec::new();
     for (part, layer, value) in metrics.iter().filter_map(values_by_layer) {
@@ -330,7 +331,8 @@ fn damage_facts(metrics: &[Metric]) -> Vec<(String, String)> {
 
 #[cfg(test)]
 mod tests {
-    //! The arithmetic on the page must be the score's own: lines add up to it, and no metric is shown twice or lost.
+    //! The breakdown must agree with the score: lines add up to it, and no metric is repeated or
+    //! missing.
 
     use crate::samples;
 

@@ -1,4 +1,5 @@
-//! What mails say: a subject in the first line, an empty line, the text.
+//! Text of emails. Templates render the subject in the first line, then an empty line, then the
+//! body.
 
 use askama::Template;
 use model::Moment;
@@ -57,20 +58,20 @@ struct Reminder<'a> {
     link: &'a str,
 }
 
-/// What somebody is reminded of.
+/// An assignment to be reminded of.
 #[derive(Clone, Copy, Debug)]
 pub struct Reminded<'a> {
     /// Title.
     pub title: &'a str,
-    /// When it is due for them.
+    /// Due time for the recipient.
     pub due_at: Moment,
-    /// The time zone in which it is due.
+    /// Time zone of the due date.
     pub time_zone: &'a str,
-    /// How far they have come.
+    /// Progress of the recipient.
     pub stage: &'a AssignmentStage,
 }
 
-/// Subject and text of a reminder.
+/// Returns subject and body of a reminder.
 #[must_use]
 pub fn write_reminder(mail: &Mail, of: Reminded<'_>, link: &str) -> (String, String) {
     let due = &local(of.due_at, of.time_zone);
@@ -88,7 +89,7 @@ struct NewsLetter<'a> {
     items: &'a [NewsItem],
 }
 
-/// Subject and text of a letter with what is new; `address` is the service's.
+/// Returns subject and body of an email with news; `address` is the address of the service.
 #[must_use]
 pub fn write_news_letter(mail: &Mail, items: &[NewsItem], address: &str) -> (String, String) {
     let (home, account) = (format!("{address}/"), format!("{address}/account"));
@@ -105,7 +106,8 @@ struct SurveyInvitation<'a> {
     until: String,
 }
 
-/// Subject and text of a letter with a survey's link: how long it takes, in min, and until when the link is good.
+/// Returns subject and body of an email with a survey link: `minutes` is the duration of the survey
+/// in min, `until` the expiry of the link.
 #[must_use]
 pub fn write_survey_letter(
     letter: &SurveyLetter,
@@ -123,25 +125,26 @@ pub fn write_survey_letter(
     })
 }
 
-/// Subject and text of an invitation.
+/// Returns subject and body of an invitation.
 #[must_use]
 pub fn write_invitation(mail: &Mail, link: &str) -> (String, String) {
     subject_and_body(&Invitation { name: &mail.name, school: &mail.school, link, days: INVITATION_LIFETIME_S / DAY_S })
 }
 
-/// Subject and text of a mail with a link to another password.
+/// Returns subject and body of an email with a password reset link.
 #[must_use]
 pub fn write_reset_letter(mail: &Mail, link: &str) -> (String, String) {
     subject_and_body(&Reset { name: &mail.name, school: &mail.school, link, days: RESET_LIFETIME_S / DAY_S })
 }
 
-/// What an administrator has asked for, to see whether letters arrive.
+/// Returns subject and body of a test email, requested by an administrator.
 #[must_use]
 pub fn write_test_letter(name: &str, school: &str) -> (String, String) {
     subject_and_body(&TestLetter { name, school })
 }
 
-/// Subject and text of a mail that tells that a second factor was turned off; `link` leads to where one is made.
+/// Returns subject and body of an email that reports that a second factor was turned off; `link`
+/// leads to the page that sets one up.
 #[must_use]
 pub fn write_factor_off_letter(mail: &Mail, link: &str) -> (String, String) {
     subject_and_body(&SecondFactorOff { name: &mail.name, school: &mail.school, link })
@@ -155,14 +158,15 @@ struct Retention<'a> {
     link: &'a str,
 }
 
-/// Subject and text of a letter to somebody who is to be erased, for they have done nothing for so many months.
+/// Returns subject and body of a warning to a person who will be erased after so many months
+/// without activity.
 #[must_use]
 pub fn write_retention_letter(letter: &RetentionLetter, months: u32, link: &str) -> (String, String) {
     subject_and_body(&Retention { letter, months, link })
 }
 
 fn subject_and_body(letter: &impl Template) -> (String, String) {
-    // Rendering into a String fails for no data we can hold.
+    // Rendering these templates into a `String` cannot fail.
     let text = letter.render().unwrap_or_default();
     let (subject, body) = text.split_once("\n\n").unwrap_or((&text, ""));
     (subject.to_owned(), body.to_owned())

@@ -1,4 +1,4 @@
-//! What pages look like: one struct beside each template, plain data in, HTML out.
+//! Web pages: one struct per template, which takes plain data and renders HTML.
 
 #[macro_use(sentence, tr, trn)]
 extern crate words;

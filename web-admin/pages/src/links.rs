@@ -1,4 +1,4 @@
-//! Addresses that open a recording in a viewer elsewhere.
+//! Links that open a recording in an external viewer.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -6,19 +6,19 @@ use model::ids::SessionId;
 
 use super::Shell;
 
-/// Addresses that were made for a recording, shown this once.
+/// Newly created links to a recording, shown only once.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "links.html")]
 pub struct RecordingLinksPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The attempt.
+    /// Id of the attempt.
     pub session: SessionId,
-    /// Name and address of each viewer, with the recording.
+    /// Name of each viewer, and its address with the recording.
     pub viewers: Vec<(&'static str, String)>,
-    /// The recording's own address.
+    /// Address of the recording itself.
     pub recording: String,
-    /// How long they work, in minutes.
+    /// Validity of the links, in minutes.
     pub minutes: i64,
 }
 

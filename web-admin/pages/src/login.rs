@@ -1,4 +1,4 @@
-//! Signing in.
+//! Sign-in pages.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -11,27 +11,27 @@ use crate::proving::AskPart;
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "login.html")]
 pub struct LoginPage {
-    /// Why the last try failed.
+    /// Why the previous attempt failed.
     pub error: Option<String>,
-    /// The address typed in the last try.
+    /// Email address entered in the previous attempt.
     pub email: String,
     /// CSRF token.
     pub csrf: String,
-    /// Where to go afterwards: a path of this site.
+    /// Path on this site to redirect to after sign-in.
     pub next: String,
 }
 
-/// The page that asks for a second factor, once the password was right.
+/// The page that asks for the second factor, after a correct password.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/code.html")]
 pub struct CodePage {
     /// CSRF token.
     pub csrf: String,
-    /// Codes of an app are good.
+    /// Whether codes of an authenticator app are accepted.
     pub app: bool,
-    /// What passkeys are asked.
+    /// The WebAuthn challenge for passkeys.
     pub question: Option<PasskeyQuestion>,
-    /// Why the last try failed.
+    /// Why the previous attempt failed.
     pub error: Option<String>,
 }
 
@@ -40,7 +40,7 @@ impl CodePage {
         self.question.is_some()
     }
 
-    /// What the browser asks a passkey: at once, but not again by itself after it was refused.
+    /// Returns the passkey prompt. It starts by itself, except after a failed attempt.
     fn ask(&self) -> Option<String> {
         let question = self.question.as_ref()?;
         let label = tr!("Sign in by passkey");

@@ -1,5 +1,5 @@
-//! What the markup of every page must keep to, beyond what a browser forgives: headings that go down one level at a time, and
-//! times in a form that HTML knows. Every sample of a page is checked.
+//! Requirements on the markup of every page, beyond what browsers enforce: heading levels are not
+//! skipped, and times have a valid HTML format. Every sample page is checked.
 
 /// Checks a page.
 pub(super) fn check_markup(name: &str, html: &str) {
@@ -11,7 +11,8 @@ pub(super) fn check_markup(name: &str, html: &str) {
     }
 }
 
-/// The levels of the headings, in order; a whole page begins with one of level 1.
+/// Returns the levels of the headings in order, with 0 first for a complete page, whose first
+/// heading must have level 1.
 fn heading_levels(html: &str) -> Vec<u32> {
     let levels = html.split("<h").skip(1).filter_map(|rest| {
         let mut start = rest.chars();
@@ -22,13 +23,14 @@ fn heading_levels(html: &str) -> Vec<u32> {
     outside.into_iter().chain(levels).collect()
 }
 
-/// The values of an attribute.
+/// Returns the values of an attribute.
 fn attribute_values<'a>(html: &'a str, name: &str) -> Vec<&'a str> {
     let opening = format!(" {name}=\"");
     html.split(opening.as_str()).skip(1).filter_map(|rest| rest.split('"').next()).collect()
 }
 
-/// A date and a time with an offset, a second in three decimals at most: "a valid global date and time string" of HTML.
+/// Returns whether the text is a date and time with offset and at most three decimals of a second:
+/// "a valid global date and time string" in HTML.
 fn is_machine_time(text: &str) -> bool {
     let Some((date, rest)) = text.split_once('T') else { return false };
     let (time, offset) = rest.split_at(rest.find(['Z', '+', '-']).unwrap_or(rest.len()));
@@ -47,7 +49,7 @@ fn is_machine_time(text: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    //! The check must find what is wrong, and let pass what is right.
+    //! The check must find invalid markup, and accept valid markup.
 
     use super::*;
 

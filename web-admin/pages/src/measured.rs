@@ -1,31 +1,31 @@
-//! A scene beside what others have measured, in words.
+//! Comparison of a scene with published measurements.
 
 use dossier::{Agreement, DossierLine, MeasuredQuantity, PublishedRange};
 
 use crate::format;
 
-/// A figure that was published, and what the scene gives.
+/// A published figure, and the scene's value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeasuredLine {
-    /// What was measured.
+    /// Name of the measured quantity.
     pub title: &'static str,
-    /// On what, and how.
+    /// Specimen and method.
     pub conditions: &'static str,
-    /// What was published.
+    /// Published value or range.
     pub published: String,
-    /// What the scene gives.
+    /// Value of the scene.
     pub value: String,
-    /// How the two stand to each other.
+    /// Agreement of the two.
     pub verdict: String,
-    /// Where it was published.
+    /// Citation of the publication.
     pub citation: &'static str,
-    /// Its address; none without a DOI.
+    /// Address of the publication; `None` without a DOI.
     pub href: Option<String>,
-    /// Whether it was read or recalled.
+    /// Provenance: whether the publication was read or is recalled.
     pub known: &'static str,
 }
 
-/// The figures with which a scene can be compared, in the dossier's order.
+/// Returns the figures with which a scene can be compared, in the order of the dossier.
 #[must_use]
 pub fn list_measured_lines(lines: &[DossierLine]) -> Vec<MeasuredLine> {
     lines.iter().filter_map(make_measured_line).collect()
@@ -78,7 +78,7 @@ fn say_value(quantity: &MeasuredQuantity, value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a figure loses its unit, its source or how the scene stands to it.
+    //! Each figure must keep its unit, its source and its agreement with the scene.
 
     use dossier::FIGURES;
 

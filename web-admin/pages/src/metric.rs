@@ -1,7 +1,7 @@
 //! Metrics, and the reasons of scores, in the reader's language.
 //!
-//! A score keeps causes, and every language says them from the metric's words and the figures. What was scored before there were causes
-//! kept its reasons in English words, and is shown in them.
+//! A score stores causes, which every language describes from the metric's texts and the figures.
+//! Scores from before causes were stored have reasons in English text, which are shown unchanged.
 
 use assessment::catalogue;
 use assessment::words::{deduction_phrase, failure_phrase, name_metric};
@@ -9,13 +9,14 @@ use assessment::{Deduction, Direction, HardFailure};
 
 use super::format;
 
-/// Name of a metric by its id, with a capital.
+/// Returns the name of a metric by its id, capitalized.
 #[must_use]
 pub fn metric_label(id: &str) -> String {
     format::as_sentence(&words_of(id))
 }
 
-/// Name of a metric that was measured, with a capital; its own where the catalogue has it no more.
+/// Returns the name of a recorded metric, capitalized; its recorded label if the catalogue no
+/// longer contains it.
 #[must_use]
 pub fn label_of(id: &str, label: &str) -> String {
     if catalogue::newest_definition(id).is_none() && !label.is_empty() {
@@ -24,7 +25,8 @@ pub fn label_of(id: &str, label: &str) -> String {
     metric_label(id)
 }
 
-/// How a version of a metric is defined; empty for one that the catalogue has not. A later version than the first says so.
+/// Returns the definition of a version of a metric, with the version number from 2 on; empty if the
+/// catalogue does not contain it.
 #[must_use]
 pub fn metric_definition(id: &str, version: u32) -> String {
     let definition = catalogue::find_definition(id, version).map_or_else(String::new, |d| words::known(d.definition));
@@ -39,7 +41,8 @@ fn words_of(id: &str) -> String {
     words::phrase(&name_metric(id))
 }
 
-/// Which way of a metric is better, in a word. The force at a pop is the tissue's: it is the same for everybody. A target is to be met.
+/// Names the better direction of a metric. The force at a rupture is set by the tissue and the same
+/// for everyone. Targets are meant to be hit.
 #[must_use]
 pub fn say_better_way(id: &str, direction: Direction, targets: &[String]) -> &'static str {
     let (base, part) = id.split_once('.').unwrap_or((id, ""));
@@ -55,13 +58,13 @@ pub fn say_better_way(id: &str, direction: Direction, targets: &[String]) -> &'s
     }
 }
 
-/// Why points were lost, with what earns full marks and advice.
+/// Describes why points were lost, with the value for full marks and advice.
 #[must_use]
 pub fn deduction_reason(deduction: &Deduction) -> String {
     format::as_sentence(&value_in_words(deduction, deduction.points > 0.0))
 }
 
-/// Why points were lost, for a list of attempts.
+/// Describes why points were lost, for a list of attempts.
 #[must_use]
 pub fn short_deduction_reason(deduction: &Deduction) -> String {
     format::as_sentence(&value_in_words(deduction, false))
@@ -71,7 +74,7 @@ fn value_in_words(deduction: &Deduction, advised: bool) -> String {
     words::phrase(&deduction_phrase(deduction, advised))
 }
 
-/// Why an attempt failed whatever its points: the author's words, and the figures in the reader's language.
+/// Describes a hard fail: the author's text, with figures in the reader's language.
 #[must_use]
 pub fn say_failure(failure: &HardFailure) -> String {
     words::phrase(&failure_phrase(failure))
@@ -79,7 +82,8 @@ pub fn say_failure(failure: &HardFailure) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! A cause is said in German with the same figures, and in English as every other place says it.
+    //! A cause must have the same figures in German, and the same English text as in all other
+    //! places.
 
     use assessment::words::{cost_phrase, deduction_in_words, deduction_with_cost};
     use assessment::{Absent, DeductionCause, FailureCause, UnmetRequirement};
@@ -116,7 +120,7 @@ mod tests {
         assert_eq!(way("depth_error_mm", Direction::Range), "near 0");
     }
 
-    /// Every cause that a line of a rubric can have, of every version of every metric, whole and of a part.
+    /// Returns every possible cause for every version of every metric, whole and split.
     fn all_deductions() -> Vec<Deduction> {
         let absent = Absent::ALL.map(|reason| DeductionCause::Absent { reason });
         let causes = absent.into_iter().chain(UnmetRequirement::ALL.map(|unmet| DeductionCause::Required { unmet }));

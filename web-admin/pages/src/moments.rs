@@ -1,11 +1,13 @@
-//! At which second of an attempt a metric was decided: where a replay opens from a lost point, and what stands there in words.
+//! Finds the time at which a metric was decided, where a replay opens from a lost point, and
+//! describes an attempt at a time.
 
 use assessment::Metric;
 use attempt::{AttemptCurve, CurveMark, MarkKind};
 
 use super::{anatomy, format};
 
-/// The second that decided a metric. What the attempt as a whole decided begins where the needle first touched the skin.
+/// Returns the time, in s, that decided a metric. A metric of the attempt as a whole gets the first
+/// contact of the needle with the skin.
 #[must_use]
 pub fn find_deciding_second(id: &str, metrics: &[Metric], curve: &AttemptCurve) -> f64 {
     let (base, part) = id.split_once('.').unwrap_or((id, ""));
@@ -51,7 +53,8 @@ fn second_of_peak(curve: &AttemptCurve, within: impl Fn(f64) -> bool) -> Option<
     points.max_by(|a, b| a.force_n.total_cmp(&b.force_n)).map(|point| point.t_s)
 }
 
-/// From when the tip pressed on a layer until it was through the next one, or the end.
+/// Returns the time span from the tip's first pressure on a layer to the rupture of the next one,
+/// or to the end.
 fn layer_stretch(curve: &AttemptCurve, layer: &str) -> Option<(f64, f64)> {
     let index = curve.bands.iter().position(|band| band.name == layer)?;
     let above = index.checked_sub(1).and_then(|above| curve.bands.get(above));
@@ -69,7 +72,8 @@ fn second_in_layer(curve: &AttemptCurve, layer: &str) -> Option<f64> {
     second_of_peak(curve, |t_s| (from_s..=to_s).contains(&t_s))
 }
 
-/// The pop that a metric is of; of the plain form, the one of which the split form is the largest.
+/// Returns the time of the pop that a metric belongs to; for an unsplit metric, of the pop with the
+/// largest split value.
 fn second_of_pop(base: &str, part: &str, metrics: &[Metric], curve: &AttemptCurve) -> Option<f64> {
     let split = |metric: &&Metric| metric.id.strip_prefix(base).is_some_and(|rest| rest.starts_with('.'));
     let part = match part {
@@ -85,7 +89,7 @@ fn second_of_pop(base: &str, part: &str, metrics: &[Metric], curve: &AttemptCurv
     first_through(curve, layer, kind)
 }
 
-/// What stands at a second of an attempt, in words: depth, force, layer, and what happened last.
+/// Describes an attempt at a time: depth, force, layer and the latest event.
 #[must_use]
 pub fn say_moment(curve: &AttemptCurve, t_s: f64) -> String {
     let after = curve.points.iter().position(|point| point.t_s >= t_s);
@@ -104,13 +108,14 @@ pub fn say_moment(curve: &AttemptCurve, t_s: f64) -> String {
         let what = format::as_sentence(&anatomy::say_event(mark.kind, &anatomy::say_structure(&mark.name)));
         tr!("{what}, {ago} before.", what = what, ago = format::format_span(t_s - mark.t_s))
     };
+    // Addresses round times to 0.01 s, so an event may be up to 5 ms later than the time given.
     let last = curve.marks.iter().rfind(|mark| mark.t_s <= t_s + 0.005);
     last.map_or(stands.clone(), |mark| format!("{stands} {}", said(mark)))
 }
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a lost point leads to another second than the one that decided it.
+    //! A lost point must lead to the time that decided it.
 
     use super::*;
     use crate::samples;

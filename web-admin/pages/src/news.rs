@@ -1,21 +1,21 @@
-//! What is new for the visitor: on the home page, and in a letter.
+//! News for a user, on the home page and by email.
 
 use model::notice::{Notice, NoticeKind};
 use time::OffsetDateTime;
 
-/// Something new.
+/// A news item.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NewsItem {
-    /// What was done, in words.
+    /// Description.
     pub words: String,
-    /// Where it is read.
+    /// Address of the page it leads to.
     pub href: String,
-    /// When it was done.
+    /// Time of the event.
     pub at: OffsetDateTime,
 }
 
 impl NewsItem {
-    /// A notice in words.
+    /// Creates an item from a notice.
     #[must_use]
     pub fn new(notice: &Notice) -> Self {
         let Notice { by, title, .. } = notice;
@@ -35,14 +35,15 @@ impl NewsItem {
         Self { words, href: notice.href(), at: notice.made_at.to_utc() }
     }
 
-    /// Somebody asks to take part in a study.
+    /// Creates an item for a study invitation.
     #[must_use]
     pub fn of_study(owner: &str, title: &str, at: OffsetDateTime) -> Self {
         let words = tr!("{name} asks you to take part in the study “{title}”", name = owner, title = title);
         Self { words, href: "/account/studies".to_owned(), at }
     }
 
-    /// Notices in words: what one person did several times on the same page is one item, the newest.
+    /// Lists notices. Repeated notices of the same kind, person and page are merged into the
+    /// newest.
     #[must_use]
     pub fn list(notices: &[Notice]) -> Vec<Self> {
         let is_same = |a: &Notice, b: &Notice| {
@@ -66,7 +67,7 @@ impl NewsItem {
 
 #[cfg(test)]
 mod tests {
-    //! Each kind is said in a sentence that names who and what, and leads to where it is read.
+    //! Each kind must name the person and the title, and link to its page.
 
     use model::Moment;
     use model::ids::SessionId;

@@ -1,4 +1,4 @@
-//! Other sites whose pages may upload.
+//! Other sites whose pages may upload recordings.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -7,21 +7,21 @@ use serde::Deserialize;
 use super::Shell;
 use super::form::FilledForm;
 
-/// The origins that a school allows.
+/// The page of the origins that a school allows.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "origins.html")]
 pub struct OriginsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What is typed.
+    /// The form.
     pub form: FilledForm<OriginsForm>,
-    /// What the service allows for every school.
+    /// Origins that the service allows for every school.
     pub everywhere: Vec<String>,
 }
 
-/// The fields of the origins that a school allows.
+/// Input of the form of allowed origins.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 pub struct OriginsForm {
-    /// An origin a line.
+    /// Origins, one per line.
     pub origins: String,
 }

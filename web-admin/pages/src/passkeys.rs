@@ -1,4 +1,4 @@
-//! Passkeys: what a browser is to ask of them, one's own, and a new one.
+//! Passkeys: the prompt in the browser, the user's passkeys, and the creation of a new one.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -9,27 +9,27 @@ use time::OffsetDateTime;
 use super::{Shell, assets, format};
 use crate::proving::{AskPart, FactorRefused, ProofAsked};
 
-/// The address of the script that asks passkeys.
+/// Returns the address of the script that prompts for passkeys.
 #[must_use]
 pub fn passkey_script() -> String {
     assets::asset_address("passkey.js")
 }
 
-/// A passkey of a list.
+/// A passkey in a list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PasskeyRow {
-    /// What it is called.
+    /// Name given by the user.
     pub name: String,
-    /// When it was added.
+    /// Time of creation.
     pub made: OffsetDateTime,
-    /// When it was last used.
+    /// Time of last use.
     pub used: Option<OffsetDateTime>,
-    /// Where it is renamed and removed.
+    /// Address that renames and removes it.
     pub href: String,
 }
 
 impl PasskeyRow {
-    /// When it was added and last used.
+    /// Describes when it was added and last used.
     #[must_use]
     pub fn said(&self) -> String {
         let made = format::format_date(self.made);
@@ -40,21 +40,21 @@ impl PasskeyRow {
     }
 }
 
-/// One of one's own passkeys.
+/// The page of one of the user's passkeys.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/passkey.html")]
 pub struct PasskeyPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The passkey.
     pub row: PasskeyRow,
-    /// There is no other second factor.
+    /// Whether it is the user's only second factor.
     pub last: bool,
-    /// The school asks for a second factor.
+    /// Whether the school requires a second factor.
     pub asked: bool,
-    /// What is asked for before it is removed.
+    /// Reauthentication required before removal.
     pub proof: ProofAsked,
-    /// Why nothing was changed.
+    /// Why the change was refused.
     pub refused: Option<FactorRefused>,
 }
 
@@ -64,13 +64,13 @@ impl PasskeyPage {
     }
 }
 
-/// Where a browser makes a new passkey.
+/// The page on which the browser creates a new passkey.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/make_passkey.html")]
 pub struct MakePasskeyPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What the browser is told.
+    /// The WebAuthn challenge.
     pub question: PasskeyQuestion,
 }
 
@@ -86,7 +86,7 @@ impl MakePasskeyPage {
 
 #[cfg(test)]
 pub(super) mod samples {
-    //! Passkeys for the pages' own tests.
+    //! Sample passkeys for tests.
 
     use model::ids::CeremonyId;
 
@@ -106,7 +106,7 @@ pub(super) mod samples {
 
 #[cfg(test)]
 mod tests {
-    //! A page whose script is told half of what it needs asks nothing.
+    //! A page must contain everything that its script needs.
 
     use model::Role;
 

@@ -1,4 +1,4 @@
-//! The people of a school, as its administrator sees and changes them.
+//! User administration: the people of a school.
 
 pub mod bulk;
 
@@ -15,17 +15,17 @@ use self::bulk::{BulkDone, BulkForm, BulkRefused};
 use super::form::FilledForm;
 use super::{Shell, StatusWord, format, people};
 
-/// Every role, to choose from.
+/// All roles, in the order of selection.
 pub const ROLES: [Role; 3] = [Role::Trainee, Role::Instructor, Role::Administrator];
 
-/// A choice of a list: value, word, and whether it is chosen.
+/// An option of a selection.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SelectOption {
-    /// What is sent.
+    /// Value sent by the form.
     pub value: String,
-    /// What is read.
+    /// Label shown to the reader.
     pub label: String,
-    /// It is chosen.
+    /// Whether it is selected.
     pub chosen: bool,
 }
 
@@ -33,46 +33,47 @@ pub struct SelectOption {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/list.html")]
 pub struct PeoplePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What is looked for in name and address.
+    /// Search text for name and address.
     pub words: String,
-    /// Roles to choose from.
+    /// Roles to filter by.
     pub roles: Vec<SelectOption>,
-    /// States to choose from.
+    /// Account states to filter by.
     pub states: Vec<SelectOption>,
-    /// Cohorts to choose from.
+    /// Cohorts to filter by.
     pub cohorts: Vec<SelectOption>,
-    /// Sorts by name.
+    /// Heading that sorts by name.
     pub by_name: SortHeading,
-    /// Sorts by address.
+    /// Heading that sorts by address.
     pub by_email: SortHeading,
-    /// Sorts by the registrar's number.
+    /// Heading that sorts by the registrar's number.
     pub by_number: SortHeading,
-    /// What was just done to many.
+    /// Result of the latest bulk action.
     pub done: Option<BulkDone>,
-    /// What is to be done to many, and why it was not.
+    /// The form for bulk actions.
     pub bulk: FilledForm<BulkForm, BulkRefused>,
-    /// The people found.
+    /// People found.
     pub rows: Vec<DirectoryEntry>,
-    /// The page after this one.
+    /// Address of the next page.
     pub next: Option<String>,
-    /// This is not the first page.
+    /// Whether this is a page after the first.
     pub later: bool,
-    /// Something is looked for.
+    /// Whether a filter is active.
     pub filtered: bool,
-    /// How many a roster has just added and changed.
+    /// Numbers of people added and changed by the roster import that has just finished.
     pub imported: Option<(usize, usize)>,
-    /// Somebody to be added, and why they were not.
+    /// The form that adds a person.
     pub form: FilledForm<PersonForm, PersonRefused>,
 }
 
 /// A heading that sorts the list.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SortHeading {
-    /// The address of the list, sorted by this column; from the end, where it is sorted by it already.
+    /// Address of the list sorted by this column; in descending order if it is already sorted by
+    /// it.
     pub href: String,
-    /// Whether it is sorted by this column, and from the end.
+    /// `None` if the list is not sorted by this column, else whether the order is descending.
     pub down: Option<bool>,
 }
 
@@ -94,12 +95,12 @@ impl SortHeading {
     }
 }
 
-/// What was typed about somebody.
+/// Input of the form that adds or changes a person.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PersonForm {
     /// Name.
     pub name: String,
-    /// Address.
+    /// Email address.
     pub email: String,
     /// Roles to choose from.
     pub roles: Vec<SelectOption>,
@@ -107,20 +108,20 @@ pub struct PersonForm {
     pub cohorts: Vec<SelectOption>,
 }
 
-/// Why somebody was not added or changed.
+/// Reasons why a person was not added or changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PersonRefused {
-    /// This is no name.
+    /// The name is invalid.
     Name,
-    /// This is no address.
+    /// The email address is invalid.
     Email,
-    /// The address cannot be used.
+    /// The email address cannot be used.
     Taken,
-    /// Nobody takes the administrator's role from themselves.
+    /// Administrators cannot remove their own role.
     OwnRole,
 }
 
-/// What was just done to somebody.
+/// The change that was just made to a person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PersonChangeDone {
@@ -128,15 +129,15 @@ pub enum PersonChangeDone {
     Added,
     /// Changed.
     Changed,
-    /// A mail with a link is on its way.
+    /// An email with a link is queued.
     Mailed,
     /// Disabled.
     Disabled,
     /// Enabled.
     Enabled,
-    /// Made anonymous.
+    /// Anonymized.
     Erased,
-    /// Without a second factor now.
+    /// Second factor removed.
     Unfactored,
 }
 
@@ -144,62 +145,62 @@ pub enum PersonChangeDone {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/person.html")]
 pub struct PersonPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// Who.
+    /// The person.
     pub person: DirectoryEntry,
-    /// It is the visitor.
+    /// Whether the person is the visitor.
     pub own: bool,
-    /// They are kept whatever a rule of retention says.
+    /// Whether the person is on legal hold.
     pub held: bool,
-    /// What was just done.
+    /// The change that was just made.
     pub done: Option<PersonChangeDone>,
-    /// Why their last mail with a link is not known to have gone out.
+    /// Why the latest email with a link may not have been sent.
     pub trouble: Option<MailTrouble>,
-    /// They have a second factor.
+    /// Whether a second factor is set up.
     pub second_factor: bool,
-    /// Name, address and role to be changed.
+    /// The form that changes name, address and role.
     pub form: FilledForm<PersonForm, PersonRefused>,
 }
 
-/// A link that an administrator hands over, shown this once.
+/// A sign-in link for an administrator to hand over, shown only once.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/link.html")]
 pub struct LinkPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// Whose.
+    /// The person the link is for.
     pub person: DirectoryEntry,
     /// The link.
     pub link: String,
-    /// How long it is good, in days.
+    /// Validity of the link, in days.
     pub days: i64,
 }
 
-/// Who is in a cohort.
+/// The page of a cohort's members.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/cohort.html")]
 pub struct CohortPeoplePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The cohort's page.
+    /// Address of the cohort's page.
     pub href: String,
-    /// Its name.
+    /// Name of the cohort.
     pub name: String,
     /// Instructors, then trainees: id, name, role.
     pub members: Vec<(String, String, Role)>,
-    /// Who is asked for, and has not answered.
+    /// Open requests for membership.
     pub requests: Vec<MembershipRequest>,
-    /// The address of somebody to be added.
+    /// The form that adds a person by email address.
     pub email: FilledForm<String, UnknownAddress>,
 }
 
-/// Nobody who can be in a cohort has the address that was typed.
+/// No eligible person has the email address entered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UnknownAddress;
 
 impl SelectOption {
-    /// The roles, one of them chosen.
+    /// Returns all roles as options.
     #[must_use]
     pub fn roles(chosen: Option<Role>) -> Vec<Self> {
         let choice = |role: Role| Self {
@@ -210,7 +211,7 @@ impl SelectOption {
         ROLES.into_iter().map(choice).collect()
     }
 
-    /// The states of an account, one of them chosen.
+    /// Returns all account states as options.
     #[must_use]
     pub fn states(chosen: Option<AccountState>) -> Vec<Self> {
         let all = [
@@ -229,7 +230,7 @@ impl SelectOption {
 }
 
 impl PeoplePage {
-    /// The page once more, with why nothing is done to many.
+    /// Returns the page with the reason why a bulk action was refused.
     #[must_use]
     pub fn refuse_bulk_act(self, typed: BulkForm, why: BulkRefused) -> Self {
         let cohorts = self.bulk.typed.cohorts.clone();
@@ -268,7 +269,7 @@ fn badge_word(state: AccountState) -> &'static str {
     }
 }
 
-/// The badge of an account's state.
+/// Returns the badge of an account's state.
 #[must_use]
 pub fn state_badge(state: impl Borrow<AccountState>) -> String {
     let state = *state.borrow();
@@ -283,7 +284,7 @@ pub fn state_badge(state: impl Borrow<AccountState>) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when an administrator is not told what comes next, or what was typed is lost or runs.
+    //! The page must show the next step, and keep user input without executing it.
 
     use model::ids::PersonId;
 

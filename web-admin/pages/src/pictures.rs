@@ -1,44 +1,46 @@
-//! Pictures of a briefing, as a page shows them.
+//! Pictures of a briefing, as displayed.
 
 use documents::{Exercise, ExercisePicture};
 
-/// A picture at hand: of a revision, or of a draft.
+/// An available picture of a revision or a draft.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PictureAtHand {
-    /// Its name, as the exercise names it.
+    /// File name in the exercise.
     pub name: String,
-    /// Where it is.
+    /// Address of the file.
     pub src: String,
     /// Width and height, in pixels.
     pub size: [u32; 2],
 }
 
-/// A picture as a page shows it.
+/// A picture as displayed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShownPicture {
-    /// Where it is.
+    /// Address of the file.
     pub src: String,
-    /// What it shows, for whoever does not see it.
+    /// Alternative text.
     pub alt: String,
-    /// What is said below it; empty for nothing.
+    /// Caption; may be empty.
     pub caption: String,
     /// Width and height, in pixels.
     pub size: [u32; 2],
 }
 
-/// The address of a picture among those of a page, by its place or name. It changes with what is in it, so that a browser may keep it.
+/// Returns the address of a picture below a page, by its position or name. It contains the hash of
+/// the picture, so that browsers may cache it.
 #[must_use]
 pub fn picture_address(page: &str, picture: &str, sha256: &str) -> String {
     format!("{page}/pictures/{picture}?v={}", picture_version(sha256))
 }
 
-/// What of a picture's hash stands in its address.
+/// Returns the part of a picture's hash that its address contains.
 #[must_use]
 pub fn picture_version(sha256: &str) -> &str {
     sha256.get(..16).unwrap_or(sha256)
 }
 
-/// The pictures of an exercise that are at hand, in the order of its briefing and the reader's language.
+/// Returns the available pictures of an exercise, in the order of its briefing and in the reader's
+/// language.
 #[must_use]
 pub fn show_pictures(exercise: &Exercise, at_hand: &[PictureAtHand]) -> Vec<ShownPicture> {
     let language = words::current().code();

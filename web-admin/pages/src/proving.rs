@@ -1,23 +1,24 @@
-//! What somebody is asked to prove who they are, and why it was refused.
+//! Reauthentication: proof of identity before a second factor is changed, and the reasons why it is
+//! refused.
 
 use askama::Template;
 use model::passkey::PasskeyQuestion;
 
 use super::format;
 
-/// What is asked for before a second factor is changed.
+/// Proof required before a second factor is changed.
 #[derive(Clone, Debug)]
 pub struct ProofAsked {
-    /// One is on: besides the password it is asked for itself.
+    /// Whether a second factor is set up and required in addition to the password.
     pub on: bool,
-    /// Codes of an app are good.
+    /// Whether codes of an authenticator app are accepted.
     pub app: bool,
-    /// What passkeys are asked.
+    /// The WebAuthn challenge for passkeys.
     pub question: Option<PasskeyQuestion>,
 }
 
 impl ProofAsked {
-    /// The fields of a form, and its buttons: `id` begins those of the fields.
+    /// Renders the fields and buttons of a form; `id` is the prefix of the fields' ids.
     pub(super) fn fields(&self, id: &str, label: &str, quiet: bool) -> String {
         ProofPart { on: self.on, app: self.app, question: self.question.as_ref(), id, label, quiet }
             .render()
@@ -25,27 +26,27 @@ impl ProofAsked {
     }
 }
 
-/// Why nothing was changed.
+/// Reasons why a change was refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FactorRefused {
     /// The password is wrong.
     Password,
     /// The code is wrong.
     Code,
-    /// The passkey was not asked, is too late, or has answered before.
+    /// The WebAuthn challenge is missing, expired or already used.
     Late,
-    /// The passkey has not answered what was asked.
+    /// The passkey's response does not match the challenge.
     Answer,
-    /// The passkey has counted fewer signatures than before.
+    /// The passkey's signature counter went backwards, which suggests a copy.
     Copied,
-    /// No new passkey came of it.
+    /// No passkey was created.
     NotMade,
-    /// Something else, which is said.
+    /// Another reason, as text.
     Other(String),
 }
 
 impl FactorRefused {
-    /// Why, in a sentence.
+    /// Describes the reason in a sentence.
     #[must_use]
     pub fn said(&self) -> String {
         let fixed = match self {
@@ -88,24 +89,24 @@ impl ProofPart<'_> {
     }
 }
 
-/// The part of a form that asks a passkey.
+/// The part of a form that prompts for a passkey.
 #[derive(Debug, Template)]
 #[template(path = "account/ask.html")]
 pub(super) struct AskPart<'a> {
-    /// What is asked.
+    /// The WebAuthn challenge.
     pub question: &'a PasskeyQuestion,
-    /// What the button says.
+    /// Label of the button.
     pub label: &'a str,
-    /// It is what one came for.
+    /// Whether it is the main action of the page.
     pub lead: bool,
-    /// The browser asks without the button.
+    /// Whether the browser prompts without the button.
     pub at_once: bool,
 }
 
 impl AskPart<'_> {
-    /// As HTML.
+    /// Renders the prompt as HTML.
     pub(super) fn html(&self) -> String {
-        // Rendering into a String fails for no data we can hold.
+        // Rendering this template into a `String` cannot fail.
         self.render().unwrap_or_default()
     }
 }

@@ -1,13 +1,13 @@
-//! A text as a picture that phones read.
+//! QR codes.
 
 use std::fmt::Write;
 
 use qrcodegen::{QrCode, QrCodeEcc};
 
-/// Modules of empty space around, as the standard asks for.
+/// Width of the quiet zone in modules, as the standard requires.
 const MARGIN: i32 = 4;
 
-/// A QR code in SVG, dark on light whatever the page around it prefers; none where the text is too long for one.
+/// Draws a QR code as SVG, always dark on light, also in dark mode; `None` if the text is too long.
 #[must_use]
 pub fn draw_qr_code(text: &str) -> Option<String> {
     let code = QrCode::encode_text(text, QrCodeEcc::Medium).ok()?;
@@ -15,7 +15,7 @@ pub fn draw_qr_code(text: &str) -> Option<String> {
     let mut path = String::new();
     for y in 0..size {
         for x in (0..size).filter(|x| code.get_module(*x, y)) {
-            // Writing into a String does not fail.
+            // Writing to a `String` cannot fail.
             let _ = write!(path, "M{} {}h1v1h-1z", x + MARGIN, y + MARGIN);
         }
     }
@@ -32,7 +32,8 @@ mod tests {
     #[test]
     fn a_text_is_dark_modules_on_a_light_ground_with_a_margin() {
         let picture = draw_qr_code("otpauth://totp/x").expect("a picture");
-        // Version 2 has 25 modules a side; its first row begins with a finder's seven.
+        // Version 2 has 25 modules per side; its first row begins with the seven modules of a
+        // finder pattern.
         assert!(picture.contains("viewBox=\"0 0 33 33\"") && picture.contains("M0 0h33v33H0z"), "{picture}");
         let row = (4..=10).map(|x| format!("M{x} 4h1v1h-1z")).collect::<String>();
         assert!(picture.contains(&row) && !picture.contains("M11 4h"), "{picture}");

@@ -1,4 +1,4 @@
-//! Every attempt at an exercise by another rubric: chosen, looked at, confirmed.
+//! Regrading of all attempts at an exercise by another rubric: selection, preview and confirmation.
 
 use std::borrow::Borrow;
 
@@ -13,62 +13,62 @@ use super::form::FilledForm;
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 
-/// Where a rubric is chosen.
+/// The page that selects a rubric.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "regrading/choose.html")]
 pub struct ChooseRubricPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The exercise: title and page.
+    /// Title and address of the exercise.
     pub exercise: (String, String),
-    /// Revisions to choose from, the newest first.
+    /// Revisions to choose from, newest first.
     pub revisions: Vec<SelectOption>,
-    /// What was done before, the latest first.
+    /// Earlier regradings, latest first.
     pub earlier: Vec<EarlierRegrading>,
-    /// The visitor's attempts are all of the school's.
+    /// Whether the visitor's attempts are all of the school's.
     pub whole_school: bool,
 }
 
-/// A re-grading in a list.
+/// A regrading in a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EarlierRegrading {
-    /// Its page.
+    /// Address of its page.
     pub href: String,
-    /// When somebody looked.
+    /// Time of the preview.
     pub at: OffsetDateTime,
-    /// Who.
+    /// Name of the person who requested it.
     pub by: String,
-    /// How far it is.
+    /// State of the regrading.
     pub state: RegradingState,
-    /// Why it was done.
+    /// Reason given on confirmation.
     pub reason: Option<String>,
 }
 
-/// Which attempts are listed.
+/// Filter of the attempts listed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RegradingFilter {
-    /// Those that get another score.
+    /// Attempts whose score or result changes.
     #[default]
     Changes,
-    /// Those that pass and did not.
+    /// Attempts that newly pass.
     Passes,
-    /// Those that no longer pass.
+    /// Attempts that no longer pass.
     Fails,
-    /// Those with another score and the same result.
+    /// Attempts with a different score and the same result.
     Changed,
-    /// Those whose override goes on counting.
+    /// Attempts with an override, which continues to count.
     Overridden,
-    /// Those whose score stays as it is.
+    /// Attempts whose score does not change.
     Kept,
-    /// Those that are left alone.
+    /// Attempts that are not regraded.
     Left,
 }
 
 impl RegradingFilter {
     const ALL: [Self; 6] = [Self::Passes, Self::Fails, Self::Changed, Self::Overridden, Self::Kept, Self::Left];
 
-    /// The outcomes that it stands for.
+    /// Returns the outcomes that the filter selects.
     #[must_use]
     pub const fn outcomes(self) -> &'static [RegradingOutcome] {
         match self {
@@ -87,7 +87,7 @@ impl RegradingFilter {
         }
     }
 
-    /// Its word in an address.
+    /// Returns the filter's name in addresses.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -114,62 +114,62 @@ impl RegradingFilter {
     }
 }
 
-/// A figure that opens the attempts it counts.
+/// A count that links to the attempts counted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RegradingTile {
-    /// What is counted.
+    /// Label of the count.
     pub label: &'static str,
-    /// The word in the address.
+    /// Name of the filter in addresses.
     pub word: &'static str,
-    /// How many.
+    /// Number of attempts.
     pub attempts: i64,
-    /// It is shown below.
+    /// Whether these attempts are listed below.
     pub current: bool,
 }
 
-/// A re-grading: how far it is, what it would change or has changed.
+/// The page of a regrading: its progress, and the changes it would make or has made.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "regrading/one.html")]
 pub struct RegradingPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Id.
     pub id: RegradingId,
-    /// The exercise: title and page.
+    /// Title and address of the exercise.
     pub exercise: (String, String),
-    /// When the revision was published whose rubric judges, and the beginning of its hash.
+    /// Publication time of the revision with the rubric, and the start of its hash.
     pub revision: (OffsetDateTime, String),
-    /// How far it is.
+    /// State of the regrading.
     pub state: RegradingState,
-    /// Who looked, and when.
+    /// Name of the person who requested the preview, and its time.
     pub looked: (String, OffsetDateTime),
-    /// Why it was done, and when it was all done.
+    /// Reason given on confirmation.
     pub reason: Option<String>,
-    /// When it was all done.
+    /// Time of completion.
     pub ended_at: Option<OffsetDateTime>,
-    /// How many attempts there are of each outcome.
+    /// Number of attempts by outcome.
     pub counts: Vec<OutcomeCount>,
-    /// Work that is done, of all.
+    /// Number of attempts processed, and of all attempts.
     pub progress: (i64, i64),
-    /// Which attempts are listed.
+    /// Filter of the attempts listed.
     pub shown: RegradingFilter,
-    /// They.
+    /// Attempts listed on this page.
     pub lines: Vec<RegradingLine>,
-    /// The attempt after which the next page begins.
+    /// Last attempt of this page, after which the next page begins.
     pub next: Option<SessionId>,
-    /// This is not the first page.
+    /// Whether this is a page after the first.
     pub further: bool,
-    /// Stands for what is shown.
+    /// Digest of the preview, so that exactly this preview is confirmed.
     pub digest: String,
-    /// The visitor may confirm it.
+    /// Whether the visitor may confirm it.
     pub own: bool,
-    /// Attempts have changed since it was looked at.
+    /// Whether attempts have changed since the preview.
     pub stale: bool,
-    /// The reason that is typed.
+    /// The form with the reason for the regrading.
     pub confirmation: FilledForm<String>,
 }
 
-/// Attempts that get a score by the rubric.
+/// Returns the number of attempts that get a score by the new rubric.
 #[must_use]
 pub fn count_graded(counts: &[OutcomeCount]) -> i64 {
     count_attempts(counts, RegradingFilter::Changes.outcomes()) + count_attempts(counts, &[RegradingOutcome::Equal])
@@ -188,7 +188,7 @@ impl RegradingPage {
         count_graded(&self.counts)
     }
 
-    /// Mean of the computed scores before and after, 0–100.
+    /// Returns the mean of the computed scores before and after, 0–100.
     fn means(&self) -> (f64, f64) {
         let mean =
             |sum: fn(&OutcomeCount) -> f64| self.counts.iter().map(sum).sum::<f64>() / self.attempts().max(1) as f64;
@@ -203,19 +203,20 @@ impl RegradingPage {
         format::format_fixed(self.means().1, 1)
     }
 
-    /// It was not confirmed yet, and whoever has looked looks again.
+    /// Returns whether the preview can be discarded: it is the visitor's own, current and
+    /// unconfirmed.
     fn may_forget(&self) -> bool {
         self.own && !self.stale && matches!(self.state, RegradingState::Looking | RegradingState::Shown)
     }
 
-    /// The change of the mean, with its sign.
+    /// Formats the change of the mean, with its sign.
     fn change(&self) -> String {
         let (before, after) = self.means();
         let sign = if after - before >= 0.05 { "+" } else { "" };
         format!("{sign}{}", format::format_fixed(after - before, 1))
     }
 
-    /// What is counted; of the rarer outcomes only those that there are.
+    /// Returns the counts to show; rare outcomes only if there are any.
     fn tiles(&self) -> Vec<RegradingTile> {
         let tile = |shown: RegradingFilter| RegradingTile {
             label: shown.label(),
@@ -228,18 +229,18 @@ impl RegradingPage {
     }
 }
 
-/// A result as a badge.
+/// Formats a result as a badge.
 #[must_use]
 pub fn say_result(passed: impl Borrow<bool>) -> String {
     if *passed.borrow() { StatusWord::Passed.badge() } else { StatusWord::Failed.badge() }
 }
 
-/// Score and result of an attempt by the rubric.
+/// Returns score and result of an attempt by the new rubric.
 fn score_after(line: &RegradingLine) -> Option<(f64, bool)> {
     line.after.zip(line.passed_after)
 }
 
-/// How far a re-grading is, as a badge.
+/// Formats the state of a regrading as a badge.
 #[must_use]
 pub fn outcome_badge(state: impl Borrow<RegradingState>) -> String {
     match state.borrow() {
@@ -252,8 +253,8 @@ pub fn outcome_badge(state: impl Borrow<RegradingState>) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when somebody confirms without having seen who passes and who no longer does, when an override's safety is not
-    //! said, or when a mean has the wrong sign.
+    //! The preview must show which attempts newly pass or fail, that overrides continue to count,
+    //! and the correct sign of the change.
 
     use model::{Moment, Role};
 

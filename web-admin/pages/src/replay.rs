@@ -1,4 +1,4 @@
-//! An attempt to be watched again, with what was said about it.
+//! The replay of an attempt, with its comments.
 
 use std::borrow::Borrow;
 
@@ -20,42 +20,44 @@ use super::{Shell, StatusWord, anatomy, assets, format, moments};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "replay.html")]
 pub struct ReplayPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The attempt.
+    /// Id of the attempt.
     pub session: SessionId,
-    /// The exercise's title.
+    /// Title of the exercise.
     pub exercise: String,
-    /// The trainee's name and page, where the visitor is somebody else.
+    /// Name of the trainee and address of their page, if the visitor is another person.
     pub trainee: Option<(String, String)>,
-    /// When the attempt began.
+    /// Start of the attempt.
     pub started_at: OffsetDateTime,
-    /// Its length, in s.
+    /// Duration, in s.
     pub duration_s: f64,
     /// The curves, for browsers without scripts.
     pub drawing: Option<Drawing>,
-    /// What happened when, and where it opens.
+    /// Events, and the time at which the replay opens.
     pub happened: NamedHappenings,
-    /// The attempt beside the experts, where enough of them consent.
+    /// Comparison with the experts, if enough of them consent.
     pub experts: Option<BesideExperts>,
-    /// Since when the visitor lets their own attempts be part of it; absent for a trainee, who is no expert.
+    /// When the visitor consented to the use of their attempts as an expert; the outer `None` for a
+    /// trainee, who is not an expert.
     pub consent: Option<Option<OffsetDateTime>>,
-    /// The step through the review queue; absent for whoever does not review, and before the attempt is scored.
+    /// State of the review; `None` for visitors who do not review, and before the attempt is
+    /// scored.
     pub look: Option<ReviewLook>,
-    /// What was said, by its moment.
+    /// Comments in order of time.
     pub comments: Vec<CommentView>,
-    /// The form as it was filled in.
+    /// The form, with its input.
     pub form: CommentForm,
-    /// Attempts that may be laid over this one.
+    /// Attempts that can be overlaid for comparison.
     pub others: Vec<OtherAttempt>,
 }
 
-/// Whether somebody has looked at an attempt, and by which part of the queue it was come to.
+/// Review state of an attempt, and the queue filter from which it was opened.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReviewLook {
-    /// Somebody has looked at it.
+    /// Whether the attempt has been reviewed.
     pub reviewed: bool,
-    /// The part of the queue.
+    /// Filter of the review queue.
     pub filter: ReviewFilter,
 }
 
@@ -78,36 +80,36 @@ impl ReviewLook {
     }
 }
 
-/// What happened when in a replay, in words, and where it opens.
+/// Events of a replay as text, and the time at which it opens.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NamedHappenings {
     /// Events in order of time.
     pub events: Vec<NamedEvent>,
-    /// The second at which it opens; absent for the beginning.
+    /// Time at which the replay opens; `None` for the start.
     pub opened: Option<OpenedMoment>,
-    /// The way of the experts' median, which is shown as a ghost.
+    /// Median trajectory of the experts, shown as a ghost needle.
     pub ghost: Option<ExpertGhost>,
 }
 
-/// The way of the experts' median.
+/// Median trajectory of the experts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExpertGhost {
-    /// From each crossing of the attempt to the next.
+    /// Stretches from each layer crossing of the attempt to the next.
     pub stretches: Vec<GhostStretch>,
-    /// How many experts.
+    /// Number of experts.
     pub experts: usize,
 }
 
 impl ExpertGhost {
-    /// For the script, as JSON.
+    /// Returns the stretches as JSON for the script.
     pub(crate) fn as_json(&self) -> String {
-        // Numbers that are finite always have a JSON.
+        // Finite numbers always serialize.
         serde_json::to_string(&self.stretches).unwrap_or_default()
     }
 }
 
 impl NamedHappenings {
-    /// Everything that happened in an attempt; `asked` is the second that an address asks for.
+    /// Lists the events of an attempt; `asked` is the time in the request's query string.
     #[must_use]
     pub fn new(curve: Option<&AttemptCurve>, asked: &str, duration_s: f64) -> Self {
         Self {
@@ -117,50 +119,51 @@ impl NamedHappenings {
         }
     }
 
-    /// The same, with the experts' median beside the needle, where there is one.
+    /// Adds the experts' median trajectory; `stretches` may be empty.
     #[must_use]
     pub fn beside(self, stretches: Vec<GhostStretch>, experts: usize) -> Self {
         let ghost = (!stretches.is_empty()).then_some(ExpertGhost { stretches, experts });
         Self { ghost, ..self }
     }
 
-    /// The words of the events for the script, as JSON, in order of time.
+    /// Returns the event texts in order of time, as JSON for the script.
     pub(crate) fn as_json(&self) -> String {
         let words: Vec<&str> = self.events.iter().map(|event| event.what.as_str()).collect();
-        // A list of strings always has a JSON.
+        // A list of strings always serializes.
         serde_json::to_string(&words).unwrap_or_default()
     }
 }
 
-/// The second at which a replay opens.
+/// The time at which a replay opens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenedMoment {
-    /// Since the start, in s.
+    /// Time since the start, in s.
     pub t_s: f64,
-    /// What stands there: depth, force, layer, what happened last.
+    /// Description of that time: depth, force, layer and latest event.
     pub words: String,
 }
 
 impl OpenedMoment {
-    /// The moment that an address asks for, where it names one of the attempt's.
+    /// Parses the time in a query string, clamped to the attempt; `None` if it is not a finite
+    /// number.
     fn asked(said: &str, duration_s: f64, curve: Option<&AttemptCurve>) -> Option<Self> {
         let t_s = said.replace(',', ".").parse::<f64>().ok().filter(|t_s| t_s.is_finite())?.clamp(0.0, duration_s);
         Some(Self { t_s, words: curve.map_or_else(String::new, |curve| moments::say_moment(curve, t_s)) })
     }
 }
 
-/// An event and its second.
+/// An event with its time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedEvent {
-    /// Since the start, in s.
+    /// Time since the start, in s.
     pub t_s: f64,
-    /// What happened, in words.
+    /// Description of the event.
     pub what: String,
-    /// Its sign in the plots.
+    /// Kind, which determines its mark in the plots.
     pub kind: MarkKind,
 }
 
-/// Everything that happened in an attempt, in words.
+/// Describes all events of an attempt.
 fn name_events(curve: &AttemptCurve) -> Vec<NamedEvent> {
     let name = |mark: &CurveMark| NamedEvent {
         t_s: mark.t_s,
@@ -170,14 +173,14 @@ fn name_events(curve: &AttemptCurve) -> Vec<NamedEvent> {
     curve.marks.iter().map(name).collect()
 }
 
-/// An attempt that may be laid over another.
+/// An attempt that can be overlaid.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OtherAttempt {
-    /// The attempt.
+    /// Id of the attempt.
     pub session: SessionId,
-    /// What it is called in a list.
+    /// Label in the list.
     pub label: String,
-    /// It is laid over this one now.
+    /// Whether it is currently overlaid.
     pub chosen: bool,
 }
 
@@ -186,37 +189,37 @@ pub struct OtherAttempt {
 pub struct CommentView {
     /// Id.
     pub id: CommentId,
-    /// What it is meant as.
+    /// Kind of comment.
     pub kind: CommentKind,
-    /// The moment, or the beginning of the interval, in s.
+    /// Time, or start of the interval, in s.
     pub from_s: f64,
-    /// The end of the interval, in s.
+    /// End of the interval, in s.
     pub to_s: Option<f64>,
-    /// What is said, by whom.
+    /// Text and author.
     pub said: Utterance,
-    /// Answers, oldest first, each with its id.
+    /// Answers with their ids, oldest first.
     pub answers: Vec<(CommentId, Utterance)>,
 }
 
-/// Something that somebody said.
+/// The text of a comment or answer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Utterance {
-    /// The words.
+    /// Text.
     pub body: String,
-    /// Who.
+    /// Name of the author.
     pub author: String,
-    /// When.
+    /// Time of writing.
     pub at: OffsetDateTime,
-    /// It is the visitor's own, who may take it back.
+    /// Whether the visitor wrote it and may withdraw it.
     pub own: bool,
 }
 
 /// The form for a comment.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CommentForm {
-    /// What is typed.
+    /// Input of the form.
     pub fields: FilledForm<TypedComment>,
-    /// The comment that an answer was meant for, where it was one that was refused.
+    /// The comment to which a refused answer belongs; `None` if the form is for a new comment.
     pub answers: Option<CommentId>,
 }
 
@@ -231,7 +234,7 @@ impl CommentForm {
 }
 
 impl ReplayPage {
-    /// Where the replay is fetched.
+    /// Returns the address from which the script fetches the replay.
     fn address(&self) -> String {
         format!("/api/v1/sessions/{}", self.session)
     }
@@ -244,7 +247,8 @@ impl ReplayPage {
         self.others.iter().find(|other| other.chosen)
     }
 
-    /// The second in the form: as it was typed, or at which the page opens.
+    /// Returns the time in the form: the input after a refusal, else the time at which the replay
+    /// opens.
     fn typed_from(&self) -> String {
         match (&self.form.fields.refused, &self.happened.opened) {
             (None, Some(opened)) => format::plain_seconds(opened.t_s),
@@ -258,7 +262,8 @@ impl ReplayPage {
 }
 
 impl CommentView {
-    /// The sign of its kind: a second cue beside the colour, the same as in the plots.
+    /// Returns the sign of the comment's kind: a second cue next to colour, the same as in the
+    /// plots.
     const fn sign(&self) -> &'static str {
         match self.kind {
             CommentKind::Praise => "+",
@@ -271,7 +276,7 @@ impl CommentView {
 
 #[cfg(test)]
 mod tests {
-    //! The page must be of use without scripts: curves, events, comments and a form with seconds.
+    //! The page must work without scripts: curves, events, comments and a form with times.
 
     use model::Role;
 

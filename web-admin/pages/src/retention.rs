@@ -1,4 +1,4 @@
-//! How long the school keeps whoever does nothing any more, and whom its rule is about to take.
+//! Retention: the rule that erases inactive people, and those whom it is about to affect.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -10,56 +10,56 @@ use time::OffsetDateTime;
 use super::form::{FilledForm, read_ticked_box};
 use super::{Shell, format};
 
-/// The page.
+/// The page of the retention rule.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "retention.html")]
 pub struct RetentionPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What is set, or was typed.
+    /// The form with the current rule, or with refused input.
     pub form: FilledForm<RetentionForm>,
-    /// The rule was just saved.
+    /// Whether the rule has just been saved.
     pub saved: bool,
-    /// Whom the rule is about to take.
+    /// People whom the rule is about to affect.
     pub rows: Vec<IdleRow>,
-    /// How many more there are.
+    /// Number of further people not listed.
     pub more: usize,
-    /// Who is kept whatever the rule says: page and name.
+    /// People on legal hold: address of their page, and name.
     pub held: Vec<(String, String)>,
 }
 
-/// What is typed about the rule.
+/// Input of the form of the retention rule.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default)]
 pub struct RetentionForm {
-    /// Months, empty for ever.
+    /// Months of inactivity; empty to keep accounts for ever.
     pub months: String,
-    /// Days.
+    /// Days between warning and erasure.
     pub warn_days: String,
-    /// Free texts go with whoever is erased by the rule.
+    /// Whether free texts are erased with people whom the rule erases.
     #[serde(deserialize_with = "read_ticked_box")]
     pub texts: bool,
-    /// Recordings go with whoever is erased.
+    /// Whether recordings are erased with every person who is erased, by the rule or by hand.
     #[serde(deserialize_with = "read_ticked_box")]
     pub recordings: bool,
 }
 
-/// Somebody whom the rule is about to take.
+/// A person whom the rule is about to affect.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct IdleRow {
-    /// Their page.
+    /// Address of the person's page.
     pub href: String,
-    /// Their name.
+    /// Name.
     pub name: String,
-    /// Their role.
+    /// Role.
     pub role: Role,
-    /// When they last did anything.
+    /// Time of the latest activity.
     pub active_at: OffsetDateTime,
-    /// When their letter was out.
+    /// When the warning was sent.
     pub told_at: Option<OffsetDateTime>,
-    /// Why it was not.
+    /// Why the warning could not be sent.
     pub error: Option<String>,
-    /// What comes next.
+    /// Next step for this person.
     pub step: RetentionAction,
 }
 

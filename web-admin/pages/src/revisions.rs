@@ -1,4 +1,4 @@
-//! How the revisions of a document differ.
+//! Comparison of the revisions of a document.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -8,23 +8,23 @@ use time::OffsetDateTime;
 use super::diff::DiffLine;
 use super::{Shell, format};
 
-/// The revisions of a document, two of them compared.
+/// The page of a document's revisions, with two of them compared.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "revisions.html")]
 pub struct RevisionsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Title of the document.
     pub title: String,
-    /// Page of the document.
+    /// Address of the document's page.
     pub href: String,
     /// Revisions, newest first.
     pub revisions: Vec<RevisionRow>,
-    /// The older of the two that are compared.
+    /// The older revision of the comparison.
     pub from: RevisionId,
-    /// The newer of the two.
+    /// The newer revision of the comparison.
     pub to: RevisionId,
-    /// What differs, by document; empty where there is but one revision.
+    /// Differences by document; empty if there is only one revision.
     pub parts: Vec<(&'static str, Vec<Vec<DiffLine>>)>,
 }
 
@@ -35,17 +35,17 @@ pub struct RevisionRow {
     pub id: RevisionId,
     /// Its title.
     pub title: String,
-    /// The beginning of its hash.
+    /// Start of its hash.
     pub hash: String,
-    /// When it was published.
+    /// Time of publication.
     pub published_at: OffsetDateTime,
-    /// Trainees are given this one.
+    /// Whether it is the revision that trainees get.
     pub current: bool,
 }
 
 #[cfg(test)]
 mod tests {
-    //! Two revisions must be told apart, and equal ones not.
+    //! Differences between revisions must be shown, and equal revisions reported as such.
 
     use model::Role;
 

@@ -1,4 +1,4 @@
-//! Sample data for the pages' own tests, drawn from one invented school.
+//! Sample data for the tests of the pages, from one fictitious school.
 
 use assessment::{Deduction, DeductionCause, Direction, Metric};
 use documents::{Exercise, ExerciseBundle, HardFail, RubricLine};
@@ -28,10 +28,11 @@ mod tissue;
 
 pub(super) use insertion::curve;
 
-/// The moment at which the samples are seen.
+/// Current time of the samples.
 pub(super) const NOW: OffsetDateTime = datetime!(2026-05-20 09:30 UTC);
 
-/// Renders a page, and keeps it in `target/pages` when `STYLET_KEEP_PAGES` is set, to be looked at in a browser.
+/// Renders a page and checks it. If `STYLET_KEEP_PAGES` is set, writes it to `target/pages` for
+/// viewing in a browser.
 pub(super) fn keep_page(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
     super::forgotten::check_page(name, page);
     let html = page.render().expect("the page renders");
@@ -68,7 +69,7 @@ pub(super) fn shell(role: Role) -> Shell {
     }
 }
 
-/// "Stop in the fat" on a lower back with a vessel.
+/// Returns the exercise "Stop in the fat" on a lower back with a vessel.
 pub(super) fn bundle() -> ExerciseBundle {
     let line =
         |metric: &str, full, zero, weight| RubricLine { metric: metric.to_owned(), version: 1, full, zero, weight };
@@ -156,7 +157,7 @@ pub(super) fn metric(id: &str, value: Option<f64>) -> Metric {
     let label = definition.map_or_else(String::new, |d| {
         id.split_once('.').map_or_else(|| d.label.to_owned(), |(_, part)| d.label_of(part))
     });
-    // Read from JSON, so that a field added to the type does not break the sample.
+    // Parsed from JSON, so that a field added to the type does not break the sample.
     serde_json::from_value(serde_json::json!({
         "id": id, "version": 1, "value": value, "unit": definition.map_or("", |d| d.unit),
         "direction": definition.map_or(Direction::Lower, |d| d.direction), "applies": value.is_some(), "label": label,
@@ -223,7 +224,8 @@ pub(super) fn session_page() -> SessionPage {
     }
 }
 
-/// Four exercises, each after the one before, mastered by three passes of five.
+/// Returns a course of four exercises, each requiring the previous one, mastered with three passes
+/// of five.
 pub(super) fn course() -> Course {
     let step = |id: &str, title: &str, before: &[&str]| CourseStep {
         exercise: id.to_owned(),
@@ -244,7 +246,7 @@ pub(super) fn course() -> Course {
 pub(super) const PASS_MARKS: [f64; 4] = [60.0, 70.0, 70.0, 70.0];
 const COURSE_TITLE: &str = "Lower back: first punctures";
 
-/// Attempts two days apart, the last so many days ago.
+/// Returns attempts two days apart, the last one `days_ago` days ago.
 pub(super) fn history(scores: &[(&str, f64)], days_ago: i64) -> Vec<ScoredAttempt> {
     let count = i64::try_from(scores.len()).expect("few");
     let attempt = |(i, (exercise, score)): (i64, &(&str, f64))| ScoredAttempt {
@@ -326,7 +328,7 @@ pub(super) fn noted(act: MembershipAct) -> MembershipEvent {
     MembershipEvent { cohort: "Spring".to_owned(), act, by: Some("Ben Okafor".to_owned()), done_at: Moment::from(NOW) }
 }
 
-/// Something new of three kinds.
+/// Returns news of three kinds.
 pub(super) fn news() -> Vec<NewsItem> {
     let notice = |kind| Notice {
         kind,

@@ -1,5 +1,5 @@
-//! Times on the clock of the reader's school. Which school that is, is a matter of the request, as the language is; where nobody has
-//! settled it, times are in UTC.
+//! Times in the time zone of the reader's school. The zone is task-local to a request, like the
+//! language; UTC if the school has not set one.
 
 use std::future::Future;
 
@@ -11,18 +11,18 @@ tokio::task_local! {
     static CLOCK: TimeZone;
 }
 
-/// Tells times on the clock of a time zone for as long as a future runs; in UTC where there is none of this name.
+/// Runs a future whose pages show times in a time zone; UTC if the name is unknown.
 pub async fn on_school_clock<F: Future>(zone: &str, future: F) -> F::Output {
     CLOCK.scope(TimeZone::get(zone).unwrap_or(TimeZone::UTC), future).await
 }
 
-/// The name of the time zone, as Europe/Berlin.
+/// Returns the name of the time zone, like Europe/Berlin.
 #[must_use]
 pub fn zone_name() -> String {
     CLOCK.try_with(|zone| zone.iana_name().unwrap_or("UTC").to_owned()).unwrap_or_else(|_| "UTC".to_owned())
 }
 
-/// A moment as the school's clock shows it.
+/// Converts a time to the school's time zone.
 #[must_use]
 pub fn to_school_time(at: OffsetDateTime) -> OffsetDateTime {
     let offset_s = |zone: &TimeZone| {
@@ -35,7 +35,8 @@ pub fn to_school_time(at: OffsetDateTime) -> OffsetDateTime {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a summer's time is told on the winter's clock, or a day begins in London.
+    //! Daylight saving time must be applied, and days must begin at midnight of the school's time
+    //! zone.
 
     use time::macros::datetime;
 

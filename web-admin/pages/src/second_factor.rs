@@ -1,4 +1,5 @@
-//! One's own second factor: made, confirmed, turned off; recovery codes, shown once.
+//! The user's second factor: setup, confirmation and removal of an authenticator app; recovery
+//! codes, shown only once.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -10,80 +11,80 @@ use super::passkeys::PasskeyRow;
 use super::{Shell, StatusWord, format, passkeys};
 use crate::proving::{FactorRefused, ProofAsked};
 
-/// Below this many recovery codes new ones are called for.
+/// Below this number of recovery codes the page suggests making new ones.
 const FEW_CODES: i64 = 3;
 
-/// How the codes of an app stand.
+/// State of the authenticator app.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FactorState {
-    /// There is no app.
+    /// No app is set up.
     Off,
-    /// A secret is offered, and a code of it asked for.
+    /// A secret is offered, to be confirmed with a code.
     Offered {
-        /// The secret, to be typed.
+        /// The secret, for manual entry.
         secret: String,
-        /// The address that an app on this device opens.
+        /// The `otpauth` address, which opens an app on this device.
         address: String,
     },
-    /// A code is good when signing in.
+    /// Codes are accepted at sign-in.
     On {
-        /// Since when.
+        /// Time of setup.
         since: OffsetDateTime,
     },
 }
 
-/// The page.
+/// The page of the user's second factor.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/second_factor.html")]
 pub struct SecondFactorPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// How the codes of an app stand.
+    /// State of the authenticator app.
     pub factor: FactorState,
-    /// Passkeys, the oldest first.
+    /// Passkeys, oldest first.
     pub passkeys: Vec<PasskeyRow>,
-    /// Recovery codes that are left; none where no second factor is on.
+    /// Number of unused recovery codes; `None` without a second factor.
     pub codes_left: Option<i64>,
-    /// What is asked for before anything is changed.
+    /// Reauthentication required before a change.
     pub proof: ProofAsked,
-    /// Browsers have passkeys for this service.
+    /// Whether passkeys can be used at this service's address.
     pub can_add: bool,
-    /// The name of a new passkey, and why nothing was changed.
+    /// The form with the name of a new passkey, and why a change was refused.
     pub form: FilledForm<String, FactorRefused>,
-    /// The school asks for a second factor.
+    /// Whether the school requires a second factor of this user.
     pub asked: bool,
-    /// Nothing else may be done before one is on.
+    /// Whether the user must set one up before using any other page.
     pub owed: bool,
 }
 
 impl SecondFactorPage {
-    /// How many recovery codes are left, marked where they are few.
+    /// Describes the number of unused recovery codes, with a warning if there are few.
     fn left(&self, codes: &i64) -> String {
         let words = trn!("{n} recovery code left", "{n} recovery codes left", *codes);
         if *codes < FEW_CODES { StatusWord::Help.badge_saying(&words) } else { words }
     }
 
-    /// The script that asks passkeys.
+    /// Returns the address of the script that prompts for passkeys.
     fn script(&self) -> String {
         passkeys::passkey_script()
     }
 }
 
-/// Recovery codes, shown this once.
+/// Recovery codes, shown only once.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/recovery_codes.html")]
 pub struct RecoveryCodesPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The codes.
     pub codes: Vec<String>,
-    /// The second factor was turned on just now.
+    /// Whether the second factor has just been set up.
     pub first: bool,
 }
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a secret is shown longer than it must be, or nobody is told what to do next.
+    //! A secret must not be shown longer than needed, and each state must show the next step.
 
     use model::Role;
 

@@ -1,58 +1,58 @@
-//! The service as its administrator sees it: its health.
+//! The state of the service, for administrators.
 
 use askama::Template;
 use askama_web::WebTemplate;
 
 use super::{Shell, StatusWord, format};
 
-/// The page.
+/// The page of the service's state.
 #[derive(Clone, Debug, Template, WebTemplate)]
 #[template(path = "service.html")]
 pub struct ServicePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Version of the program.
     pub version: &'static str,
-    /// The database, in bytes.
+    /// Size of the database, in bytes.
     pub database_bytes: i64,
-    /// What the look through the database came to, that began with the service.
+    /// State of the database check that began when the service started.
     pub check: DatabaseCheck,
-    /// Figures: how many, and of what.
+    /// Counts for the overview: number and label.
     pub counts: Vec<(i64, &'static str)>,
-    /// Recordings that failed to be scored at least once.
+    /// Number of recordings for which scoring failed at least once.
     pub failing: i64,
-    /// Letters that could not be sent, the latest first.
+    /// Emails that could not be sent, latest first.
     pub letters: Vec<FailedLetterRow>,
 }
 
-/// A letter that could not be sent.
+/// An email that could not be sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FailedLetterRow {
-    /// The page of whom it was for, where they are a person of the school.
+    /// Address of the recipient's page, if the recipient belongs to the school.
     pub href: Option<String>,
-    /// Their name, or the address.
+    /// Name of the recipient, or the email address.
     pub name: String,
-    /// Why.
+    /// Error message.
     pub why: String,
 }
 
-/// What a look through the database came to.
+/// State of the database check.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DatabaseCheck {
-    /// It goes on.
+    /// The check is running.
     Going {
-        /// Tables whose pages were read.
+        /// Number of tables checked.
         tables_read: usize,
-        /// Tables there are.
+        /// Number of tables.
         tables: usize,
-        /// Rows of the audit log that were walked.
+        /// Number of rows of the audit log checked.
         rows_read: usize,
-        /// Rows of it that there are.
+        /// Number of rows of the audit log.
         rows: i64,
     },
-    /// Nothing is wrong.
+    /// No damage was found.
     Whole,
-    /// What is wrong, each as SQLite or the audit log's check words it.
+    /// Damage found, in the words of SQLite or of the audit log's check.
     Damaged(Vec<String>),
 }
 

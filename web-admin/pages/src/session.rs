@@ -1,4 +1,4 @@
-//! One attempt: score with reasons, curves, damage, verification.
+//! The page of an attempt: score with reasons, curves, damage, verification.
 
 use std::borrow::Borrow;
 
@@ -16,49 +16,50 @@ use super::{Shell, StatusWord, anatomy, charts, format};
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "session.html")]
 pub struct SessionPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The exercise's title.
+    /// Title of the exercise.
     pub exercise: String,
-    /// The exercise's page, where the school publishes it.
+    /// Address of the exercise's page, if the school publishes it.
     pub exercise_href: Option<String>,
-    /// The trainee's name and page, where the visitor is somebody else.
+    /// Name of the trainee and address of their page, if the visitor is another person.
     pub trainee: Option<(String, String)>,
-    /// When the attempt began.
+    /// Start of the attempt.
     pub started_at: OffsetDateTime,
-    /// Where it is watched again.
+    /// Address of the replay.
     pub replay_href: String,
-    /// Where the history of its grade is.
+    /// Address of the grade's history.
     pub grade_href: String,
-    /// What became of it.
+    /// Result of scoring.
     pub outcome: SessionOutcome,
-    /// What somebody has put in place of the computed score.
+    /// The override of the computed score.
     pub ruling: Option<Ruling>,
     /// The curves.
     pub drawing: Option<Drawing>,
-    /// Why it counts nowhere, and the page of the attempt that it repeats, where the visitor may see that.
+    /// Why the attempt does not count, and the address of the attempt that it repeats, if the
+    /// visitor may see that one.
     pub uncounted: Option<(Uncounted, Option<String>)>,
-    /// The school has published its exercise, and replaced it before the attempt.
+    /// Whether the attempt used a revision of the exercise that had already been replaced.
     pub is_replaced: bool,
-    /// The server's re-simulation.
+    /// Result of the re-simulation.
     pub verification: VerificationResult,
-    /// The paired station that has signed it.
+    /// Name of the paired station that signed it.
     pub signed_by: Option<String>,
-    /// Whoever was there, as they have confirmed.
+    /// Name of the supervisor who confirmed it.
     pub supervised_by: Option<String>,
-    /// What is asked after this attempt: title, address and minutes.
+    /// Surveys asked after this attempt: title, address and duration in min.
     pub surveys: Vec<(String, String, f64)>,
-    /// What else is known: name and value.
+    /// Further facts: name and value.
     pub facts: Vec<(&'static str, String)>,
 }
 
 impl SessionPage {
-    /// Where the second is watched that cost points.
+    /// Returns the address of the replay at the time that cost points.
     fn watched_at(&self, t_s: impl Borrow<f64>) -> String {
         moment_href(&self.replay_href, *t_s.borrow())
     }
 
-    /// The score that counts as a bar with the pass mark on it.
+    /// Returns the score that counts as a bar with the pass mark on it.
     fn counting_bar(&self) -> String {
         let SessionOutcome::Scored(judgement) = &self.outcome else { return String::new() };
         self.ruling
@@ -71,7 +72,7 @@ impl SessionPage {
     }
 }
 
-/// Why an attempt counts nowhere, in a few words.
+/// Describes briefly why an attempt does not count.
 #[must_use]
 pub fn uncounted_in_short(why: Uncounted) -> &'static str {
     match why {
@@ -80,42 +81,42 @@ pub fn uncounted_in_short(why: Uncounted) -> &'static str {
     }
 }
 
-/// What became of an attempt.
+/// Result of scoring an attempt.
 #[derive(Clone, Debug)]
 pub enum SessionOutcome {
-    /// In the queue.
+    /// Waiting in the queue.
     Waiting,
-    /// Not to be scored, with the reason.
+    /// Not scored, with the reason.
     Refused(String),
     /// Scored.
     Scored(Box<JudgementView>),
 }
 
-/// What somebody has put in place of a computed score.
+/// An override of a computed score.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ruling {
-    /// 0–100.
+    /// Score, 0–100.
     pub score: f64,
-    /// It counts as a pass.
+    /// Whether it counts as a pass.
     pub passed: bool,
-    /// Who.
+    /// Name of the person who set it.
     pub by: String,
-    /// Why.
+    /// Reason given.
     pub reason: String,
 }
 
-/// What the server's own re-simulation of the recorded input found.
+/// Result of the server's re-simulation of the recorded input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum VerificationResult {
     /// Not run yet.
     Waiting,
-    /// Every force and event is the same.
+    /// All forces and events are identical.
     Same,
-    /// Something differs.
+    /// Forces or events differ.
     Differs {
         /// Largest deviation of any force, in N.
         deviation_n: f64,
-        /// Events that differ.
+        /// Number of events that differ.
         events: i64,
     },
 }
@@ -123,19 +124,20 @@ pub enum VerificationResult {
 /// The curves as drawings and tables.
 #[derive(Clone, Debug)]
 pub struct Drawing {
-    /// Force against depth, for both widths.
+    /// Force against depth, at both widths.
     pub force_depth: String,
-    /// Force and depth against time, for both widths.
+    /// Force and depth against time, at both widths.
     pub force_time: String,
     /// Numbered events.
     pub marks: Vec<MarkRow>,
     /// Stages of each boundary.
     pub stages: Vec<StageRow>,
-    /// Name, beginning and end of each layer, in mm along the needle.
+    /// Name, start and end of each layer, in mm along the needle.
     pub layers: Vec<(String, f64, f64)>,
-    /// Time, way along the needle and force at about twenty moments, the peaks among them.
+    /// Time in s, advance along the needle in mm and force in N at up to 24 points, including the
+    /// extremes.
     pub points: Vec<(f64, f64, f64)>,
-    /// The page on which the attempt is watched again; absent where whoever sees the drawing must not know whose it is.
+    /// Address of the replay; `None` on pages that must not reveal the trainee.
     pub replay: Option<String>,
 }
 
@@ -144,36 +146,36 @@ pub struct Drawing {
 pub struct MarkRow {
     /// Number in the drawings.
     pub number: usize,
-    /// What happened.
+    /// Description.
     pub what: String,
-    /// When, in s.
+    /// Time, in s.
     pub t_s: f64,
-    /// Where, in mm along the needle.
+    /// Position, in mm along the needle.
     pub advance_mm: f64,
-    /// Axial force on the hand just before, in N.
+    /// Axial force on the hand just before the event, in N.
     pub force_n: f64,
 }
 
 /// A stage of a boundary.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StageRow {
-    /// The layer below the boundary.
+    /// Name of the layer below the boundary.
     pub boundary: String,
     /// The stage.
     pub stage: BoundaryStage,
-    /// Where it began, in mm along the needle.
+    /// Start, in mm along the needle.
     pub from_mm: f64,
-    /// Where it ended, in mm along the needle.
+    /// End, in mm along the needle.
     pub to_mm: f64,
 }
 
-/// The address of a second in a replay.
+/// Returns the address of a time in a replay.
 #[must_use]
 pub fn moment_href(replay: &str, t_s: f64) -> String {
     format!("{replay}?t={}", format::plain_seconds(t_s))
 }
 
-/// Most rows of the table of the curve.
+/// Maximum number of rows in the table of the curve.
 const TABLE_ROWS: usize = 24;
 
 impl Drawing {
@@ -201,13 +203,13 @@ impl Drawing {
         }
     }
 
-    /// The same, its events leading to their second of a replay.
+    /// Links the events to their time in a replay.
     #[must_use]
     pub fn leading_to(self, replay: &str) -> Self {
         Self { replay: Some(replay.to_owned()), ..self }
     }
 
-    /// Where a second of the attempt is watched.
+    /// Returns the address of the replay at a time of the attempt.
     pub(crate) fn watched_at(&self, t_s: impl Borrow<f64>) -> Option<String> {
         self.replay.as_ref().map(|replay| moment_href(replay, *t_s.borrow()))
     }
@@ -225,7 +227,7 @@ fn make_stage_rows(curve: &AttemptCurve) -> Vec<StageRow> {
 
 #[cfg(test)]
 mod tests {
-    //! The page must show the score with its arithmetic, and say plainly when there is none.
+    //! The page must show the score with its breakdown, and state clearly if there is no score.
 
     use super::*;
     use crate::samples;

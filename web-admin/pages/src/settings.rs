@@ -1,4 +1,4 @@
-//! What a school settles for itself.
+//! Settings of a school.
 
 use std::borrow::Borrow;
 
@@ -12,64 +12,64 @@ use super::form::{FilledForm, read_ticked_box, read_trimmed_text};
 use super::trainee::needed_in_words;
 use super::{Shell, format};
 
-/// Where letters go.
+/// Delivery method of emails.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MailWay {
-    /// To a mail server.
+    /// Sent through a mail server.
     Server,
-    /// Into a folder of the service's machine, where nobody receives them.
+    /// Written to a folder on the server, and not delivered.
     Folder,
 }
 
-/// The page.
+/// The settings page.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "settings.html")]
 pub struct SettingsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What is settled, or was typed.
+    /// The form with the current settings, or with refused input.
     pub form: FilledForm<SettingsForm>,
-    /// What was just done.
+    /// Confirmation of the change that was just made.
     pub done: Option<String>,
     /// Time zones to choose from, by name.
     pub zones: Vec<String>,
-    /// Where letters go.
+    /// Delivery method of emails.
     pub mail_way: MailWay,
-    /// To whom a test letter goes.
+    /// Recipient of a test email.
     pub own_email: String,
-    /// What must be proved of the attempts that certify.
+    /// Evidence required of attempts that count for certificates.
     pub needed: Needed,
-    /// Of whom a second factor is asked for.
+    /// Users of whom a second factor is required.
     pub factor_rule: FactorRule,
 }
 
-/// What is typed about the school.
+/// Input of the settings form.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default)]
 pub struct SettingsForm {
     /// Name.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub name: String,
-    /// Time zone, a name of the IANA database.
+    /// Time zone, a name in the IANA database.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub time_zone: String,
-    /// Code of a language.
+    /// Code of the language for emails.
     pub letter_language: String,
-    /// Reminders are mailed.
+    /// Whether reminders are sent by email.
     #[serde(deserialize_with = "read_ticked_box")]
     pub mails_reminders: bool,
-    /// What is new is mailed.
+    /// Whether news is sent by email.
     #[serde(deserialize_with = "read_ticked_box")]
     pub mails_news: bool,
-    /// Trainees see figures of the others of their cohort.
+    /// Whether trainees see statistics of the others in their cohort.
     #[serde(deserialize_with = "read_ticked_box")]
     pub shows_others: bool,
-    /// Days in which an attempt still counts at a revision that was replaced.
+    /// Days in which attempts on a replaced revision still count.
     #[serde(default = "usual_grace_days", deserialize_with = "read_trimmed_text")]
     pub replaced_grace_days: String,
 }
 
-/// As a school has them that has settled nothing.
+/// Returns the default for schools that have not set it.
 fn usual_grace_days() -> String {
     "7".to_owned()
 }
@@ -95,12 +95,13 @@ impl SettingsPage {
         }
     }
 
-    /// The choices of what must be proved: value, words, and whether it is the one that holds.
+    /// Returns the options for required evidence: value, label, and whether it is the current one.
     fn choices(&self) -> Vec<(&'static str, &'static str, bool)> {
         Needed::ALL.into_iter().map(|one| (one.word(), needed_in_words(one), one == self.needed)).collect()
     }
 
-    /// The choices of whom a second factor is asked for: value, words, and whether it is the one that holds.
+    /// Returns the options for requiring a second factor: value, label, and whether it is the
+    /// current one.
     fn factor_choices(&self) -> Vec<(&'static str, &'static str, bool)> {
         let words = |rule| match rule {
             FactorRule::Nobody => tr!("of nobody; everybody may have one"),

@@ -1,10 +1,10 @@
-//! What every page has around it: head, navigation, who is signed in.
+//! The frame of every page: head, navigation and signed-in user.
 
 use model::{CurrentPerson, Role};
 
 use super::{assets, deed, school_time};
 
-/// Where a page belongs in the navigation.
+/// Place of a page in the navigation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NavPlace {
     /// `/`
@@ -25,9 +25,10 @@ pub enum NavPlace {
     Administration,
     /// `/account`
     Account,
-    /// `/account/second-factor`, for whoever may do nothing else yet: without the navigation.
+    /// `/account/second-factor`, for users who must set up a second factor first: without
+    /// navigation.
     Enrolment,
-    /// Below none of them.
+    /// Not part of the navigation.
     Elsewhere,
 }
 
@@ -38,13 +39,13 @@ pub struct NavItem {
     pub href: &'static str,
     /// Word.
     pub label: &'static str,
-    /// The page belongs here.
+    /// Whether the current page belongs here.
     pub current: bool,
-    /// How much is new there.
+    /// Number of unread news items.
     pub news: u32,
 }
 
-/// Who sees the page.
+/// The signed-in user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShellVisitor {
     /// Name.
@@ -56,20 +57,20 @@ pub struct ShellVisitor {
 /// The frame around a page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shell {
-    /// Who is signed in.
+    /// The signed-in user.
     pub visitor: ShellVisitor,
-    /// Token for the sign-out form.
+    /// CSRF token for the sign-out form.
     pub csrf: String,
-    /// Where the page belongs.
+    /// Place of the page in the navigation.
     pub place: NavPlace,
-    /// How much is new for them.
+    /// Number of unread news items.
     pub news: u32,
-    /// The address of the school's logo, where it has one.
+    /// Address of the school's logo, if it has one.
     pub logo: Option<String>,
 }
 
 impl Shell {
-    /// The frame for a person.
+    /// Creates the frame for a user.
     #[must_use]
     pub fn new(person: &CurrentPerson, csrf: &str, place: NavPlace) -> Self {
         let visitor = ShellVisitor { name: person.display_name.clone(), role: person.role };
@@ -77,31 +78,31 @@ impl Shell {
         Self { visitor, csrf: csrf.to_owned(), place, news: person.news, logo }
     }
 
-    /// The address of the style sheet.
+    /// Returns the address of the style sheet.
     #[must_use]
     pub fn style(&self) -> &'static str {
         assets::style_sheet()
     }
 
-    /// What was just done, in words.
+    /// Returns the text of the flash message, if there is one.
     #[must_use]
     pub fn deed(&self) -> Option<&'static str> {
         deed::say_done()
     }
 
-    /// The address of what sorts tables.
+    /// Returns the address of the script that sorts tables.
     #[must_use]
     pub fn tables(&self) -> &'static str {
         assets::table_script()
     }
 
-    /// The time zone in which times are told.
+    /// Returns the name of the time zone in which times are shown.
     #[must_use]
     pub fn zone(&self) -> String {
         school_time::zone_name()
     }
 
-    /// The pages this visitor may open.
+    /// Returns the navigation entries that this user may open.
     #[must_use]
     pub fn nav(&self) -> Vec<NavItem> {
         let all = [
@@ -134,7 +135,7 @@ impl Shell {
 
 #[cfg(test)]
 mod tests {
-    //! A visitor must not be led to pages that would refuse them.
+    //! Users must not be led to pages that refuse them.
 
     use super::*;
 

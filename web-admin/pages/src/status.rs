@@ -1,13 +1,13 @@
-//! A state as a word, an icon and a colour: never the colour alone.
+//! States as a word, an icon and a colour: never by colour alone.
 
 use askama::Template;
 
-/// How something stands.
+/// State of an attempt, an exercise or a trainee.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StatusWord {
     /// An attempt at or above the pass mark, without a hard fail.
     Passed,
-    /// An attempt that did not pass.
+    /// An attempt that was not passed.
     Failed,
     /// An attempt in the queue.
     Waiting,
@@ -19,19 +19,19 @@ pub enum StatusWord {
     Current,
     /// An exercise that may be practised.
     Open,
-    /// An exercise behind another.
+    /// An exercise whose prerequisites are not mastered.
     Locked,
-    /// An exercise that was mastered and is lost again.
+    /// An exercise that was mastered and whose mastery was lost.
     Regressing,
     /// A trainee who may need help.
     Help,
-    /// A trainee who needs none.
+    /// A trainee without concerns.
     OnTrack,
     /// A trainee who has mastered the course.
     Complete,
 }
 
-/// The small label of a state.
+/// The badge of a state.
 #[derive(Debug, Template)]
 #[template(path = "parts/badge.html")]
 struct Badge<'a> {
@@ -41,7 +41,7 @@ struct Badge<'a> {
 }
 
 impl StatusWord {
-    /// The word.
+    /// Returns the word.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -60,7 +60,7 @@ impl StatusWord {
         }
     }
 
-    /// The class of its colour.
+    /// Returns the class of the colour.
     #[must_use]
     pub fn tone(self) -> &'static str {
         match self {
@@ -72,7 +72,7 @@ impl StatusWord {
         }
     }
 
-    /// The icon's path, in a square of 16.
+    /// Returns the path of the icon, in a 16 × 16 square.
     fn icon(self) -> &'static str {
         match self {
             Self::Passed | Self::Mastered | Self::Complete => "M3 8.5l3.2 3.2L13 5",
@@ -86,16 +86,17 @@ impl StatusWord {
         }
     }
 
-    /// The label with its own word.
+    /// Returns the badge with the state's own word.
     #[must_use]
     pub fn badge(self) -> String {
         self.badge_saying(self.word())
     }
 
-    /// The label with another word.
+    /// Returns the badge with another word.
     #[must_use]
     pub fn badge_saying(self, word: &str) -> String {
-        // Rendering into a String fails for no data we can hold; an empty label is still a page.
+        // Rendering this template into a `String` cannot fail; without the badge the page would
+        // still be usable.
         Badge { tone: self.tone(), icon: self.icon(), word }.render().unwrap_or_default()
     }
 }

@@ -1,4 +1,4 @@
-//! One's own tokens for programs.
+//! The user's API tokens.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -8,49 +8,49 @@ use time::OffsetDateTime;
 use super::form::FilledForm;
 use super::{Shell, StatusWord, format};
 
-/// The page.
+/// The page of the user's tokens.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/tokens.html")]
 pub struct TokensPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The tokens that were not revoked, the newest first.
+    /// Tokens that were not revoked, newest first.
     pub rows: Vec<TokenRow>,
-    /// What is typed, and why no token was made.
+    /// The form for a new token, with the reason if it was refused.
     pub form: FilledForm<TokenFields>,
 }
 
-/// What is typed about a new token; its password is never shown again.
+/// Input of the form for a new token; the password is never shown again.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TokenFields {
     /// Name.
     pub name: String,
-    /// How long it is good, in days.
+    /// Lifetime, in days.
     pub days: i64,
 }
 
 impl TokensPage {
-    /// Times to choose from: days, words, and whether it is the one chosen.
+    /// Returns the lifetimes to choose from: days, label, and whether it is selected.
     fn lifetimes(&self) -> Vec<(i64, String, bool)> {
         let choice = |days| (days, trn!("{n} day", "{n} days", days), days == self.form.typed.days);
         TOKEN_LIFETIMES_DAYS.into_iter().map(choice).collect()
     }
 }
 
-/// A token of a list.
+/// A token in a list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TokenRow {
-    /// What it is called, if anything.
+    /// Name, if it has one.
     pub name: Option<String>,
-    /// When it was made.
+    /// Time of creation.
     pub made: OffsetDateTime,
-    /// When it was last used, to the hour.
+    /// Time of last use, to the hour.
     pub used: Option<OffsetDateTime>,
-    /// When it ends or ended; never, where there is none.
+    /// Expiry time; `None` if it never expires.
     pub expires: Option<OffsetDateTime>,
-    /// It has ended.
+    /// Whether it has expired.
     pub ended: bool,
-    /// Where it is revoked.
+    /// Address that revokes it.
     pub revoke_href: String,
 }
 
@@ -60,17 +60,17 @@ impl TokenRow {
     }
 }
 
-/// A token that was made, shown this once.
+/// A newly created token, shown only once.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "account/token.html")]
 pub struct MadeTokenPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// The token.
     pub token: String,
-    /// When it ends.
+    /// Expiry time.
     pub expires: OffsetDateTime,
 }
 

@@ -1,4 +1,4 @@
-//! A trainee's training: their own home, and what an instructor sees of it.
+//! A trainee's page: the trainee's own home page, and the instructor's view of it.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -15,49 +15,50 @@ use super::session::uncounted_in_short;
 use super::{Shell, StatusWord, format};
 use crate::addresses::exercise_href;
 
-/// A trainee's home.
+/// A trainee's page.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "trainee.html")]
 pub struct TraineePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The trainee's name.
     pub name: String,
-    /// The trainee is the visitor.
+    /// Whether the trainee is the visitor.
     pub own: bool,
-    /// What is new for the visitor, on their own page.
+    /// News for the visitor, on their own page; else empty.
     pub news: Vec<super::news::NewsItem>,
-    /// What is assigned to the trainee and not done, what is due first before.
+    /// Assignments that are not done, by due date.
     pub due: Vec<super::assignments::AssignmentRow>,
-    /// Where the transcript is.
+    /// Address of the transcript.
     pub transcript: String,
-    /// Who asks to have the visitor in a cohort.
+    /// Open requests to add the visitor to a cohort.
     pub requests: Vec<MembershipRequest>,
-    /// Cohorts, by name.
+    /// Names of cohorts, in order.
     pub cohorts: Vec<String>,
-    /// Courses that they have begun, the one in progress first; before any attempt the school's first.
+    /// Courses the trainee has begun, the current one first; before the first attempt, the school's
+    /// first course.
     pub courses: Vec<CourseView>,
     /// The school's other courses.
     pub others: Vec<CourseView>,
-    /// What costs most, and what costs nothing, over the latest attempts.
+    /// The lines that lose most points, and those that lose almost none, over the latest attempts.
     pub habits: HabitsView,
     /// Latest attempts, newest first.
     pub attempts: Vec<OwnAttemptRow>,
-    /// Which stretch of the attempts this is.
+    /// Position in the list of attempts.
     pub pages: PageNumbers,
-    /// On the visitor's own page: since when they have had a sign-in code, if they have one.
+    /// On the visitor's own page: when their sign-in code was created, if they have one.
     pub sign_in_code: Option<Option<OffsetDateTime>>,
 }
 
-/// A sign-in code that was just made.
+/// A newly created sign-in code.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "sign_in_code.html")]
 pub struct SignInCodePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The code.
     pub code: String,
-    /// For how long it is shown, in min.
+    /// Minutes for which the page shows it.
     pub minutes: i64,
 }
 
@@ -67,118 +68,118 @@ impl SignInCodePage {
     }
 }
 
-/// How far a trainee has come in a course.
+/// A trainee's progress in a course.
 #[derive(Clone, Debug)]
 pub struct CourseView {
     /// Title.
     pub title: String,
-    /// Where a certificate is issued, once everything is mastered.
+    /// Address that issues a certificate, once everything is mastered.
     pub certificate: Option<String>,
-    /// What must be proved of the attempts that certify, in words, where everything is mastered and too little is proved.
+    /// Evidence required of certifying attempts, if everything is mastered but evidence is missing.
     pub unproved: Option<&'static str>,
-    /// The mastery rule in words.
+    /// The mastery rule as text.
     pub rule: String,
-    /// What to do next.
+    /// Recommended next step.
     pub next: Option<NextStep>,
-    /// Exercises mastered.
+    /// Number of exercises mastered.
     pub mastered: usize,
-    /// Everything is mastered.
+    /// Whether all exercises are mastered.
     pub complete: bool,
-    /// Why help may be needed.
+    /// Reasons why help may be needed: kind and reason.
     pub concerns: Vec<(&'static str, String)>,
     /// Exercises in order.
     pub steps: Vec<CourseStepRow>,
-    /// Score over time, title and drawing, one per exercise tried.
+    /// Scores over time for each exercise tried: title and drawing.
     pub charts: Vec<(String, String)>,
 }
 
-/// What to do next.
+/// The recommended next step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NextStep {
-    /// Page of the exercise.
+    /// Address of the exercise's page.
     pub href: String,
-    /// Its title.
+    /// Title of the exercise.
     pub title: String,
-    /// Why this one, and how far it is from mastery.
+    /// Reason for the recommendation, and what is missing for mastery.
     pub why: String,
 }
 
-/// An exercise of a course.
+/// An exercise in a course.
 #[derive(Clone, Debug)]
 pub struct CourseStepRow {
-    /// Page of the exercise.
+    /// Address of the exercise's page.
     pub href: String,
-    /// Page of the trainee's learning curve on it, once there is one.
+    /// Address of the trainee's learning curve, once there is an attempt.
     pub curve_href: Option<String>,
     /// Its title.
     pub title: String,
-    /// How it stands.
+    /// Status.
     pub status: StatusWord,
-    /// More about how it stands.
+    /// Details of the status.
     pub detail: String,
-    /// Scored attempts.
+    /// Number of scored attempts.
     pub attempts: usize,
-    /// Attempts passed.
+    /// Number of passed attempts.
     pub passes: usize,
     /// Best score, 0–100.
     pub best: Option<f64>,
-    /// Scores as a small line.
+    /// Sparkline of the scores.
     pub spark: String,
 }
 
 /// An attempt in a list.
 #[derive(Clone, Debug)]
 pub struct OwnAttemptRow {
-    /// Page of the attempt.
+    /// Address of the attempt's page.
     pub href: String,
-    /// When it began.
+    /// Start of the attempt.
     pub at: OffsetDateTime,
-    /// Who tried, where the list mixes people.
+    /// Name of the trainee, if the list contains several people.
     pub trainee: Option<String>,
     /// Title of the exercise.
     pub exercise: String,
-    /// How it stands.
+    /// Status.
     pub status: StatusWord,
-    /// 0–100, once scored.
+    /// Score, 0–100, once scored.
     pub score: Option<f64>,
-    /// The computed score, 0–100, where somebody has put another in its place.
+    /// Computed score, 0–100, if it was overridden.
     pub computed: Option<f64>,
-    /// What cost most.
+    /// The largest loss of points.
     pub note: String,
-    /// The re-simulation differs.
+    /// Whether the re-simulation differs.
     pub flagged: bool,
-    /// Why it counts nowhere; absent where it counts.
+    /// Why it does not count; `None` if it does.
     pub uncounted: Option<Uncounted>,
 }
 
-/// A stretch of a long list.
+/// Position in a paginated list.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PageNumbers {
-    /// This stretch, from 1.
+    /// Number of this page, from 1.
     pub page: u32,
-    /// How many stretches there are.
+    /// Number of pages.
     pub last: u32,
-    /// How many entries there are in all.
+    /// Total number of entries.
     pub entries: u32,
 }
 
-/// What a course view is made of.
+/// Course data from which a course view is built.
 #[derive(Clone, Copy, Debug)]
 pub struct CourseFacts<'a> {
-    /// The trainee's page, where the facts are for one trainee.
+    /// Address of the trainee's page, if the facts are for a single trainee.
     pub trainee: Option<&'a str>,
-    /// The course's id.
+    /// Id of the course.
     pub id: &'a str,
     /// Title.
     pub title: &'a str,
-    /// Exercises and rule.
+    /// Exercises and mastery rule.
     pub course: &'a Course,
-    /// The pass mark of each exercise, 0–100, in the course's order.
+    /// Pass mark of each exercise, 0–100, in the order of the course.
     pub pass_marks: &'a [f64],
 }
 
 impl OwnAttemptRow {
-    /// Why it counts nowhere, in a few words.
+    /// Describes briefly why the attempt does not count.
     #[must_use]
     pub fn uncounted_words(&self) -> Option<&'static str> {
         self.uncounted.map(uncounted_in_short)
@@ -186,7 +187,7 @@ impl OwnAttemptRow {
 }
 
 impl TraineePage {
-    /// What the table of attempts is called.
+    /// Returns the caption of the table of attempts.
     #[must_use]
     pub fn attempts_caption(&self) -> String {
         trn!("{n} attempt in all, newest first", "{n} attempts in all, newest first", self.pages.entries)
@@ -194,7 +195,8 @@ impl TraineePage {
 }
 
 impl CourseView {
-    /// Puts progress into words and drawings. `key` keeps the drawings' ids apart between courses.
+    /// Describes progress as text and drawings. `key` keeps the ids of drawings unique across
+    /// courses.
     #[must_use]
     pub fn new(facts: &CourseFacts<'_>, progress: &Progress, key: usize) -> Self {
         let steps = (0..progress.steps.len()).map(|i| make_step_row(facts, progress, i)).collect();
@@ -219,7 +221,7 @@ impl CourseView {
     }
 }
 
-/// What a school asks to be proved of an attempt that certifies, in words.
+/// Describes the evidence that a school requires of certifying attempts.
 #[must_use]
 pub fn needed_in_words(needed: Needed) -> &'static str {
     match needed {
@@ -230,7 +232,7 @@ pub fn needed_in_words(needed: Needed) -> &'static str {
     }
 }
 
-/// The mastery rule in words.
+/// Describes the mastery rule.
 #[must_use]
 pub fn rule_in_words(rule: &Mastery) -> String {
     match *rule {
@@ -284,7 +286,7 @@ fn make_next_step(course: &Course, progress: &Progress, index: usize) -> NextSte
     NextStep { href: exercise_href(&step.exercise), title: step.title.clone(), why }
 }
 
-/// The points of a score chart.
+/// Returns the points of a score chart.
 #[must_use]
 pub fn score_points(attempts: &[ScoredAttempt]) -> Vec<ScorePoint> {
     attempts.iter().map(|a| ScorePoint { at: a.at, score: a.score, passed: a.passed }).collect()
@@ -315,7 +317,7 @@ fn make_step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> 
     }
 }
 
-/// What a learning curve still asks for.
+/// Describes how many successes the learning curve still requires.
 fn still_needed(done: &StepProgress) -> String {
     done.curve.as_ref().map_or_else(String::new, |curve| {
         trn!("one more success", "{n} more straight successes", curve.successes_needed)
@@ -335,7 +337,8 @@ fn draw_step_scores(facts: &CourseFacts<'_>, progress: &Progress, key: usize, in
 
 #[cfg(test)]
 mod tests {
-    //! The home must tell what to do next and why, and be useful before the first attempt.
+    //! The home page must show the next step with its reason, and be useful before the first
+    //! attempt.
 
     use super::*;
     use crate::samples;

@@ -1,4 +1,4 @@
-//! A transcript: what somebody has done in every course, on a page to print.
+//! The transcript: a trainee's results in all courses, as a printable page.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -8,21 +8,21 @@ use time::OffsetDateTime;
 use super::trainee::rule_in_words;
 use super::{Shell, format};
 
-/// The page.
+/// The page of a transcript.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "transcript.html")]
 pub struct TranscriptPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The trainee's name and page.
+    /// Name of the trainee and address of their page.
     pub trainee: (String, String),
-    /// The school.
+    /// Name of the school.
     pub school: String,
-    /// What the registrar knows them by.
+    /// Number from the registrar's office.
     pub registrar_id: Option<String>,
-    /// Courses, the one tried last first.
+    /// Courses, most recently practised first.
     pub courses: Vec<TranscriptCourse>,
-    /// When it was made.
+    /// Time of creation.
     pub made_at: OffsetDateTime,
 }
 
@@ -31,7 +31,7 @@ pub struct TranscriptPage {
 pub struct TranscriptCourse {
     /// Its title.
     pub title: String,
-    /// When an exercise of it is mastered.
+    /// The mastery rule as text.
     pub rule: String,
     /// Its exercises.
     pub lines: Vec<TranscriptLine>,
@@ -42,18 +42,18 @@ pub struct TranscriptCourse {
 pub struct TranscriptLine {
     /// Its title.
     pub title: String,
-    /// Since when it is mastered.
+    /// When it was mastered, even if mastery has been lost since.
     pub mastered_on: Option<OffsetDateTime>,
-    /// The best score, 0–100.
+    /// Best score, 0–100.
     pub best: Option<f64>,
-    /// Attempts passed.
+    /// Number of passed attempts.
     pub passes: usize,
-    /// Scored attempts.
+    /// Number of scored attempts.
     pub attempts: usize,
 }
 
 impl TranscriptCourse {
-    /// What a trainee's progress in a course comes to.
+    /// Summarizes a trainee's progress in a course.
     #[must_use]
     pub fn new(title: &str, course: &Course, progress: &Progress) -> Self {
         let lines = course.steps.iter().zip(&progress.steps).map(|(step, done)| TranscriptLine {
@@ -76,7 +76,7 @@ impl TranscriptCourse {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when the page says more, or less, than the trainee's own page does.
+    //! The page must agree with the trainee's own page.
 
     use model::Role;
 

@@ -1,6 +1,7 @@
-//! What was done, in words.
+//! Descriptions of audit actions.
 
-/// What an act of the audit log is, in words that follow a name; none of what no program writes any more.
+/// Describes an audit action in words that follow the actor's name. Returns `None` for actions that
+/// the program no longer writes.
 #[must_use]
 #[expect(clippy::too_many_lines, reason = "a table: one line for each act")]
 pub fn describe_act(action: &str) -> Option<&'static str> {

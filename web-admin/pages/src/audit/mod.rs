@@ -1,4 +1,4 @@
-//! Who did what: the audit log, in words.
+//! The audit log page.
 
 mod deeds;
 
@@ -11,16 +11,16 @@ use time::OffsetDateTime;
 use super::form::read_trimmed_text;
 use super::{Shell, format};
 
-/// A theme by which acts are looked for.
+/// A theme by which the audit log can be filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AuditTheme {
-    /// Stands for it in an address.
+    /// Key in the page's query string.
     pub key: &'static str,
-    /// Beginnings of its actions.
+    /// Prefixes of the theme's actions, up to the dot.
     pub actions: &'static [&'static str],
 }
 
-/// Every theme.
+/// All themes.
 pub const AUDIT_THEMES: [AuditTheme; 6] = [
     AuditTheme {
         key: "accounts",
@@ -50,13 +50,13 @@ pub const AUDIT_THEMES: [AuditTheme; 6] = [
 ];
 
 impl AuditTheme {
-    /// The theme of a key.
+    /// Returns the theme with a key.
     #[must_use]
     pub fn of_key(key: &str) -> Option<Self> {
         AUDIT_THEMES.into_iter().find(|theme| theme.key == key)
     }
 
-    /// In words.
+    /// Names the theme.
     #[must_use]
     pub fn say(self) -> &'static str {
         match self.key {
@@ -70,38 +70,38 @@ impl AuditTheme {
     }
 }
 
-/// What is looked for, as it is typed.
+/// Filter of the audit log, as entered.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default)]
 pub struct AuditForm {
-    /// A name, or the whole id of what was acted on.
+    /// A name, or the complete id of the object.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub words: String,
-    /// Key of a theme; empty: any.
+    /// Key of a theme; empty for all.
     pub theme: String,
-    /// First day, 2026-11-24; empty: from the first.
+    /// First day, like 2026-11-24; empty for no lower limit.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub since: String,
-    /// Last day; empty: until now.
+    /// Last day; empty for no upper limit.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub until: String,
 }
 
-/// The page.
+/// The audit log page.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "audit.html")]
 pub struct AuditPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What is looked for.
+    /// The filter.
     pub form: AuditForm,
-    /// Acts, the latest first.
+    /// Log entries, latest first.
     pub acts: Vec<ActRow>,
-    /// Where the search goes on, if the log does.
+    /// Address of the next older page, if there are more entries.
     pub older: Option<String>,
-    /// The same search as a file.
+    /// Address of the same search as a CSV file.
     pub file: String,
-    /// Since when the log has been read, where it goes on and this page is not full.
+    /// Time back to which the log was searched, when the search stopped before the page was full.
     pub read_since: Option<OffsetDateTime>,
 }
 
@@ -115,42 +115,42 @@ impl AuditPage {
     }
 }
 
-/// An act.
+/// An entry of the audit log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ActRow {
-    /// Its place in the audit log.
+    /// Sequence number in the log.
     pub seq: i64,
-    /// When.
+    /// Time of the action.
     pub at: OffsetDateTime,
-    /// By whom.
+    /// Name of the actor.
     pub actor: String,
-    /// What, as the log says it.
+    /// Action, as written in the log.
     pub action: String,
-    /// To what.
+    /// Object of the action.
     pub object: ActObject,
-    /// What else is known: what it is, and its value.
+    /// Further details: label and value.
     pub details: Vec<(String, String)>,
 }
 
 impl ActRow {
-    /// What, in words.
+    /// Describes the action.
     fn describe(&self) -> Option<&'static str> {
         describe_act(&self.action)
     }
 }
 
-/// What was acted on.
+/// The object of an audit action.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ActObject {
-    /// Its name, or else its id.
+    /// Name, or the id if it has no name.
     pub name: String,
-    /// Its page, where it has one.
+    /// Address of its page, if it has one.
     pub href: Option<String>,
-    /// Its id.
+    /// Id.
     pub id: String,
 }
 
-/// By whom, in words, where it was no person: the log names programs and strangers by words of its own.
+/// Names an actor that is not a person: the log has fixed words for programs and anonymous actors.
 #[must_use]
 pub fn say_actor(actor: &str) -> String {
     match actor {
@@ -165,7 +165,7 @@ pub fn say_actor(actor: &str) -> String {
     }
 }
 
-/// What else is known of an act, from its JSON: each thing by its name, in the order of the log.
+/// Returns the JSON details of an entry as pairs of label and value, in the order of the log.
 #[must_use]
 pub fn list_act_details(details: &str) -> Vec<(String, String)> {
     let said = |value: &serde_json::Value| match value {

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::people::SelectOption;
 
-/// An exercise that a course may name.
+/// An exercise that a course may contain.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CourseExercise {
     /// Its id.
@@ -20,14 +20,14 @@ pub struct CourseExercise {
     pub title: String,
 }
 
-/// What a school has for its courses.
+/// The school's published exercises and instruments, from which a course is built.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CourseContext {
-    /// The exercises that it has published.
+    /// The school's published exercises.
     pub exercises: Vec<CourseExercise>,
-    /// Its instruments: id and title.
+    /// The school's instruments: id and title.
     pub instruments: Vec<(String, String)>,
-    /// Ids of exercises, by the names that the course's lines give their files.
+    /// Exercise ids by the file names used in the course document.
     pub files: BTreeMap<String, String>,
 }
 
@@ -38,7 +38,7 @@ impl CourseContext {
     }
 }
 
-/// The form of a course, with what is wrong at its fields.
+/// Builds the form of a course, with the remarks shown at their fields.
 #[must_use]
 pub fn make_course_form(document: &EditedDocument, remarks: &[DraftRemark], context: &CourseContext) -> DocumentForm {
     let form = CourseFormMaker { read: FormReader { document, remarks }, context };
@@ -146,7 +146,8 @@ impl CourseFormMaker<'_> {
         }
     }
 
-    /// What may be asked for first: every other exercise of the course, and what is asked for already.
+    /// Returns checkboxes for the prerequisites: every other exercise of the course, and the ids
+    /// already listed.
     fn prerequisites_of(&self, row: usize, ids: &[String]) -> Option<FormBoxes> {
         let list = format!("exercise[{row}].prerequisites");
         let ticked = self.read.document.texts_at(&list);

@@ -14,16 +14,16 @@ use crate::judgement::GROUPS;
 use crate::people::SelectOption;
 use crate::{anatomy, metric};
 
-/// What a draft has beside the text of its exercise.
+/// Data that the form of an exercise needs in addition to the document.
 #[derive(Clone, Debug)]
 pub struct ExerciseContext {
-    /// What its scene calls things.
+    /// Names of the layers, structures and targets of its scene.
     pub scene: SceneNames,
-    /// Its pictures.
+    /// Pictures of the draft.
     pub pictures: DraftPictures,
 }
 
-/// The form of an exercise in a scene, with what is wrong at its fields.
+/// Builds the form of an exercise in a scene, with the remarks shown at their fields.
 #[must_use]
 pub fn make_exercise_form(
     document: &EditedDocument,
@@ -175,7 +175,7 @@ impl ExerciseFormMaker<'_> {
         self.metric_row("hard_fail", row, fields)
     }
 
-    /// A row that begins with a metric: which, and which way is better.
+    /// Builds a row that begins with the choice of a metric and states which direction is better.
     fn metric_row(&self, array: &str, row: usize, fields: Vec<FormField>) -> FormRow {
         let at = format!("{array}[{row}].metric");
         let (chosen, read) = (self.read.document.metric_at(&at), &self.read);
@@ -205,7 +205,7 @@ impl ExerciseFormMaker<'_> {
         RowAdding { act: act.to_owned(), name, label: tr!("Metric"), button, choices: self.metric_choices(), problems }
     }
 
-    /// Every metric that a rubric may ask for in this scene, below the headings under which scores show them.
+    /// Returns all metrics that a rubric may use in this scene, under the headings that scores use.
     fn metric_choices(&self) -> Vec<ChoiceGroup> {
         let offered = METRICS.iter().flat_map(|known| known.ids_in(self.scene)).filter_map(|id| metric_option(&id));
         let offered: Vec<SelectOption> = offered.collect();
@@ -266,7 +266,7 @@ impl ExerciseFormMaker<'_> {
     }
 }
 
-/// What coaching may watch: key, name and unit.
+/// Quantities that coaching can watch: key, name and unit.
 const QUANTITIES: [(&str, &str, &str); 4] = [
     ("depth_mm", sentence!("Depth along the needle"), "mm"),
     ("force_n", sentence!("Force"), "N"),
@@ -274,7 +274,7 @@ const QUANTITIES: [(&str, &str, &str); 4] = [
     ("angle_error_deg", sentence!("Error of the angle"), "°"),
 ];
 
-/// A metric as a choice, by its newest version that rubrics are offered; nothing where none is.
+/// Returns the newest version of a metric as an option; `None` if rubrics may no longer use it.
 fn metric_option(id: &str) -> Option<SelectOption> {
     let newest = catalogue::newest_definition(id).filter(|known| known.unoffered.is_empty())?;
     let version = newest.version;
@@ -287,7 +287,7 @@ fn metric_option(id: &str) -> Option<SelectOption> {
     Some(SelectOption { value, label, chosen: false })
 }
 
-/// A unit as people read it; a count and a pure number have none.
+/// Returns a unit as displayed; empty for counts and dimensionless numbers.
 fn unit_in_words(unit: &'static str) -> &'static str {
     match unit {
         "count" | "1" => "",

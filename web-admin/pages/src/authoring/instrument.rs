@@ -10,10 +10,10 @@ use super::{
 };
 use crate::people::SelectOption;
 
-/// With more rows than this in which something is wrong, they stay folded.
+/// Above this number of rows with problems, all of them stay collapsed.
 const MOST_OPEN: usize = 3;
 
-/// The form of an instrument, with what is wrong at its fields.
+/// Builds the form of an instrument, with the remarks shown at their fields.
 #[must_use]
 pub fn make_instrument_form(document: &EditedDocument, remarks: &[DraftRemark]) -> DocumentForm {
     let form = InstrumentFormMaker { read: FormReader { document, remarks }, language: words::current().code() };
@@ -29,7 +29,7 @@ pub fn make_instrument_form(document: &EditedDocument, remarks: &[DraftRemark]) 
     DocumentForm { sections }
 }
 
-/// Folds rows, and opens the few in which something is wrong.
+/// Collapses the rows, and expands those with problems if there are few.
 fn fold_rows(rows: &mut [FormRow]) {
     let wrong = rows.iter().filter(|row| row.count_problems() > 0).count();
     for row in rows.iter_mut().filter(|row| !row.fields.is_empty()) {
@@ -37,7 +37,7 @@ fn fold_rows(rows: &mut [FormRow]) {
     }
 }
 
-/// Reads the fields of an instrument.
+/// Builds the form of an instrument.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InstrumentFormMaker<'d> {
     pub(super) read: FormReader<'d>,
@@ -73,12 +73,12 @@ impl InstrumentFormMaker<'_> {
         }
     }
 
-    /// Its languages, and how many texts each still lacks.
+    /// Builds the section of languages, with the number of missing texts in each.
     fn language_section(&self) -> FormSection {
         let section = self.read.language_section();
         let lacks = |code: &String| {
             let ending = format!(".{code}");
-            // A text that is written in no language lacks in each.
+            // A text that has no language yet is missing in all of them.
             let is_in = |field: &str| field.ends_with(&ending) || is_wording(field);
             self.read.remarks.iter().filter(|remark| is_in(&remark.field)).count()
         };
@@ -122,7 +122,7 @@ impl InstrumentFormMaker<'_> {
         }
     }
 
-    /// The ways of answering that there are, and new ones.
+    /// Returns the existing scales, and the kinds of new ones.
     fn answering_choices(&self) -> Vec<ChoiceGroup> {
         let known = (0..self.read.document.count_rows("scale")).map(|row| SelectOption {
             value: self.read.document.written_at(&format!("scale[{row}].id")),
@@ -168,7 +168,7 @@ impl InstrumentFormMaker<'_> {
         }
     }
 
-    /// The two questions of which one is chosen.
+    /// Returns the fields that select the two questions of a pair.
     fn pair_fields(&self, row: usize) -> Vec<FormField> {
         let (read, pair) = (&self.read, format!("item[{row}].pair"));
         let scale = read.document.written_at(&format!("item[{row}].scale"));
@@ -201,7 +201,7 @@ impl InstrumentFormMaker<'_> {
         vec![ChoiceGroup { title: "", choices: rows.map(|row| self.option_of("section", row, "title")).collect() }]
     }
 
-    /// A row as a choice: by its id, and read by one of its texts.
+    /// Returns a row as an option: its id as the value, one of its texts as the label.
     pub(super) fn option_of(&self, array: &str, row: usize, text: &str) -> SelectOption {
         let value = self.read.document.written_at(&format!("{array}[{row}].id"));
         let named = self.read.document.wording_in(&format!("{array}[{row}].{text}"), self.language);
@@ -210,7 +210,8 @@ impl InstrumentFormMaker<'_> {
         SelectOption { label: label.unwrap_or_default(), value, chosen: false }
     }
 
-    /// What goes with a question, or has to be changed without it.
+    /// Describes the effects of removing a question: the scores that lose it, and the rows to
+    /// change.
     fn say_loss_of_item(&self, row: usize) -> String {
         let document = self.read.document;
         let id = document.written_at(&format!("item[{row}].id"));
@@ -238,7 +239,8 @@ impl InstrumentFormMaker<'_> {
         loss
     }
 
-    /// A text in each language of the document. Texts of an instrument are never plain.
+    /// Returns one field of a text for each language of the document. Texts of an instrument are
+    /// always translated.
     pub(super) fn wording(&self, text: &str, label: &str, input: &FieldInput) -> Vec<FormField> {
         let languages = self.read.document.languages();
         let labelled = |language: &String| match languages.len() {
@@ -248,7 +250,7 @@ impl InstrumentFormMaker<'_> {
         let in_language = |language: &String| {
             let field = self.read.field(format!("{text}.{language}"), labelled(language), input.clone());
             let own = languages.first() == Some(language);
-            // What is wrong with the text as a whole is said where it is written first.
+            // A problem with the text as a whole is shown once, at the first language.
             let whole = if own { self.read.problems_of(text) } else { Vec::new() };
             FormField {
                 language: language.clone(),
@@ -259,7 +261,7 @@ impl InstrumentFormMaker<'_> {
         languages.iter().map(in_language).collect()
     }
 
-    /// A row's number and what it says.
+    /// Returns a row's number and its text.
     pub(super) fn number_row(&self, row: usize, text: &str) -> String {
         let said = self.read.document.wording_in(text, self.language);
         match said.is_empty() {
@@ -324,19 +326,19 @@ impl InstrumentFormMaker<'_> {
     }
 }
 
-/// A choice that may be left out.
+/// Returns a choice whose first option leaves the value unset.
 pub(super) fn choices_or<'c>(none: &str, known: impl IntoIterator<Item = (&'c str, &'static str)>) -> Vec<ChoiceGroup> {
     let known = known.into_iter().map(|(value, label)| (value, label.to_owned()));
     plain_choices(std::iter::once(("", none.to_owned())).chain(known))
 }
 
 impl FormRow {
-    /// A row at an address, with nothing in it yet.
+    /// Creates an empty row for a place in the document.
     pub(super) fn at(field: String) -> Self {
         Self { id: place_id(&field), ..Self::default() }
     }
 
-    /// How much is wrong in it.
+    /// Returns the number of problems in the row.
     #[must_use]
     pub fn count_problems(&self) -> usize {
         let own = self.all_fields().map(|field| field.problems.len()).sum::<usize>();
@@ -347,7 +349,8 @@ impl FormRow {
 
 #[cfg(test)]
 mod tests {
-    //! Whatever can be wrong with an instrument must have a place in its form, and what a form begins must be readable.
+    //! Every problem of an instrument must have a place in its form, and the scales that a form
+    //! begins must be valid once filled in.
 
     use documents::Instrument;
     use model::authoring::FieldSort;

@@ -1,4 +1,4 @@
-//! The rows of an instrument's form: ways of answering, conditions and scores.
+//! Rows of an instrument's form: scales, conditions and scores.
 
 use model::authoring::{EditedDocument, FieldSort};
 use words::Language;
@@ -6,16 +6,16 @@ use words::Language;
 use super::instrument::{InstrumentFormMaker, choices_or};
 use super::{FieldInput, FormBoxes, FormField, FormRow, FormSection, RowAdding, plain_choices};
 
-/// A way of answering that a form can begin.
+/// A kind of scale that the form can add.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NewKind {
-    /// What is sent.
+    /// Value sent by the form.
     pub(super) word: &'static str,
-    /// What is read.
+    /// Label shown to the reader.
     pub(super) label: &'static str,
 }
 
-/// The ways of answering that a form can begin.
+/// Returns the kinds of scale that the form can add.
 pub(super) fn list_new_kinds() -> impl Iterator<Item = NewKind> {
     let yes_no = NewKind { word: "yes-no", label: sentence!("Yes or no") };
     let of_kind = |(word, label): (&'static str, &'static str)| NewKind { word, label };
@@ -24,7 +24,7 @@ pub(super) fn list_new_kinds() -> impl Iterator<Item = NewKind> {
     kinds.into_iter()
 }
 
-/// The kinds of scales, in words.
+/// Kinds of scale and their labels.
 const KINDS: [(&str, &str); 7] = [
     ("likert", sentence!("A row of points (Likert)")),
     ("choice", sentence!("One of several options")),
@@ -35,13 +35,14 @@ const KINDS: [(&str, &str); 7] = [
     ("pair", sentence!("One of two questions (pair)")),
 ];
 
-/// The kind of a scale by its id; empty where there is none.
+/// Returns the kind of a scale by its id; empty if there is no such scale.
 pub(super) fn find_kind(document: &EditedDocument, scale: &str) -> String {
     let row = document.find_row_of("scale", scale);
     row.map_or_else(String::new, |row| document.written_at(&format!("scale[{row}].kind")))
 }
 
-/// Adds a way of answering as it usually begins, with words in those of the document's languages that this program speaks: its id.
+/// Adds a scale with the usual defaults, with texts in those languages of the document that this
+/// program supports. Returns its id.
 pub fn begin_scale(document: &mut EditedDocument, kind: &str) -> String {
     let stem = match kind {
         "likert" => "agreement",
@@ -90,7 +91,7 @@ pub fn begin_scale(document: &mut EditedDocument, kind: &str) -> String {
     document.written_at(&at("id"))
 }
 
-/// Writes a text in each of the document's languages that this program speaks.
+/// Writes a text in each of the document's languages that this program supports.
 fn write_words(document: &mut EditedDocument, text: &str, say: impl Fn() -> &'static str) {
     for language in document.languages() {
         if let Some(spoken) = Language::named(&language) {
@@ -101,7 +102,7 @@ fn write_words(document: &mut EditedDocument, text: &str, say: impl Fn() -> &'st
 }
 
 impl InstrumentFormMaker<'_> {
-    /// A way of answering in a few words: its kind, and what tells it from others of its kind.
+    /// Summarizes a scale: its kind, and the texts that distinguish it from others of its kind.
     pub(super) fn say_scale(&self, row: usize) -> String {
         let document = self.read.document;
         let at = |key: &str| format!("scale[{row}].{key}");
@@ -218,7 +219,7 @@ impl InstrumentFormMaker<'_> {
         known.into_iter().filter(|(key, _)| is_shown(key)).map(|(_, field)| field).collect()
     }
 
-    /// What the ends and the points mean.
+    /// Returns the fields for the texts at the ends and the points.
     fn scale_words(&self, row: usize, kind: &str) -> Vec<FormField> {
         let (read, at) = (&self.read, |key: &str| format!("scale[{row}].{key}"));
         let mut fields = Vec::new();
@@ -260,7 +261,8 @@ impl InstrumentFormMaker<'_> {
         }
     }
 
-    /// After which question something is asked; nothing where no question comes before.
+    /// Returns the field that selects the question on which a row depends; `None` if no earlier
+    /// question qualifies.
     pub(super) fn condition_field(&self, row: &str) -> Option<FormField> {
         let (document, field) = (self.read.document, format!("{row}.when.item"));
         let earlier: Vec<usize> =
@@ -275,7 +277,7 @@ impl InstrumentFormMaker<'_> {
         Some(made.hinted(tr!("After another question is chosen, save: its answers appear.")))
     }
 
-    /// An item with answers to choose from stands on an earlier page than a row.
+    /// Returns whether an item with selectable answers is on an earlier page than the row.
     fn comes_before(&self, item: usize, row: &str) -> bool {
         let document = self.read.document;
         let kind = find_kind(document, &document.written_at(&format!("item[{item}].scale")));
@@ -287,7 +289,7 @@ impl InstrumentFormMaker<'_> {
             && asked.zip(here).is_some_and(|(asked, here)| asked < here)
     }
 
-    /// The answers after which something is asked.
+    /// Returns checkboxes for the answers on which a row depends.
     pub(super) fn condition_boxes(&self, row: &str) -> Option<FormBoxes> {
         let (document, list) = (self.read.document, format!("{row}.when.is"));
         if !document.is_written(&format!("{row}.when")) {
@@ -306,7 +308,7 @@ impl InstrumentFormMaker<'_> {
         Some(FormBoxes { title: tr!("Asked after these answers"), boxes, problems: self.read.problems_of(&list) })
     }
 
-    /// The answers that a scale allows: id and words.
+    /// Returns the answers of a scale: id and text.
     fn answers_of(&self, scale: usize) -> Vec<(String, String)> {
         let document = self.read.document;
         let points: usize = document.written_at(&format!("scale[{scale}].points")).parse().unwrap_or(0);
@@ -317,7 +319,7 @@ impl InstrumentFormMaker<'_> {
         points.chain(options).collect()
     }
 
-    /// A box for each id, ticked where a list names it.
+    /// Returns one checkbox per id, ticked if the list contains it.
     fn boxes_of(&self, list: &str, known: impl IntoIterator<Item = (String, String)>) -> Vec<FormField> {
         let tick = |(id, label): (String, String)| FormField {
             value: if self.read.document.names_id(list, &id) { "yes" } else { "" }.to_owned(),
@@ -373,7 +375,8 @@ impl InstrumentFormMaker<'_> {
         }
     }
 
-    /// Which questions count, which the other way round, and which pairs weigh them.
+    /// Returns checkboxes for the questions that count, those that are reversed, and the pairs that
+    /// weight them.
     fn score_boxes(&self, row: usize) -> Vec<FormBoxes> {
         let (read, at) = (&self.read, |key: &str| format!("score[{row}].{key}"));
         let items = 0..read.document.count_rows("item");

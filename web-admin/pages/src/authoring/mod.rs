@@ -1,4 +1,5 @@
-//! Documents written in forms: which fields an exercise, a course and an instrument have, in words, and what is wrong at each.
+//! Forms that edit documents: the fields of an exercise, a course and an instrument, with labels
+//! and the problems at each.
 
 mod course;
 mod exercise;
@@ -18,165 +19,166 @@ pub use picture::{DraftPictures, PictureAdding};
 use super::people::SelectOption;
 use super::pictures::ShownPicture;
 
-/// What stands before the name of every field of a document: other fields of the same form are called otherwise.
+/// Prefix of the names of document fields in a form, which keeps them apart from the form's other
+/// fields.
 pub const FIELD_PREFIX: &str = "x.";
 
-/// A document as a form.
+/// A document, displayed as a form.
 #[derive(Clone, Debug, Default)]
 pub struct DocumentForm {
-    /// Its sections in order.
+    /// Sections in order.
     pub sections: Vec<FormSection>,
 }
 
 /// A section of a form.
 #[derive(Clone, Debug, Default)]
 pub struct FormSection {
-    /// Its heading's id.
+    /// Id of the heading's element.
     pub id: &'static str,
     /// Heading.
     pub title: &'static str,
-    /// What to know.
+    /// Introductory text; may be empty.
     pub about: &'static str,
-    /// Fields that stand alone.
+    /// Fields outside rows.
     pub fields: Vec<FormField>,
     /// Rows of fields.
     pub rows: Vec<FormRow>,
-    /// How a row is added, where there are rows.
+    /// Controls that add a row, if the section has rows.
     pub adding: Option<RowAdding>,
-    /// How a picture is added, where rows are pictures.
+    /// Controls that add a picture, if the rows are pictures.
     pub uploading: Option<PictureAdding>,
 }
 
 /// A row of fields.
 #[derive(Clone, Debug, Default)]
 pub struct FormRow {
-    /// Its id on the page.
+    /// Id of the row's element.
     pub id: String,
     /// Heading.
     pub title: String,
-    /// What to know of it.
+    /// Note shown in the row; may be empty.
     pub note: String,
-    /// The picture that it is about.
+    /// Picture that the row describes.
     pub picture: Option<ShownPicture>,
     /// Fields.
     pub fields: Vec<FormField>,
-    /// Boxes that belong together, each group under its heading.
+    /// Groups of checkboxes.
     pub boxes: Vec<FormBoxes>,
-    /// Fields behind the boxes.
+    /// Fields shown after the checkboxes.
     pub rest: Vec<FormField>,
-    /// Rows that stand in it.
+    /// Nested rows.
     pub parts: Vec<FormRow>,
-    /// How one of these is added.
+    /// Controls that add a nested row.
     pub adding: Option<RowAdding>,
-    /// It can be folded: whether it is open.
+    /// `None` if the row cannot be collapsed, else whether it is expanded.
     pub fold: Option<bool>,
-    /// What takes it away; empty for what stays.
+    /// Value that the remove button sends; empty if the row cannot be removed.
     pub removal: String,
-    /// What is lost with it, where it asks first.
+    /// Effects of the removal, to be confirmed first; empty if no confirmation is needed.
     pub loss: String,
-    /// What lets it change places with the one before and the one behind it, where it may.
+    /// Buttons that move the row up or down, where possible.
     pub moves: Vec<RowMove>,
 }
 
-/// Boxes that belong together.
+/// A group of checkboxes.
 #[derive(Clone, Debug)]
 pub struct FormBoxes {
     /// Heading.
     pub title: &'static str,
-    /// Boxes.
+    /// Checkboxes.
     pub boxes: Vec<FormField>,
-    /// What is wrong with them.
+    /// Problems with the group.
     pub problems: Vec<String>,
 }
 
-/// A way of moving a row.
+/// A button that moves a row.
 #[derive(Clone, Debug)]
 pub struct RowMove {
-    /// What is sent.
+    /// Value that the button sends.
     pub act: String,
-    /// What is read.
+    /// Label of the button.
     pub label: &'static str,
 }
 
-/// How a row is added.
+/// Controls that add a row.
 #[derive(Clone, Debug)]
 pub struct RowAdding {
-    /// What is sent.
+    /// Value that the button sends.
     pub act: String,
-    /// Name of the choice.
+    /// Form name of the selection.
     pub name: &'static str,
-    /// What is chosen.
+    /// Label of the selection.
     pub label: &'static str,
-    /// What the button says.
+    /// Label of the button.
     pub button: &'static str,
-    /// From what; nothing where there is but one sort of rows.
+    /// Kinds of row to select from; empty if there is only one kind.
     pub choices: Vec<ChoiceGroup>,
-    /// What is wrong with there being so many or so few.
+    /// Problems with the number of rows.
     pub problems: Vec<String>,
 }
 
 impl RowAdding {
-    /// Adding of rows of which there is but one sort.
+    /// Creates controls for rows of a single kind.
     fn plain(act: impl Into<String>, button: &'static str, problems: Vec<String>) -> Self {
         Self { act: act.into(), name: "", label: "", button, choices: Vec::new(), problems }
     }
 }
 
 impl FormRow {
-    /// Its fields and those of the rows in it.
+    /// Returns the row's fields and those of its nested rows.
     pub fn all_fields(&self) -> impl Iterator<Item = &FormField> {
         self.fields.iter().chain(&self.rest).chain(self.parts.iter().flat_map(|part| &part.fields))
     }
 }
 
-/// Choices under a heading; an empty heading for none.
+/// Options under a heading; the heading may be empty.
 #[derive(Clone, Debug, Default)]
 pub struct ChoiceGroup {
     /// Heading.
     pub title: &'static str,
-    /// Choices.
+    /// Options.
     pub choices: Vec<SelectOption>,
 }
 
-/// How a field is filled in.
+/// The input element of a field.
 #[derive(Clone, Debug)]
 pub enum FieldInput {
-    /// A line.
+    /// One line of text.
     Line,
-    /// Paragraphs.
+    /// Several paragraphs.
     Prose,
-    /// A sentence or two.
+    /// One or two sentences.
     Note,
     /// A number.
     Number,
-    /// A box to tick.
+    /// A checkbox.
     Tick,
-    /// A choice.
+    /// A selection.
     Choice(Vec<ChoiceGroup>),
 }
 
-/// A field.
+/// A field of a form.
 #[derive(Clone, Debug)]
 pub struct FormField {
-    /// Its address in the document.
+    /// Address in the document.
     pub field: String,
-    /// What is asked for.
+    /// Label.
     pub label: String,
-    /// In which unit; empty for none.
+    /// Unit; empty if the field has none.
     pub unit: &'static str,
-    /// What to know.
+    /// Help text; may be empty.
     pub hint: String,
-    /// How it is filled in.
+    /// Input element.
     pub input: FieldInput,
-    /// What stands in it.
+    /// Current value.
     pub value: String,
-    /// What is wrong with it.
+    /// Problems with the value.
     pub problems: Vec<String>,
-    /// Code of the language in which it is filled in; empty where the document says nothing of languages.
+    /// Code of the value's language; empty if the document declares no languages.
     pub language: String,
 }
 
-/// The id on the page of a field or row at an address.
+/// Returns the element id for the address of a field or row.
 #[must_use]
 pub fn place_id(field: &str) -> String {
     let id = field.replace(['[', '.', ':', '_'], "-");
@@ -184,43 +186,43 @@ pub fn place_id(field: &str) -> String {
 }
 
 impl FormField {
-    /// Its name in the form.
+    /// Returns the field's name in the form.
     #[must_use]
     pub fn name(&self) -> String {
         format!("{FIELD_PREFIX}{}", self.field)
     }
 
-    /// Its id on the page.
+    /// Returns the field's element id.
     #[must_use]
     pub fn id(&self) -> String {
         place_id(&self.field)
     }
 
-    /// A number is typed into it.
+    /// Returns whether the field takes a number.
     #[must_use]
     pub const fn is_number(&self) -> bool {
         matches!(self.input, FieldInput::Number)
     }
 
-    /// How many lines of a text stand in it at once.
+    /// Returns the visible number of text lines.
     #[must_use]
     pub const fn count_lines(&self) -> u8 {
         if matches!(self.input, FieldInput::Note) { 4 } else { 9 }
     }
 
-    /// It takes a whole line of the form.
+    /// Returns whether the field takes the full width of the form.
     #[must_use]
     pub const fn is_wide(&self) -> bool {
         matches!(self.input, FieldInput::Line | FieldInput::Prose | FieldInput::Note)
     }
 
-    /// The same with something to know.
+    /// Sets the help text.
     #[must_use]
     fn hinted(self, hint: impl Into<String>) -> Self {
         Self { hint: hint.into(), ..self }
     }
 
-    /// The same in a unit.
+    /// Sets the unit.
     #[must_use]
     fn in_unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
@@ -228,7 +230,7 @@ impl FormField {
 }
 
 impl DocumentForm {
-    /// The same after a picture was refused, with what was typed of it.
+    /// Shows why a picture was refused, and keeps the description the user entered.
     #[must_use]
     pub(crate) fn with_refused_picture(mut self, alt: &str, why: &str) -> Self {
         for adding in self.sections.iter_mut().filter_map(|section| section.uploading.as_mut()) {
@@ -238,8 +240,8 @@ impl DocumentForm {
         self
     }
 
-    /// Where a field is called what: the id of its place on the page, and its label with that of its row; of a field that stands
-    /// nowhere, those of the nearest around it.
+    /// Finds the place of a field on the page: its element id, and its label with that of its row.
+    /// A field that is not shown leads to the nearest row or section around it.
     #[must_use]
     pub fn find_place(&self, field: &str) -> Option<(String, String)> {
         let fields = self.sections.iter().flat_map(|section| {
@@ -247,7 +249,7 @@ impl DocumentForm {
             let rows = section.rows.iter();
             alone.chain(rows.flat_map(|row| row.all_fields().map(|field| (field, format!("{}: ", row.title)))))
         });
-        // A vector is where its first component is.
+        // The address of a vector leads to its first component.
         let vector_of = |known: &'_ str| {
             known.strip_suffix(']').and_then(|known| known.rsplit_once('[')).map(|(vector, _)| vector.to_owned())
         };
@@ -268,7 +270,7 @@ impl DocumentForm {
     }
 }
 
-/// Reads fields out of a document.
+/// Builds form fields from a document.
 #[derive(Clone, Copy, Debug)]
 struct FormReader<'d> {
     document: &'d EditedDocument,
@@ -282,7 +284,7 @@ impl FormReader<'_> {
         FormField { value, problems, field, label, unit: "", hint: String::new(), input, language: String::new() }
     }
 
-    /// A text in each language of the document.
+    /// Returns one field of a text for each language of the document.
     fn wording(&self, text: &str, label: &str, input: &FieldInput) -> Vec<FormField> {
         let languages = self.document.languages();
         let in_language = |language: &String| FormField {
@@ -300,7 +302,7 @@ impl FormReader<'_> {
         }
     }
 
-    /// In which languages the document is written.
+    /// Builds the section of the document's languages.
     fn language_section(&self) -> FormSection {
         let languages = self.document.languages();
         let option = |code: &str| SelectOption {
@@ -342,14 +344,15 @@ impl FormReader<'_> {
         }
     }
 
-    /// What is wrong with a field, or with the vector that it is a part of.
+    /// Returns the problems with a field, or with the vector that contains it.
     fn problems_of(&self, field: &str) -> Vec<String> {
         let vector = field.strip_suffix(']').and_then(|field| field.rsplit_once('[')).map(|(vector, _)| vector);
         let is_here = |remark: &&DraftRemark| remark.field == field || Some(remark.field.as_str()) == vector;
         self.remarks.iter().filter(is_here).map(|remark| remark.what.clone()).collect()
     }
 
-    /// A choice of words; what stands there and is none of them can be kept, too.
+    /// Creates a selection. A current value that is not among the options is kept as an additional
+    /// one.
     fn choice(&self, field: &str, label: &str, choices: Vec<ChoiceGroup>) -> FormField {
         let made = self.field(field, label, FieldInput::Line);
         let input = FieldInput::Choice(mark_chosen(choices, &made.value));
@@ -357,13 +360,13 @@ impl FormReader<'_> {
     }
 }
 
-/// One group without a heading.
+/// Wraps options in one group without a heading.
 fn plain_choices<'c>(choices: impl IntoIterator<Item = (&'c str, String)>) -> Vec<ChoiceGroup> {
     let option = |(value, label): (&str, String)| SelectOption { value: value.to_owned(), label, chosen: false };
     vec![ChoiceGroup { title: "", choices: choices.into_iter().map(option).collect() }]
 }
 
-/// The choices with the chosen one marked; one that is none of them stands first.
+/// Marks the chosen option; a value that is not among the options is inserted first.
 fn mark_chosen(mut groups: Vec<ChoiceGroup>, chosen: &str) -> Vec<ChoiceGroup> {
     let mut options = groups.iter_mut().flat_map(|group| &mut group.choices);
     if let Some(option) = options.find(|option| option.value == chosen) {

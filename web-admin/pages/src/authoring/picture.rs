@@ -1,4 +1,4 @@
-//! The section of an exercise's form in which its briefing gets pictures.
+//! The section of an exercise's form for the pictures of its briefing.
 
 use documents::picture::MOST_PICTURES;
 
@@ -8,31 +8,31 @@ use crate::pictures::{PictureAtHand, ShownPicture};
 /// The pictures of a draft.
 #[derive(Clone, Debug, Default)]
 pub struct DraftPictures {
-    /// Where one is sent.
+    /// Upload address.
     pub href: String,
-    /// Those at hand; some may not be in the text any more.
+    /// Uploaded pictures, including those the document no longer uses.
     pub at_hand: Vec<PictureAtHand>,
 }
 
-/// How a picture is added.
+/// Controls that add a picture.
 #[derive(Clone, Debug)]
 pub struct PictureAdding {
-    /// Where it is sent.
+    /// Upload address.
     pub href: String,
-    /// What was typed of one that was refused.
+    /// Description entered for a refused upload; else empty.
     pub alt: String,
-    /// Code of the language in which that is typed; empty where the document says nothing of languages.
+    /// Code of the description's language; empty if the document declares no languages.
     pub language: String,
-    /// That language's name, where the document has several.
+    /// Name of that language, if the document has several; else empty.
     pub language_name: String,
-    /// What is wrong with it, or with there being so many.
+    /// Problems with the upload, or with the number of pictures.
     pub problems: Vec<String>,
-    /// There is room for one more.
+    /// Whether another picture can be added.
     pub is_open: bool,
 }
 
 impl FormReader<'_> {
-    /// The pictures of a briefing, and how one is added.
+    /// Builds the section of a briefing's pictures, with the controls that add one.
     pub(super) fn picture_section(&self, pictures: &DraftPictures) -> FormSection {
         let count = self.document.count_rows("picture");
         let languages = self.document.languages();

@@ -1,4 +1,4 @@
-//! Counts by day, and where a value lies among others.
+//! Attempts per day as bars, and small drawings of a value within a distribution.
 
 use time::Date;
 
@@ -9,7 +9,7 @@ use crate::format;
 
 const HEIGHT: f64 = 150.0;
 
-/// Passed and failed attempts by day, the days without any included.
+/// Draws passed and failed attempts per day, including days without attempts.
 #[must_use]
 pub fn draw_attempts_by_day(days: &[(Date, usize, usize)]) -> String {
     draw_both_widths(|size| draw_bars_of_days(days, size))
@@ -58,7 +58,8 @@ fn draw_bars_of_days(days: &[(Date, usize, usize)], size: DrawingSize) -> String
     svg.finish()
 }
 
-/// Minimum, quartiles and maximum as a small box on a scale that others share. The numbers stand beside it.
+/// Draws minimum, quartiles and maximum as a small box on a shared scale. The numbers are shown
+/// next to it as text.
 #[must_use]
 pub fn draw_spread(five: &assessment::statistics::Summary, domain: Extent) -> String {
     let mut svg = Svg::ornament(150.0, 16.0, "spread");
@@ -70,8 +71,8 @@ pub fn draw_spread(five: &assessment::statistics::Summary, domain: Extent) -> St
     svg.finish()
 }
 
-/// A score among those of others, 0–100: the least to the most, the middle half, the median, and one's own as a dot. The numbers
-/// stand beside it.
+/// Draws a score within the distribution of others, 0–100: range, interquartile range and median,
+/// with the own score as a dot. The numbers are shown next to it as text.
 #[must_use]
 pub fn draw_score_among_others(own: f64, others: &assessment::statistics::Summary) -> String {
     const MIDDLE: f64 = 16.0;
@@ -96,7 +97,7 @@ pub fn draw_score_among_others(own: f64, others: &assessment::statistics::Summar
 
 #[cfg(test)]
 mod tests {
-    //! A day's bar is as high as its attempts, and no attempts at all are drawn too.
+    //! A day's bar is as high as its number of attempts; a chart without attempts is drawn too.
 
     use time::macros::date;
 

@@ -1,4 +1,4 @@
-//! Medians with quartiles, and means with intervals, a row for each group on one axis.
+//! Medians with quartiles, and means with confidence intervals, one row per group on a shared axis.
 
 use super::plot::Plot;
 use super::scale::Extent;
@@ -6,21 +6,21 @@ use super::svg::{Area, Caption, PaperPoint, Svg};
 use super::{DrawingSize, labels};
 use crate::format;
 
-/// A row of the chart.
+/// A row of the box chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoxRow {
-    /// What it is of.
+    /// Label of the row.
     pub label: String,
     /// Lower quartile, median, upper quartile.
     pub quartiles: Option<(f64, f64, f64)>,
-    /// Mean and the ends of its interval.
+    /// Mean, and lower and upper end of its interval.
     pub mean: Option<(f64, f64, f64)>,
 }
 
 const ROW: f64 = 40.0;
 const FOOT: f64 = 38.0;
 
-/// Boxes on an axis over `range`. `key` makes the ids unique on the page.
+/// Draws boxes on an axis over `range`. `key` makes the ids unique on the page.
 #[must_use]
 pub fn draw_boxes(rows: &[BoxRow], range: Extent, key: &str, title: &str, size: DrawingSize) -> String {
     let id = format!("{key}-{}", size.name());

@@ -1,4 +1,4 @@
-//! Force against depth on the way in, over the experts' corridor.
+//! Force against depth during insertion, over the experts' corridor.
 
 use attempt::AttemptCurve;
 use model::corridor::Corridor;
@@ -9,7 +9,7 @@ use super::plot::{Plot, extent_with_zero};
 use super::scale::Extent;
 use super::svg::{Area, Caption, Svg};
 
-/// Draws an attempt's way in over the corridor.
+/// Draws the insertion of an attempt over the corridor.
 #[must_use]
 pub fn draw_corridor(curve: &AttemptCurve, corridor: &Corridor, size: DrawingSize) -> String {
     let id = format!("corridor-{}", size.name());

@@ -1,4 +1,5 @@
-//! The exercise as a cross-section in the plane of the needle: layers, structures, planned path and target.
+//! The exercise as a cross-section in the plane of the needle: layers, structures, planned path and
+//! target.
 
 use super::DrawingSize;
 use super::force_depth::texture_class;
@@ -8,7 +9,8 @@ use super::scale::Extent;
 use super::svg::{Area, Caption, PaperPoint, Svg, text_width};
 use crate::format;
 
-/// What is drawn, in mm: across is along the needle's lean, from the entry; depth is below the skin.
+/// Content of the drawing, in mm: across is measured in the direction of the needle's lean from the
+/// entry point, depth from the skin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrossSection {
     /// Name, texture and thickness in mm of each layer, from the surface down.
@@ -17,7 +19,7 @@ pub struct CrossSection {
     pub angle_deg: f64,
     /// Target depth along the needle, in mm.
     pub target_depth_mm: f64,
-    /// Structures, projected onto the plane, or cut by it.
+    /// Structures, projected onto the plane or cut by it.
     pub structures: Vec<SectionStructure>,
 }
 
@@ -26,23 +28,23 @@ pub struct CrossSection {
 pub struct SectionStructure {
     /// Name.
     pub name: String,
-    /// target, vessel, nerve, bone or organ: its class.
+    /// Class: target, vessel, nerve, bone or organ.
     pub kind: &'static str,
-    /// Its shape.
+    /// Shape in the plane.
     pub outline: StructureOutline,
 }
 
 /// A point in the plane, in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionPoint {
-    /// Along the needle's lean, from the entry.
+    /// Distance from the entry point in the direction of the needle's lean.
     pub across_mm: f64,
-    /// Below the skin.
+    /// Depth below the skin.
     pub depth_mm: f64,
 }
 
 impl SectionPoint {
-    /// The point of two lengths.
+    /// Creates a point from its coordinates in mm.
     #[must_use]
     pub const fn new(across_mm: f64, depth_mm: f64) -> Self {
         Self { across_mm, depth_mm }
@@ -52,35 +54,35 @@ impl SectionPoint {
 /// A shape in the plane, in mm.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StructureOutline {
-    /// A ball.
+    /// A sphere.
     Circle {
         /// Centre.
         centre: SectionPoint,
         /// Radius, in mm.
         radius_mm: f64,
     },
-    /// A box.
+    /// A cuboid.
     Rect {
-        /// Least across and depth.
+        /// Smallest across and depth.
         from: SectionPoint,
-        /// Greatest across and depth.
+        /// Largest across and depth.
         to: SectionPoint,
     },
-    /// A rod with round ends.
+    /// A capsule: a cylinder with hemispherical ends.
     Capsule {
-        /// One end's centre.
+        /// Centre of one end.
         from: SectionPoint,
-        /// The other end's centre.
+        /// Centre of the other end.
         to: SectionPoint,
         /// Radius, in mm.
         radius_mm: f64,
     },
-    /// Closed lines along which the plane cuts it: what lies within an odd number of them is inside.
+    /// Closed contours of the cut. Points within an odd number of contours are inside.
     Cut(Vec<Vec<SectionPoint>>),
 }
 
 impl StructureOutline {
-    /// The greatest depth, in mm.
+    /// Returns the greatest depth, in mm.
     fn bottom(&self) -> f64 {
         match self {
             Self::Circle { centre, radius_mm } => centre.depth_mm + radius_mm,
@@ -90,7 +92,7 @@ impl StructureOutline {
         }
     }
 
-    /// Closed lines around it.
+    /// Returns the closed contours of the shape.
     fn loops(&self) -> Vec<Vec<SectionPoint>> {
         match self {
             Self::Circle { centre, radius_mm } => vec![outline_rod(*centre, *centre, *radius_mm)],
@@ -104,7 +106,8 @@ impl StructureOutline {
     }
 }
 
-/// Half a circle about each end, turned along the rod.
+/// Returns the outline of a capsule: a semicircle about each end, rotated into the capsule's
+/// direction.
 fn outline_rod(from: SectionPoint, to: SectionPoint, radius: f64) -> Vec<SectionPoint> {
     let turn = libm::atan2(to.depth_mm - from.depth_mm, to.across_mm - from.across_mm);
     let half = |centre: SectionPoint, start: f64| {
@@ -118,11 +121,11 @@ fn outline_rod(from: SectionPoint, to: SectionPoint, radius: f64) -> Vec<Section
     half(to, turn - quarter).chain(half(from, turn + quarter)).collect()
 }
 
-/// Skin to be seen above, in mm.
+/// Space shown above the skin, in mm.
 const ABOVE: f64 = 16.0;
 const LEFT: f64 = 46.0;
 
-/// Draws the section at one scale in both directions.
+/// Draws the section at the same scale in both directions.
 #[must_use]
 pub fn draw_cross_section(section: &CrossSection, size: DrawingSize) -> String {
     let id = format!("section-{}", size.name());
@@ -155,7 +158,7 @@ fn describe_section(section: &CrossSection) -> String {
     format!("{needle} {besides}").trim_end().to_owned()
 }
 
-/// A point on the needle's line.
+/// Returns a point on the needle's line.
 fn point_on_needle(section: &CrossSection, along_mm: f64) -> SectionPoint {
     let angle = section.angle_deg.to_radians();
     SectionPoint::new(along_mm * libm::sin(angle), along_mm * libm::cos(angle))
@@ -171,15 +174,15 @@ fn plot_of_section(section: &CrossSection, area: Area) -> Plot {
     Plot::falling(area, Extent::new(middle - half_width, middle + half_width), depth)
 }
 
-/// The room that is taken.
+/// Areas that are already covered.
 struct Drawn {
-    /// By each structure.
+    /// Bounding box of each structure.
     shapes: Vec<Area>,
-    /// By the names of layers.
+    /// Areas of the layer names.
     names: Vec<Area>,
 }
 
-/// Draws the layers, and says what room their names take.
+/// Draws the layers and returns the areas of their names.
 fn draw_layers(svg: &mut Svg, plot: &Plot, section: &CrossSection) -> Vec<Area> {
     let mut top_mm = 0.0;
     let mut names = Vec::new();
@@ -194,7 +197,7 @@ fn draw_layers(svg: &mut Svg, plot: &Plot, section: &CrossSection) -> Vec<Area> 
     }
     let mut free_from = 0.0;
     let place = |(name, row): (&String, Area)| {
-        // A thin layer's name moves down until it has room, as the one above it pushes.
+        // The name of a thin layer moves down until it is clear of the name above.
         let baseline = (row.y + 13.0).max(free_from);
         svg.text("layer-name", PaperPoint::new(row.x + 8.0, baseline), name);
         free_from = baseline + 14.0;
@@ -217,7 +220,7 @@ fn draw_depths(svg: &mut Svg, plot: &Plot) {
     );
 }
 
-/// Draws a structure, and says what room it takes.
+/// Draws a structure and returns its bounding box.
 fn draw_structure(svg: &mut Svg, plot: &Plot, structure: &SectionStructure) -> Area {
     let on_paper = |point: &SectionPoint| plot.at(point.across_mm, point.depth_mm);
     let loops: Vec<Vec<PaperPoint>> =
@@ -248,7 +251,8 @@ fn draw_needle(svg: &mut Svg, plot: &Plot, section: &CrossSection) {
     svg.text(class, PaperPoint::new(x, y + 12.0), &name);
 }
 
-/// Names of the target and the structures, clear of the shapes, of each other and of the planned path.
+/// Writes the names of the target and the structures, clear of the shapes, of each other and of the
+/// planned path.
 fn draw_names(svg: &mut Svg, plot: &Plot, section: &CrossSection, drawn: &Drawn) {
     let around = |centre: PaperPoint, reach: f64| {
         let (x, y) = (centre.x - reach, centre.y - reach);
@@ -272,7 +276,8 @@ fn draw_names(svg: &mut Svg, plot: &Plot, section: &CrossSection, drawn: &Drawn)
 
 #[cfg(test)]
 mod tests {
-    //! The drawing must be to scale, hold every layer and structure, and point the needle where the exercise says.
+    //! The drawing must be to scale, contain every layer and structure, and show the needle at the
+    //! angle of the exercise.
 
     use super::*;
 

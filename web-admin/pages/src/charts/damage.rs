@@ -1,15 +1,15 @@
-//! Tissue damage by layer and part, as stacked bars.
+//! Tissue damage by layer and component, as stacked bars.
 
 use super::scale::{AxisScale, Extent};
 use super::svg::{Area, Caption, PaperPoint, Svg};
 use super::{DrawingSize, scale};
 
-/// The energy that a layer took, by part, in mJ.
+/// Energy absorbed by a layer, by component, in mJ.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LayerDamage {
     /// The layer's name.
     pub name: String,
-    /// Set free by ruptures, in mJ.
+    /// Released by ruptures, in mJ.
     pub rupture_mj: f64,
     /// Spent on cutting, in mJ.
     pub cutting_mj: f64,
@@ -20,7 +20,7 @@ pub struct LayerDamage {
 }
 
 impl LayerDamage {
-    /// Class and value of each part, in the order of the legend.
+    /// Returns class and value of each component, in the order of the legend.
     #[must_use]
     pub fn parts(&self) -> [(&'static str, f64); 4] {
         [
@@ -31,7 +31,7 @@ impl LayerDamage {
         ]
     }
 
-    /// The sum of the parts, in mJ: the bar's length. It is no damage index.
+    /// Returns the sum of the components, in mJ: the length of the bar. It is not a damage index.
     #[must_use]
     pub fn total_mj(&self) -> f64 {
         self.parts().iter().map(|(_, value)| value.max(0.0)).sum()
@@ -41,7 +41,7 @@ impl LayerDamage {
 const ROW: f64 = 40.0;
 const BAR: f64 = 16.0;
 
-/// Draws one bar per layer that took any energy.
+/// Draws one bar per layer that absorbed any energy.
 #[must_use]
 pub fn draw_damage(layers: &[LayerDamage], size: DrawingSize) -> String {
     let id = format!("damage-{}", size.name());
@@ -89,7 +89,8 @@ fn draw_damage_bar(svg: &mut Svg, x: &AxisScale, layer: &LayerDamage, top: f64) 
 
 #[cfg(test)]
 mod tests {
-    //! A bar's parts must add up to its length, and a body without damage must still be drawn.
+    //! The components must add up to the length of the bar, and an attempt without damage must
+    //! still be drawn.
 
     use super::*;
 

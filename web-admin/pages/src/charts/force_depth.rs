@@ -1,4 +1,5 @@
-//! Force against depth: layers behind it, ruptures on it, the stages of each boundary below it.
+//! Force against depth, with layers behind the curve, ruptures on it and the stages of each
+//! boundary below.
 
 use attempt::{AttemptCurve, CurvePoint, LayerSpan};
 
@@ -12,7 +13,7 @@ const LEFT: f64 = 46.0;
 const RIGHT: f64 = 12.0;
 const LABEL_ROW: f64 = 15.0;
 const LABEL_ROWS: usize = 4;
-/// Height of the names above the layers that [`draw_bands`] draws.
+/// Height reserved for the names that [`draw_bands`] writes above the layers.
 pub(super) const NAMES_HEIGHT: f64 = LABEL_ROWS as f64 * LABEL_ROW;
 const LANE: f64 = 32.0;
 
@@ -51,7 +52,7 @@ fn plot_force_over_depth(curve: &AttemptCurve, size: DrawingSize) -> Plot {
     let force = extent_with_zero(curve.points.iter().map(|p| p.force_n)).unwrap_or(Extent::new(0.0, 1.0));
     let height = if size == DrawingSize::Wide { 300.0 } else { 240.0 };
     let area = Area { x: LEFT, y: NAMES_HEIGHT, width: size.width() - LEFT - RIGHT, height };
-    // A tenth above the highest peak leaves room for its number.
+    // The margin above the highest peak leaves room for its number.
     Plot::rising(
         area,
         Extent::new(0.0, deepest.max(1.0) * 1.05),
@@ -76,7 +77,8 @@ fn describe_force_over_depth(curve: &AttemptCurve) -> String {
     }
 }
 
-/// Layers as bands; a name stands above its layer's beginning, in the first row where it has room. One that has none in any row is left out.
+/// Draws layers as bands. A name is written above the start of its layer, in the first row with
+/// enough room; it is left out if no row has room.
 pub(super) fn draw_bands(svg: &mut Svg, plot: &Plot, bands: &[LayerSpan]) {
     let mut row_ends = [0.0; LABEL_ROWS];
     for band in bands.iter().filter(|b| plot.x.contains(b.top_mm)) {
@@ -94,7 +96,7 @@ pub(super) fn draw_bands(svg: &mut Svg, plot: &Plot, bands: &[LayerSpan]) {
     }
 }
 
-/// The class of a layer's texture; an unknown one is drawn neutral.
+/// Returns the CSS class of a layer's texture; unknown textures get a neutral one.
 pub(super) fn texture_class(texture: &str) -> &'static str {
     match texture {
         "skin" => "skin",
@@ -113,7 +115,7 @@ pub(super) fn draw_target(svg: &mut Svg, plot: &Plot, target_mm: f64) {
     svg.text(class, PaperPoint::new(x, plot.area.y + 15.0), tr!("target"));
 }
 
-/// In as a solid line, out as a dashed one.
+/// Draws the insertion as a solid line and the withdrawal as a dashed one.
 fn draw_curve(svg: &mut Svg, plot: &Plot, curve: &AttemptCurve) {
     let deepest =
         (0..curve.points.len()).max_by(|a, b| curve.points[*a].advance_mm.total_cmp(&curve.points[*b].advance_mm));
@@ -135,7 +137,7 @@ fn draw_marks(svg: &mut Svg, plot: &Plot, curve: &AttemptCurve) {
     marks::draw_mark_numbers(svg, &placed, plot.area.y + 10.0);
 }
 
-/// The boundaries that have stages, from the surface down.
+/// Returns the boundaries that have stages, from the surface down.
 fn boundaries_with_stages(curve: &AttemptCurve) -> Vec<usize> {
     (0..curve.bands.len()).filter(|b| curve.stages.iter().any(|s| s.boundary == *b)).collect()
 }
@@ -154,7 +156,8 @@ fn draw_lane(svg: &mut Svg, plot: &Plot, curve: &AttemptCurve, boundary: usize, 
 
 #[cfg(test)]
 mod tests {
-    //! The plot must hold what the session page promises, and survive a recording with nothing in it.
+    //! The plot must contain everything the session page refers to, and an empty recording must be
+    //! drawn.
 
     use super::*;
     use crate::samples;

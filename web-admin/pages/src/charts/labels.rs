@@ -1,11 +1,11 @@
-//! Names in a drawing, each beside its thing and clear of everything else.
+//! Placement of labels in a drawing, each next to its object and clear of everything else.
 
 use super::svg::{Area, PaperPoint, Svg, text_width};
 
 /// Height of a line of text.
 const LINE: f64 = 16.0;
 
-/// A name cut to a width, in the drawing's units.
+/// Truncates a name to a width, in the drawing's units.
 #[must_use]
 pub fn shorten_name(name: &str, width: f64) -> String {
     if text_width(name) <= width {
@@ -16,7 +16,8 @@ pub fn shorten_name(name: &str, width: f64) -> String {
     format!("{}…", kept.last().unwrap_or_default().trim_end())
 }
 
-/// A text in lines of at most a width, in the drawing's units, broken between words; a word that is wider stands alone.
+/// Breaks a text between words into lines of at most `width`, in the drawing's units; a longer word
+/// gets its own line.
 #[must_use]
 pub fn wrap_lines(text: &str, width: f64) -> Vec<&str> {
     let mut lines = Vec::new();
@@ -32,7 +33,7 @@ pub fn wrap_lines(text: &str, width: f64) -> Vec<&str> {
     lines
 }
 
-/// The room that is taken.
+/// Tracks the areas of a drawing that are covered.
 #[derive(Debug)]
 pub struct Labels {
     paper: Area,
@@ -40,18 +41,19 @@ pub struct Labels {
 }
 
 impl Labels {
-    /// An empty drawing.
+    /// Creates an empty drawing area.
     #[must_use]
     pub fn new(paper: Area) -> Self {
         Self { paper, taken: Vec::new() }
     }
 
-    /// Keeps names away from something.
+    /// Marks an area as covered.
     pub fn avoid(&mut self, area: Area) {
         self.taken.push(area);
     }
 
-    /// Writes a name on the first free side of its thing: right, left, below, above; below where none is free.
+    /// Writes a label on the first free side of its object: right, left, below, above; below if no
+    /// side is free.
     pub fn place(&mut self, svg: &mut Svg, class: &str, name: &str, thing: Area) {
         let sides = rooms_beside(thing, text_width(name));
         let (anchor, room) = sides.iter().find(|(_, room)| self.is_free(room)).unwrap_or(&sides[2]);
@@ -73,7 +75,7 @@ impl Labels {
     }
 }
 
-/// Anchor and room of a name on each side.
+/// Returns text anchor and area of a label on each side.
 fn rooms_beside(thing: Area, width: f64) -> [(&'static str, Area); 4] {
     let (middle_x, middle_y) = (thing.x + thing.width / 2.0, thing.y + thing.height / 2.0);
     let room = |x, y| Area { x, y, width, height: LINE };
@@ -87,7 +89,7 @@ fn rooms_beside(thing: Area, width: f64) -> [(&'static str, Area); 4] {
 
 #[cfg(test)]
 mod tests {
-    //! Two names must not cover each other, nor run off the paper.
+    //! Labels must not overlap or leave the drawing.
 
     use super::*;
 

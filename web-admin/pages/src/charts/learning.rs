@@ -1,4 +1,4 @@
-//! A learning curve: LC-CUSUM and CUSUM over attempts, with the lines that decide.
+//! Learning curves: LC-CUSUM and CUSUM over attempts, with their decision limits.
 
 use assessment::learning::{Crossing, LearningPoint, Rule};
 
@@ -9,7 +9,7 @@ use super::svg::{Area, Caption, PaperPoint, Svg};
 const WIDTH: f64 = 360.0;
 const HEIGHT: f64 = 200.0;
 
-/// The curve with its lines. `key` makes the ids unique on the page.
+/// Draws the curve with its decision limits. `key` makes the ids unique on the page.
 #[must_use]
 pub fn draw_learning_curve(points: &[LearningPoint], rule: &Rule, key: &str, title: &str) -> String {
     let id = format!("curve-{key}");
@@ -32,7 +32,7 @@ pub fn draw_learning_curve(points: &[LearningPoint], rule: &Rule, key: &str, tit
     svg.finish()
 }
 
-/// The lines that decide somewhere on this curve.
+/// Returns the decision limits that apply somewhere on this curve.
 fn deciding_lines(points: &[LearningPoint], rule: &Rule) -> Vec<(f64, &'static str)> {
     let mut lines = Vec::new();
     if let Some(learning) = rule.learning {
@@ -45,7 +45,7 @@ fn deciding_lines(points: &[LearningPoint], rule: &Rule) -> Vec<(f64, &'static s
     lines
 }
 
-/// One line from restart to restart: a crossing ends it, and the next attempt counts from 0.
+/// Draws one line per run: a crossing ends a run, and the next attempt starts again at 0.
 fn draw_curve_runs(svg: &mut Svg, plot: &Plot, points: &[LearningPoint]) {
     let mut run = vec![plot.at(0.0, 0.0)];
     for (i, point) in points.iter().enumerate() {
@@ -63,7 +63,7 @@ fn draw_curve_runs(svg: &mut Svg, plot: &Plot, points: &[LearningPoint]) {
     }
 }
 
-/// A disc where competence was shown, a cross where too many failed.
+/// Draws a disc where competence was shown, a cross where too many attempts failed.
 fn draw_crossing(svg: &mut Svg, at: PaperPoint, crossed: Crossing) {
     let PaperPoint { x, y } = at;
     match crossed {
@@ -88,7 +88,7 @@ fn describe_crossings(points: &[LearningPoint]) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Every crossing is marked, and a curve without attempts is drawn without nonsense.
+    //! Every crossing is marked, and a curve without attempts contains no invalid coordinates.
 
     use assessment::learning::{CusumParams, learning_curve};
 

@@ -1,24 +1,25 @@
-//! Answers on a row of points as diverging bars: what leans low goes left of the middle, what leans high right.
+//! Likert answers as diverging bars: low answers extend to the left of the middle, high answers to
+//! the right.
 
 use super::svg::{Area, Caption, PaperPoint, Svg};
 use super::{DrawingSize, labels};
 use crate::format;
 
-/// A bar: how often each point was chosen.
+/// A bar: counts of the answers at each point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LikertBar {
-    /// What it is of.
+    /// Label of the bar.
     pub label: String,
-    /// Answers at each point, from low to high.
+    /// Number of answers at each point, from low to high.
     pub counts: Vec<usize>,
 }
 
-/// An item: its words, and a bar for each group that answered.
+/// An item: its text, and one bar for each group of respondents.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LikertItem {
-    /// The question, whole.
+    /// Full text of the question.
     pub text: String,
-    /// The groups.
+    /// One bar per group.
     pub bars: Vec<LikertBar>,
 }
 
@@ -29,17 +30,18 @@ const GAP: f64 = 12.0;
 const TOP: f64 = 4.0;
 const AXIS: f64 = 22.0;
 
-/// What all bars of a drawing share.
+/// Scale shared by all bars of a drawing.
 struct BarScale {
-    /// Where the middle of the points lies.
+    /// x coordinate of the middle of the scale.
     middle: f64,
-    /// From a share to a width.
+    /// Width per unit of share.
     scale: f64,
-    /// The largest share on one side.
+    /// Largest share on one side.
     reach: f64,
 }
 
-/// Diverging bars, the items one below the other, over one axis of shares. `key` makes the ids unique on the page.
+/// Draws diverging bars, one item below the other, over one axis of shares. `key` makes the ids
+/// unique on the page.
 #[must_use]
 pub fn draw_diverging_bars(items: &[LikertItem], key: &str, title: &str, size: DrawingSize) -> String {
     let id = format!("{key}-{}", size.name());
@@ -69,13 +71,15 @@ pub fn draw_diverging_bars(items: &[LikertItem], key: &str, title: &str, size: D
 impl BarScale {
     fn new(items: &[LikertItem], width: f64) -> Self {
         let sides = items.iter().flat_map(|item| &item.bars).map(shares_of_sides);
+        // The axis shows at least a quarter on each side.
         let reach = sides.map(|(low, high)| low.max(high)).fold(0.25, f64::max);
         let middle = width / 2.0;
         Self { middle, scale: (middle - 20.0) / reach, reach }
     }
 }
 
-/// Shares of the answers at both sides of the middle, every quarter as far as the bars go.
+/// Draws the axis of shares on both sides of the middle, with a tick at every quarter that the bars
+/// reach.
 fn draw_share_axis(svg: &mut Svg, scale: &BarScale, bottom: f64) {
     let ticks = (1..=4).map(|quarter| f64::from(quarter) / 4.0).take_while(|share| *share <= scale.reach + 1e-9);
     let places = ticks.flat_map(|share| [(share, -share * scale.scale), (share, share * scale.scale)]);
@@ -88,7 +92,8 @@ fn draw_share_axis(svg: &mut Svg, scale: &BarScale, bottom: f64) {
     svg.text("tick middle", PaperPoint::new(scale.middle, bottom + 15.0), &format::format_percent(0.0));
 }
 
-/// Shares left and right of the middle; the middle point lies on both sides.
+/// Returns the shares left and right of the middle; answers at the middle point count half on each
+/// side.
 fn shares_of_sides(bar: &LikertBar) -> (f64, f64) {
     let total = bar.counts.iter().sum::<usize>().max(1) as f64;
     let half = bar.counts.len() / 2;
@@ -107,7 +112,8 @@ fn draw_diverging_bar(svg: &mut Svg, bar: &LikertBar, top: f64, scale: &BarScale
         let width = *count as f64 / total as f64 * scale.scale;
         let area = Area { x: left, y: under, width, height: BAR };
         svg.rect(&format!("level {}", class_of_point(point, bar.counts.len())), area);
-        // The number is the second cue: which point it is tells the order, how many the figure.
+        // The number is the second cue next to colour: order shows which point it is, the number
+        // how many chose it.
         if width > 16.0 {
             let place = PaperPoint::new(left + width / 2.0, under + BAR - 5.0);
             svg.text("level-count middle", place, &count.to_string());
@@ -116,7 +122,7 @@ fn draw_diverging_bar(svg: &mut Svg, bar: &LikertBar, top: f64, scale: &BarScale
     }
 }
 
-/// The class of a point: how far it lies from the middle, and on which side.
+/// Returns the CSS class of a point, by its distance from the middle and its side.
 #[must_use]
 pub fn class_of_point(point: usize, points: usize) -> &'static str {
     let share = point as f64 / (points.max(2) - 1) as f64;
@@ -141,7 +147,7 @@ fn describe_bar(bar: &LikertBar) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a bar leans to the wrong side, or a name becomes markup.
+    //! Bars must extend to the correct side, and texts must never become markup.
 
     use super::*;
 

@@ -1,16 +1,17 @@
-//! Marks on the curves: one shape and one number per event, the same in every chart and in the table.
+//! Marks on the curves: one shape and one number per event, the same in all charts and in the
+//! table.
 
 use attempt::{AttemptCurve, CurveMark, MarkKind};
 
 use super::svg::{PaperPoint, Svg};
 
-/// The marks that are numbered, with their numbers from 1: ruptures, structure hits and confirmations.
+/// Returns the numbered marks, from 1: ruptures, structure hits and confirmations.
 pub fn number_marks(curve: &AttemptCurve) -> impl Iterator<Item = (usize, &CurveMark)> {
     let shown = |mark: &&CurveMark| !matches!(mark.kind, MarkKind::Contact | MarkKind::SkinExit);
     (1..).zip(curve.marks.iter().filter(shown))
 }
 
-/// Draws a mark's shape. Each kind has its own, so that none depends on its colour.
+/// Draws a mark. Each kind has its own shape, so that kinds do not depend on colour.
 pub fn draw_mark(svg: &mut Svg, kind: MarkKind, at: PaperPoint) {
     let PaperPoint { x, y } = at;
     match kind {
@@ -39,7 +40,8 @@ pub fn draw_mark(svg: &mut Svg, kind: MarkKind, at: PaperPoint) {
     }
 }
 
-/// Numbers beside marks, kept apart: a number that would cover the one before is lifted above it.
+/// Draws the numbers of marks; a number that would cover the previous one is moved above it, or
+/// below if there is no room.
 pub fn draw_mark_numbers(svg: &mut Svg, placed: &[(usize, PaperPoint)], ceiling: f64) {
     let mut before: Option<PaperPoint> = None;
     for (number, PaperPoint { x, y }) in placed {

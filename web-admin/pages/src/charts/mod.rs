@@ -1,7 +1,8 @@
-//! Charts as SVG, drawn on the server: data in, markup out.
+//! Charts as SVG, rendered on the server.
 //!
-//! Colours are classes that the style sheet resolves, so that one chart serves light, dark and print, and no inline
-//! style is needed. Every chart has a title and a description, and every difference of colour has a second cue.
+//! Colours are classes that the style sheet resolves, so that one chart serves light mode, dark
+//! mode and print, and no inline style is needed. Every chart has a title and a description, and
+//! every difference in colour has a second cue.
 
 mod bars;
 mod boxes;
@@ -36,18 +37,18 @@ pub use scatter::draw_scatter;
 pub use time::draw_force_and_depth;
 pub use trace::{LEFT as TRACE_LEFT, RIGHT as TRACE_RIGHT, TraceStrip, draw_trace_strip};
 
-/// For which width a chart is drawn. Text in an SVG shrinks with it, so a phone gets a drawing of its own; the style
-/// sheet shows one of the two.
+/// Target width of a drawing. Text in an SVG scales with it, so phones get a drawing of their own;
+/// the style sheet shows one of the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DrawingSize {
-    /// A desk or paper.
+    /// For desktop screens and paper.
     Wide,
-    /// A phone.
+    /// For phones.
     Narrow,
 }
 
 impl DrawingSize {
-    /// Class of the drawing, and suffix of its ids.
+    /// Returns the class of the drawing, which is also the suffix of its ids.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -56,7 +57,7 @@ impl DrawingSize {
         }
     }
 
-    /// Width of the drawing, in its own units: CSS pixels at its natural size.
+    /// Returns the width of the drawing, in CSS pixels at its natural size.
     #[must_use]
     pub fn width(self) -> f64 {
         match self {
@@ -65,7 +66,7 @@ impl DrawingSize {
         }
     }
 
-    /// How many ticks an axis along the width may have.
+    /// Returns the maximum number of ticks on a horizontal axis.
     fn ticks(self) -> usize {
         match self {
             Self::Wide => 10,
@@ -74,14 +75,14 @@ impl DrawingSize {
     }
 }
 
-/// A chart for both widths.
+/// Draws a chart at both widths.
 pub fn draw_both_widths(draw: impl Fn(DrawingSize) -> String) -> String {
     draw(DrawingSize::Wide) + &draw(DrawingSize::Narrow)
 }
 
 #[cfg(test)]
 mod tests {
-    //! Drawings are made in the reader's language, down to what only a screen reader says.
+    //! Drawings are in the reader's language, including the text for screen readers.
 
     use assessment::learning::{CusumParams, Rule, learning_curve as learning};
     use model::corridor::corridor as corridor_of;

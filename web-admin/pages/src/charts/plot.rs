@@ -1,21 +1,21 @@
-//! A plot: two scales over an area, their grid, ticks and titles.
+//! A plot: two axis scales over an area, with grid, ticks and titles.
 
 use super::scale::{AxisScale, Extent, tick_label};
 use super::svg::{Area, PaperPoint, Svg};
 
-/// Two scales over an area of the paper.
+/// Two axis scales over an area of the drawing.
 #[derive(Clone, Copy, Debug)]
 pub struct Plot {
-    /// Across.
+    /// Horizontal scale.
     pub x: AxisScale,
-    /// Up, or down where larger values lie lower.
+    /// Vertical scale; upwards or downwards.
     pub y: AxisScale,
     /// The area between the axes.
     pub area: Area,
 }
 
 impl Plot {
-    /// Larger values lie higher.
+    /// Creates a plot whose y axis points up.
     #[must_use]
     pub fn rising(area: Area, x: Extent, y: Extent) -> Self {
         Self {
@@ -25,7 +25,7 @@ impl Plot {
         }
     }
 
-    /// Larger values lie lower, as depth does.
+    /// Creates a plot whose y axis points down, as for depth.
     #[must_use]
     pub fn falling(area: Area, x: Extent, y: Extent) -> Self {
         Self {
@@ -35,13 +35,13 @@ impl Plot {
         }
     }
 
-    /// The place of a pair of values.
+    /// Returns the position of a pair of values.
     #[must_use]
     pub fn at(&self, x: f64, y: f64) -> PaperPoint {
         PaperPoint::new(self.x.at(x), self.y.at(y))
     }
 
-    /// Grid lines and labels of the axis along the width, below the area.
+    /// Draws grid lines, labels and title of the horizontal axis, below the area.
     pub fn draw_x_axis(&self, svg: &mut Svg, most: usize, title: &str) {
         let ticks = self.x.ticks(most);
         let bottom = self.area.bottom();
@@ -54,7 +54,7 @@ impl Plot {
         svg.text("axis-title end", PaperPoint::new(self.area.right(), bottom + 31.0), title);
     }
 
-    /// Grid lines and labels of the axis along the height, left of the area.
+    /// Draws grid lines, labels and title of the vertical axis, left of the area.
     pub fn draw_y_axis(&self, svg: &mut Svg, most: usize, title: &str) {
         let ticks = self.y.ticks(most);
         for tick in &ticks {
@@ -66,14 +66,14 @@ impl Plot {
         svg.text_upwards("axis-title middle", PaperPoint::new(12.0, self.area.y + self.area.height / 2.0), title);
     }
 
-    /// A band over the full height between two values.
+    /// Returns a band of full height between two values of x.
     #[must_use]
     pub fn column(&self, from: f64, to: f64) -> Area {
         let (left, right) = (self.x.at(from), self.x.at(to));
         Area { x: left, y: self.area.y, width: right - left, height: self.area.height }
     }
 
-    /// A band over the full width between two values.
+    /// Returns a band of full width between two values of y.
     #[must_use]
     pub fn row(&self, from: f64, to: f64) -> Area {
         let (top, bottom) = (self.y.at(from), self.y.at(to));
@@ -81,7 +81,7 @@ impl Plot {
     }
 }
 
-/// Least and greatest of some values, with 0 among them; `None` when there are none.
+/// Returns the range of the finite values, extended to include 0; `None` if there are none.
 #[must_use]
 pub fn extent_with_zero(values: impl Iterator<Item = f64>) -> Option<Extent> {
     values

@@ -1,4 +1,4 @@
-//! Progress: scores over time, and the small drawings that stand in tables.
+//! Scores over time, and small drawings for use in tables.
 
 use time::OffsetDateTime;
 
@@ -10,20 +10,20 @@ use crate::format;
 /// A scored attempt on a chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScorePoint {
-    /// When.
+    /// Time of the attempt.
     pub at: OffsetDateTime,
-    /// 0–100.
+    /// Score, 0–100.
     pub score: f64,
-    /// Passed.
+    /// Whether the attempt was passed.
     pub passed: bool,
 }
 
 const WIDTH: f64 = 360.0;
 const HEIGHT: f64 = 190.0;
-/// Dates along the axis.
+/// Number of date labels along the axis.
 const DATES: u32 = 3;
 
-/// Scores over time, with the pass mark. `key` makes the ids unique on the page.
+/// Draws scores over time with the pass mark. `key` makes the ids unique on the page.
 #[must_use]
 pub fn draw_scores(points: &[ScorePoint], pass_mark: f64, key: &str, title: &str) -> String {
     let id = format!("scores-{key}");
@@ -35,7 +35,7 @@ pub fn draw_scores(points: &[ScorePoint], pass_mark: f64, key: &str, title: &str
     draw_dates(&mut svg, &plot, points);
     let y = plot.y.at(pass_mark);
     svg.line("pass-mark", PaperPoint::new(area.x, y), PaperPoint::new(area.right(), y));
-    // Beside the plot, where no attempt can lie under it.
+    // Right of the plot, so that it never covers an attempt.
     svg.text(
         "pass-name",
         PaperPoint::new(area.right() + 5.0, y + 4.0),
@@ -49,7 +49,7 @@ pub fn draw_scores(points: &[ScorePoint], pass_mark: f64, key: &str, title: &str
     svg.finish()
 }
 
-/// A pass is a full disc, a fail a cross.
+/// Draws a pass as a disc, a fail as a cross.
 fn draw_point(svg: &mut Svg, at: PaperPoint, passed: bool) {
     let PaperPoint { x, y } = at;
     if passed {
@@ -75,7 +75,7 @@ fn describe_scores(points: &[ScorePoint], pass_mark: f64) -> String {
     }
 }
 
-/// The span of time shown; attempts of one moment get an hour to either side.
+/// Returns the time span shown, with a margin of at least one hour on each side.
 fn extent_of_times(points: &[ScorePoint]) -> Extent {
     let seen = Extent::around(points.iter().map(|p| seconds_since_1970(p.at)));
     if !seen.from.is_finite() {
@@ -85,7 +85,7 @@ fn extent_of_times(points: &[ScorePoint]) -> Extent {
     Extent::new(seen.from - margin, seen.to + margin)
 }
 
-/// Seconds since 1970: exact in a double for a few hundred million years.
+/// Returns seconds since 1970, exact in an `f64` for a few hundred million years.
 fn seconds_since_1970(at: OffsetDateTime) -> f64 {
     at.unix_timestamp() as f64
 }
@@ -103,7 +103,7 @@ fn draw_dates(svg: &mut Svg, plot: &Plot, points: &[ScorePoint]) {
         let x = area.x + share * area.width;
         let day = OffsetDateTime::from_unix_timestamp((shown.from + share * shown.length()) as i64).map(|t| t.date());
         let label = day.map_or(String::new(), format::format_short_date);
-        // A week of one day would print the same date three times.
+        // Labels that fall on the same day would repeat the date.
         if label != before {
             let anchor = ["", " middle", " end"][i as usize];
             svg.text(&format!("tick{anchor}"), PaperPoint::new(x, area.bottom() + 16.0), &label);
@@ -112,7 +112,8 @@ fn draw_dates(svg: &mut Svg, plot: &Plot, points: &[ScorePoint]) {
     }
 }
 
-/// A line of scores, the last one marked. It repeats what the table says, so it is not read out.
+/// Draws scores as a line with the last one marked. It repeats the table's content, so it is hidden
+/// from screen readers.
 #[must_use]
 pub fn draw_sparkline(points: &[ScorePoint], pass_mark: f64) -> String {
     let mut svg = Svg::ornament(120.0, 28.0, "spark");
@@ -128,7 +129,8 @@ pub fn draw_sparkline(points: &[ScorePoint], pass_mark: f64) -> String {
     svg.finish()
 }
 
-/// One square per exercise: full with a tick when mastered, half when begun, empty otherwise. The count stands beside it.
+/// Draws one square per exercise: full with a tick if mastered, half if begun, else empty. The
+/// count is shown next to it as text.
 #[must_use]
 pub fn draw_mastery_strip(mastered_begun: &[(bool, bool)]) -> String {
     let mut svg = Svg::ornament(mastered_begun.len() as f64 * 16.0, 14.0, "strip");
@@ -151,7 +153,7 @@ pub fn draw_mastery_strip(mastered_begun: &[(bool, bool)]) -> String {
     svg.finish()
 }
 
-/// A share of a whole as a bar, 0–1. The number stands beside it.
+/// Draws a share, 0–1, as a bar. The number is shown next to it as text.
 #[must_use]
 pub fn draw_share_bar(share: f64) -> String {
     let mut svg = Svg::ornament(96.0, 8.0, "share");
@@ -161,7 +163,7 @@ pub fn draw_share_bar(share: f64) -> String {
     svg.finish()
 }
 
-/// A score as a bar with the pass mark on it. The numbers stand beside it.
+/// Draws a score as a bar with the pass mark on it. The numbers are shown next to it as text.
 #[must_use]
 pub fn draw_score_bar(score: f64, pass_mark: Option<f64>) -> String {
     let scale = AxisScale::new(Extent::new(0.0, 100.0), Extent::new(0.0, 240.0));
@@ -176,7 +178,8 @@ pub fn draw_score_bar(score: f64, pass_mark: Option<f64>) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Every attempt must be on the chart, passes and fails apart; no attempt, and one, must be drawn too.
+    //! Every attempt must be on the chart, with passes and fails distinguishable; zero and one
+    //! attempts must be drawn too.
 
     use time::Duration;
     use time::macros::datetime;

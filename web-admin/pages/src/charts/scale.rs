@@ -1,36 +1,37 @@
-//! From values to places, and the round values in between.
+//! Linear axis scales and round tick values.
 
-/// From one value to another, of a magnitude or on the paper.
+/// An interval of values, or of coordinates in the drawing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
-    /// One end; of values, the lesser.
+    /// Start; for values, the smaller end.
     pub from: f64,
-    /// The other end.
+    /// End.
     pub to: f64,
 }
 
 impl Extent {
-    /// The extent between two ends.
+    /// Creates an extent from its two ends.
     #[must_use]
     pub const fn new(from: f64, to: f64) -> Self {
         Self { from, to }
     }
 
-    /// From the least to the greatest of some values, the wrong way round where there are none.
+    /// Returns the range of some values; infinite and reversed if there are none.
     pub fn around(values: impl Iterator<Item = f64>) -> Self {
         values.fold(Self::new(f64::INFINITY, f64::NEG_INFINITY), |found, value| {
             Self::new(found.from.min(value), found.to.max(value))
         })
     }
 
-    /// How far it is from one end to the other.
+    /// Returns the signed distance from start to end.
     #[must_use]
     pub fn length(self) -> f64 {
         self.to - self.from
     }
 }
 
-/// A linear map from a domain of values to a range of places. Never divides by nothing: an empty domain is widened.
+/// A linear map from a domain of values to a range of coordinates. An empty or invalid domain is
+/// widened, so that there is no division by zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisScale {
     domain: Extent,
@@ -47,7 +48,7 @@ impl AxisScale {
         Self { domain: if usable { domain } else { Extent::new(start, start + 1.0) }, range }
     }
 
-    /// The place of a value; outside the domain, the nearer end. Not-a-number goes to the start.
+    /// Returns the coordinate of a value, clamped to the range. NaN maps to the start.
     #[must_use]
     pub fn at(&self, value: f64) -> f64 {
         let Extent { from, to } = self.domain;
@@ -56,31 +57,32 @@ impl AxisScale {
         self.range.from + share * self.range.length()
     }
 
-    /// The value lies in the domain.
+    /// Returns whether a value is in the domain.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         (self.domain.from..=self.domain.to).contains(&value)
     }
 
-    /// The domain.
+    /// Returns the domain.
     #[must_use]
     pub fn domain(&self) -> Extent {
         self.domain
     }
 
-    /// Round values inside the domain, a step of 1, 2 or 5 times a power of ten apart, at most `most` of them.
+    /// Returns at most `most` round values inside the domain, spaced by 1, 2 or 5 times a power of
+    /// ten.
     #[must_use]
     pub fn ticks(&self, most: usize) -> Vec<f64> {
         let Extent { from, to } = self.domain;
         let step = round_step(to - from, most);
         let first = (from / step).ceil();
         let count = ((to / step + 1e-9).floor() - first).max(0.0);
-        // The bound keeps a broken domain from filling the page.
+        // The limit keeps an invalid domain from filling the page.
         (0..=100).map(f64::from).take_while(|i| *i <= count).map(|i| (first + i) * step).collect()
     }
 }
 
-/// The smallest of 1, 2, 5 × 10ⁿ that needs at most `most` ticks.
+/// Returns the smallest of 1, 2, 5 × 10ⁿ that needs at most `most` ticks.
 fn round_step(span: f64, most: usize) -> f64 {
     let least = span / (most.max(2) - 1) as f64;
     let power = 10_f64.powi(decimal_exponent(least));
@@ -88,25 +90,25 @@ fn round_step(span: f64, most: usize) -> f64 {
     factor.unwrap_or(10.0) * power
 }
 
-/// The power of ten at or below a positive number.
+/// Returns the exponent of the power of ten at or below a positive number.
 fn decimal_exponent(value: f64) -> i32 {
     let digits = libm::log10(value).floor();
-    // A double's exponent fits with room to spare; anything else is a broken domain.
+    // The exponent of an `f64` always fits; anything else is an invalid domain.
     if digits.is_finite() { digits.clamp(-300.0, 300.0) as i32 } else { 0 }
 }
 
-/// A tick's value in words, with as many decimals as its step needs.
+/// Formats a tick's value with as many decimals as its step needs.
 #[must_use]
 pub fn tick_label(value: f64, ticks: &[f64]) -> String {
     let step = ticks.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
     let decimals = if step.is_finite() && step < 1.0 { decimal_exponent(step).unsigned_abs() as usize } else { 0 };
-    // Negative zero would read as −0.
+    // Adding 0.0 turns negative zero, which would read as −0, into zero.
     words::decimal(&format!("{:.decimals$}", value + 0.0))
 }
 
 #[cfg(test)]
 mod tests {
-    //! A reader trusts the axis: it must be monotone, round, inside the domain, and survive nonsense.
+    //! Ticks must be monotone, round and inside the domain, for invalid input too.
     #![expect(clippy::float_cmp, reason = "these values are exact")]
 
     use super::*;

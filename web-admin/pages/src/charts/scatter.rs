@@ -1,11 +1,11 @@
-//! Two figures of each response against each other.
+//! Scatter plots of two figures of each response.
 
 use super::DrawingSize;
 use super::plot::Plot;
 use super::scale::Extent;
 use super::svg::{Area, Caption, Svg};
 
-/// Points with the titles of both axes. `key` makes the ids unique on the page.
+/// Draws points with the titles of both axes. `key` makes the ids unique on the page.
 #[must_use]
 pub fn draw_scatter(points: &[(f64, f64)], x_title: &str, y_title: &str, key: &str, size: DrawingSize) -> String {
     let id = format!("{key}-{}", size.name());
@@ -28,7 +28,7 @@ pub fn draw_scatter(points: &[(f64, f64)], x_title: &str, y_title: &str, key: &s
     svg.finish()
 }
 
-/// The span of some values with a margin, so that no point lies on an axis.
+/// Returns the range of some values with a margin, so that no point lies on an axis.
 fn extent_with_margin(values: impl Iterator<Item = f64>) -> Extent {
     let found = Extent::around(values);
     let margin = (found.length() * 0.06).max(1e-6);

@@ -1,13 +1,14 @@
-//! A small writer of SVG: escapes every text, prints every number short, knows no colour.
+//! A small SVG writer: escapes all text, writes numbers with at most one decimal, leaves colours to
+//! the style sheet.
 
 use std::fmt::{self, Write};
 
-/// What a drawing is called and shows: read out in place of the picture.
+/// Title and description of a drawing, for screen readers.
 #[derive(Clone, Copy, Debug)]
 pub struct Caption<'a> {
     /// Id, unique on the page.
     pub id: &'a str,
-    /// Classes.
+    /// CSS classes.
     pub class: &'a str,
     /// Title.
     pub title: &'a str,
@@ -15,12 +16,12 @@ pub struct Caption<'a> {
     pub description: &'a str,
 }
 
-/// A rectangle: left, top, width, height.
+/// A rectangle, in units of the drawing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Area {
-    /// Left.
+    /// Left edge.
     pub x: f64,
-    /// Top.
+    /// Top edge.
     pub y: f64,
     /// Width.
     pub width: f64,
@@ -29,50 +30,50 @@ pub struct Area {
 }
 
 impl Area {
-    /// Right.
+    /// Returns the right edge.
     #[must_use]
     pub fn right(&self) -> f64 {
         self.x + self.width
     }
 
-    /// Bottom.
+    /// Returns the bottom edge.
     #[must_use]
     pub fn bottom(&self) -> f64 {
         self.y + self.height
     }
 
-    /// The two share some room.
+    /// Returns whether the two rectangles overlap.
     #[must_use]
     pub fn meets(&self, other: &Self) -> bool {
         self.x < other.right() && other.x < self.right() && self.y < other.bottom() && other.y < self.bottom()
     }
 }
 
-/// A point on the paper, in units of the drawing: to the right of its left edge, and below its upper one.
+/// A point of the drawing, in its units, measured from the top left corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PaperPoint {
-    /// From the left.
+    /// Distance from the left edge.
     pub x: f64,
-    /// From the top.
+    /// Distance from the top edge.
     pub y: f64,
 }
 
 impl PaperPoint {
-    /// The point of two lengths.
+    /// Creates a point from its coordinates.
     #[must_use]
     pub const fn new(x: f64, y: f64) -> Self {
         Self { x, y }
     }
 }
 
-/// A drawing in the making.
+/// An SVG document under construction.
 #[derive(Debug)]
 pub struct Svg {
     body: String,
 }
 
 impl Svg {
-    /// Begins a drawing of a width and height.
+    /// Begins a drawing with a width and height.
     #[must_use]
     pub fn new(width: f64, height: f64, caption: &Caption<'_>) -> Self {
         let Caption { id, class, title, description } = caption;
@@ -85,7 +86,7 @@ impl Svg {
         Self { body }
     }
 
-    /// Begins a small drawing that only repeats the text beside it.
+    /// Begins a small drawing that only repeats adjacent text and is hidden from screen readers.
     #[must_use]
     pub fn ornament(width: f64, height: f64, class: &str) -> Self {
         let (width, height) = (Short(width), Short(height));
@@ -93,14 +94,14 @@ impl Svg {
         Self { body: format!(r#"<svg class="{class}" {size} aria-hidden="true" focusable="false">"#) }
     }
 
-    /// Ends the drawing.
+    /// Closes the drawing and returns its markup.
     #[must_use]
     pub fn finish(mut self) -> String {
         self.body.push_str("</svg>");
         self.body
     }
 
-    /// A rectangle; one without extent is left out.
+    /// Draws a rectangle; an empty one is omitted.
     pub fn rect(&mut self, class: &str, area: Area) {
         if area.width > 0.0 && area.height > 0.0 {
             let (x, y, w, h) = (Short(area.x), Short(area.y), Short(area.width), Short(area.height));
@@ -108,13 +109,13 @@ impl Svg {
         }
     }
 
-    /// A straight line.
+    /// Draws a straight line.
     pub fn line(&mut self, class: &str, from: PaperPoint, to: PaperPoint) {
         let (x1, y1, x2, y2) = (Short(from.x), Short(from.y), Short(to.x), Short(to.y));
         self.push(format_args!(r#"<line class="{class}" x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}"/>"#));
     }
 
-    /// A line through points; fewer than two are left out.
+    /// Draws a line through points; omitted with fewer than two points.
     pub fn polyline(&mut self, class: &str, points: &[PaperPoint]) {
         if points.len() > 1 {
             let points = join_points(points);
@@ -122,7 +123,7 @@ impl Svg {
         }
     }
 
-    /// A closed shape.
+    /// Draws a closed shape; omitted with fewer than three points.
     pub fn polygon(&mut self, class: &str, points: &[PaperPoint]) {
         if points.len() > 2 {
             let points = join_points(points);
@@ -130,32 +131,33 @@ impl Svg {
         }
     }
 
-    /// What lies within an odd number of closed lines.
+    /// Fills the points that lie within an odd number of closed contours.
     pub fn region(&mut self, class: &str, loops: &[Vec<PaperPoint>]) {
         let lines: Vec<String> = loops.iter().map(|line| format!("M{}Z", join_points(line))).collect();
         self.push(format_args!(r#"<path class="{class}" fill-rule="evenodd" d="{}"/>"#, lines.concat()));
     }
 
-    /// A circle.
+    /// Draws a circle.
     pub fn circle(&mut self, class: &str, centre: PaperPoint, radius: f64) {
         let (cx, cy, r) = (Short(centre.x), Short(centre.y), Short(radius));
         self.push(format_args!(r#"<circle class="{class}" cx="{cx}" cy="{cy}" r="{r}"/>"#));
     }
 
-    /// Text from a point on its baseline. The classes `middle` and `end` anchor it elsewhere.
+    /// Writes text that starts at a point on its baseline. The classes `middle` and `end` anchor it
+    /// differently.
     pub fn text(&mut self, class: &str, at: PaperPoint, text: &str) {
         let (x, y, text) = (Short(at.x), Short(at.y), escape_markup(text));
         self.push(format_args!(r#"<text class="{class}" x="{x}" y="{y}">{text}</text>"#));
     }
 
-    /// Text that reads upwards around a point.
+    /// Writes text rotated to read upwards at a point.
     pub fn text_upwards(&mut self, class: &str, at: PaperPoint, text: &str) {
         let (x, y, text) = (Short(at.x), Short(at.y), escape_markup(text));
         self.push(format_args!(r#"<text class="{class}" transform="translate({x} {y}) rotate(-90)">{text}</text>"#));
     }
 
     fn push(&mut self, markup: fmt::Arguments<'_>) {
-        // Writing into a String cannot fail.
+        // Writing to a `String` cannot fail.
         let _ = self.body.write_fmt(markup);
     }
 }
@@ -163,21 +165,21 @@ impl Svg {
 fn join_points(points: &[PaperPoint]) -> String {
     let mut joined = String::with_capacity(points.len() * 12);
     for PaperPoint { x, y } in points {
-        // Writing into a String cannot fail.
+        // Writing to a `String` cannot fail.
         let _ = write!(joined, "{},{} ", Short(*x), Short(*y));
     }
     joined.truncate(joined.trim_end().len());
     joined
 }
 
-/// A length as it stands in markup: one decimal, a tenth of a pixel, and none where it is 0. Not-a-number has no place on paper
-/// and becomes 0.
+/// A length as written in markup: rounded to one decimal, a tenth of a pixel, and without decimals
+/// if that is 0. NaN and infinities become 0.
 struct Short(f64);
 
 impl fmt::Display for Short {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Drawings have thousands of numbers: whole ones are written much faster than broken ones. A float becomes the
-        // nearest whole number in range, and not-a-number becomes 0.
+        // Drawings contain thousands of numbers, and integers are formatted much faster than
+        // floats. The cast saturates at the range of `i64`.
         let tenths = if self.0.is_finite() { libm::rint(self.0 * 10.0) as i64 } else { 0 };
         let (sign, whole, rest) =
             (if tenths < 0 { "-" } else { "" }, tenths.unsigned_abs() / 10, tenths.unsigned_abs() % 10);
@@ -185,7 +187,7 @@ impl fmt::Display for Short {
     }
 }
 
-/// Text as it may stand in markup.
+/// Escapes text for use in markup.
 #[must_use]
 pub fn escape_markup(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
@@ -202,7 +204,8 @@ pub fn escape_markup(text: &str) -> String {
     safe
 }
 
-/// Rough width of a text in a chart, in its units: enough to keep labels apart.
+/// Returns the approximate width of a text, in units of the chart: accurate enough to keep labels
+/// apart.
 #[must_use]
 pub fn text_width(text: &str) -> f64 {
     text.chars().count() as f64 * 6.8
@@ -210,7 +213,7 @@ pub fn text_width(text: &str) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Names come from documents that anybody may write: none of them may become markup.
+    //! Names come from documents that any author may write: they must never become markup.
 
     use super::*;
 

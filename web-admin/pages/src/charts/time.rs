@@ -1,4 +1,5 @@
-//! Force and depth against time: two plots over one axis, so that a pop in one is seen as a jump in the other.
+//! Force and depth against time: two plots over one axis, so that a pop in the force lines up with
+//! a jump in the depth.
 
 use attempt::AttemptCurve;
 
@@ -14,7 +15,7 @@ const RIGHT: f64 = 12.0;
 const TOP: f64 = 22.0;
 const GAP: f64 = 16.0;
 
-/// Draws force above, depth below.
+/// Draws force in the upper plot and depth in the lower one.
 #[must_use]
 pub fn draw_force_and_depth(curve: &AttemptCurve, size: DrawingSize) -> String {
     let id = format!("force-time-{}", size.name());
@@ -44,7 +45,7 @@ fn plots_over_time(curve: &AttemptCurve, size: DrawingSize) -> (Plot, Plot) {
     let depth_area = Area { x: LEFT, y: TOP + upper + GAP, width, height: lower };
     let time = Extent::new(0.0, curve.duration_s);
     let force = extent_with_zero(curve.points.iter().map(|p| p.force_n)).unwrap_or(Extent::new(0.0, 1.0));
-    // Ten millimetres above the skin are enough to see the approach.
+    // Ten millimetres above the skin are enough to show the approach.
     let above = curve.points.iter().map(|p| p.advance_mm).fold(0.0, f64::min).max(-10.0);
     let below = curve.points.iter().map(|p| p.advance_mm).fold(curve.target_depth_mm, f64::max).max(1.0);
     (
@@ -69,14 +70,15 @@ fn draw_target_depth(svg: &mut Svg, plot: &Plot, target_mm: f64) {
     svg.text("target-name", PaperPoint::new(plot.area.x + 5.0, y - 5.0), tr!("target"));
 }
 
-/// A thin line through both plots for each event, its number on top.
+/// Draws a thin line through both plots for each event, with its number on top.
 fn draw_moments(svg: &mut Svg, force: &Plot, depth: &Plot, curve: &AttemptCurve) {
     let mut free_from = 0.0;
     for (number, mark) in marks::number_marks(curve) {
         let x = force.x.at(mark.t_s);
         svg.line("moment", PaperPoint::new(x, force.area.y), PaperPoint::new(x, depth.area.bottom()));
         marks::draw_mark(svg, mark.kind, PaperPoint::new(x, depth.y.at(mark.advance_mm)));
-        // Events of one moment share a place: only the first number is printed, the table has the others.
+        // Simultaneous events share a position: only the first number is printed, the table lists
+        // all of them.
         if x >= free_from {
             svg.text("mark-number middle", PaperPoint::new(x, force.area.y - 6.0), &number.to_string());
             free_from = x + 11.0;
@@ -86,7 +88,8 @@ fn draw_moments(svg: &mut Svg, force: &Plot, depth: &Plot, curve: &AttemptCurve)
 
 #[cfg(test)]
 mod tests {
-    //! Both curves must be there, and an attempt of no length must not divide by it.
+    //! Both curves must be drawn, and an attempt of zero duration must not cause a division by
+    //! zero.
 
     use super::*;
     use crate::samples;

@@ -1,4 +1,5 @@
-//! A strip of a force trace that says nothing else, with marks on it and, afterwards, the pops.
+//! A strip of a force trace without further information, with the user's marks and, once they may
+//! be shown, the pops.
 
 use model::series::TimeSpan;
 
@@ -7,32 +8,33 @@ use super::plot::Plot;
 use super::scale::Extent;
 use super::svg::{Area, Caption, PaperPoint, Svg};
 
-/// Left of the strip's axis, in units of the drawing; a script finds the moment under the pointer by it.
+/// Left edge of the axis, in units of the drawing; a script uses it to compute the time under the
+/// pointer.
 pub const LEFT: f64 = 46.0;
-/// Right of the axis.
+/// Margin right of the axis, in units of the drawing.
 pub const RIGHT: f64 = 20.0;
 const TOP: f64 = 24.0;
-/// Room for the name of a pop, in units of the drawing.
+/// Width reserved for the label of a pop, in units of the drawing.
 const POP_NAME: f64 = 80.0;
 
-/// What a strip shows.
+/// Content of a strip.
 #[derive(Clone, Copy, Debug)]
 pub struct TraceStrip<'a> {
     /// Number of the strip, from 1.
     pub number: usize,
-    /// Beginning and end, in s.
+    /// Start and end, in s.
     pub stretch_s: Extent,
-    /// Least and greatest force of the whole trace, in N.
+    /// Smallest and largest force of the whole trace, in N.
     pub force_n: Extent,
-    /// The force.
+    /// Force samples, as minimum and maximum per time span.
     pub spans: &'a [TimeSpan],
-    /// Marks over the whole trace, in s.
+    /// Marks of the whole trace, in s.
     pub marks: &'a [f64],
-    /// Pops over the whole trace, in s; none until they may be shown.
+    /// Pops of the whole trace, in s; empty until they may be shown.
     pub pops: &'a [f64],
 }
 
-/// Draws a strip: marks are numbered lines from the bottom, pops dashed ones from the top.
+/// Draws a strip: marks as numbered lines, pops as dashed lines from above the plot.
 #[must_use]
 pub fn draw_trace_strip(strip: &TraceStrip<'_>, size: DrawingSize) -> String {
     let Extent { from: from_s, to: to_s } = strip.stretch_s;
@@ -54,7 +56,7 @@ pub fn draw_trace_strip(strip: &TraceStrip<'_>, size: DrawingSize) -> String {
     for (_, pop) in moments_within(strip.pops, strip.stretch_s) {
         let x = plot.x.at(pop);
         svg.line("pop", PaperPoint::new(x, area.y - 4.0), PaperPoint::new(x, area.bottom()));
-        // Of pops that lie close together the first has the name.
+        // Only the first of several adjacent pops is labelled.
         if x - named_x > POP_NAME {
             svg.text("pop-name middle", PaperPoint::new(x, area.y - 9.0), tr!("pop"));
             named_x = x;
@@ -75,7 +77,8 @@ pub fn draw_trace_strip(strip: &TraceStrip<'_>, size: DrawingSize) -> String {
     svg.finish()
 }
 
-/// Moments within a strip, with their numbers over the whole trace, from 1. A moment on an edge is in the later strip.
+/// Returns the times within a strip, with their numbers in the whole trace, from 1. A time at a
+/// boundary belongs to the later strip.
 fn moments_within(moments: &[f64], stretch_s: Extent) -> impl Iterator<Item = (usize, f64)> + '_ {
     let numbered = moments.iter().enumerate().map(|(at, moment)| (at + 1, *moment));
     numbered.filter(move |(_, moment)| *moment >= stretch_s.from && *moment < stretch_s.to)
@@ -83,7 +86,7 @@ fn moments_within(moments: &[f64], stretch_s: Extent) -> impl Iterator<Item = (u
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a mark is drawn on a strip that it is not in, or a pop before it may be shown.
+    //! A mark must appear only on its own strip, and a pop only once it may be shown.
 
     use super::*;
 

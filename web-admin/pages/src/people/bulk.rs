@@ -1,4 +1,4 @@
-//! What is done to many people at once, before it is done.
+//! Confirmation of bulk actions on people.
 
 use std::borrow::Borrow;
 
@@ -10,59 +10,59 @@ use model::directory::{BulkAct, BulkExemption, BulkPlan};
 use super::{SelectOption, bulk};
 use crate::Shell;
 
-/// The acts, in the order of the list.
+/// Bulk actions, in the order of the list.
 pub const BULK_ACTS: [BulkAct; 5] = [BulkAct::Invite, BulkAct::Join, BulkAct::Leave, BulkAct::Disable, BulkAct::Enable];
 
-/// What stands in the form below the list of people.
+/// Input of the form below the list of people.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BulkForm {
-    /// What can be done.
+    /// Actions to choose from.
     pub acts: Vec<SelectOption>,
     /// Cohorts to choose from.
     pub cohorts: Vec<SelectOption>,
-    /// The ids of those who are ticked.
+    /// Ids of the ticked people.
     pub ticked: Vec<String>,
-    /// Everybody who is found is meant, not those who are ticked.
+    /// Whether the action applies to all people found instead of the ticked ones.
     pub everybody: bool,
 }
 
-/// Why nothing is done to many people.
+/// Reasons why a bulk action was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BulkRefused {
-    /// Nobody is ticked.
+    /// No person is ticked.
     Nobody,
-    /// Nothing is chosen.
+    /// No action is chosen.
     NoAct,
     /// No cohort is chosen.
     NoCohort,
-    /// So many people at most.
+    /// More people than the given maximum.
     TooMany(u32),
 }
 
-/// What was done, and to how many.
+/// Result of a bulk action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BulkDone {
-    /// What.
+    /// The action.
     pub act: BulkAct,
-    /// To how many.
+    /// Number of people.
     pub people: i64,
 }
 
-/// To whom something is about to be done.
+/// The page that asks to confirm a bulk action.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "people/bulk.html")]
 pub struct BulkPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What.
+    /// The action.
     pub act: BulkAct,
-    /// The cohort that it is about: id and name.
+    /// The cohort of the action: id and name.
     pub cohort: Option<SelectOption>,
-    /// To whom, and to whom not.
+    /// The people affected, and those left out.
     pub plan: BulkPlan,
 }
 
-/// An act as an address and a form write it.
+/// Returns the name of an action in addresses and forms.
 #[must_use]
 pub const fn name_bulk_act(act: BulkAct) -> &'static str {
     match act {
@@ -74,7 +74,7 @@ pub const fn name_bulk_act(act: BulkAct) -> &'static str {
     }
 }
 
-/// The acts to choose from.
+/// Returns the actions as options.
 #[must_use]
 pub fn list_bulk_acts(chosen: Option<BulkAct>) -> Vec<SelectOption> {
     let word = |act| match act {
@@ -92,7 +92,7 @@ pub fn list_bulk_acts(chosen: Option<BulkAct>) -> Vec<SelectOption> {
     BULK_ACTS.into_iter().map(option).collect()
 }
 
-/// Says what was done.
+/// Describes the result of a bulk action.
 #[must_use]
 pub fn say_bulk_done(done: &BulkDone) -> String {
     let n = done.people;
@@ -111,7 +111,7 @@ pub fn say_bulk_done(done: &BulkDone) -> String {
     }
 }
 
-/// Says why nothing was done.
+/// Describes why a bulk action was refused.
 #[must_use]
 pub fn say_bulk_refused(refused: &BulkRefused) -> String {
     match refused {
@@ -186,7 +186,7 @@ impl BulkPage {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when somebody is left out without a reason, or the acts' names are not those that are read.
+    //! Every person left out must have a reason, and the names of actions must parse.
 
     use model::Role;
     use model::directory::{AccountState, DirectoryEntry, ExemptPerson};

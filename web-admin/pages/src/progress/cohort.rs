@@ -1,4 +1,5 @@
-//! A cohort's progress: who stands where on each exercise, who is stuck or regresses, and what is hard.
+//! A cohort's progress: status per trainee and exercise, trainees who are stuck or regress, and
+//! difficult exercises.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -9,49 +10,49 @@ use time::Date;
 use super::ScoredRow;
 use crate::{Shell, StatusWord, charts, format};
 
-/// The page.
+/// The page of a cohort's progress.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "progress/cohort.html")]
 pub struct CohortProgressPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The cohort's name and page.
+    /// Name and address of the cohort.
     pub cohort: (String, String),
-    /// One map a course that somebody has begun.
+    /// One heat map per course that a trainee has begun.
     pub courses: Vec<CourseHeat>,
-    /// Who is stuck, declines or regresses.
+    /// Trainees who are stuck, decline or regress.
     pub worries: Vec<Worry>,
-    /// Attempts passed and failed by day, the last four weeks.
+    /// Attempts passed and failed per day, over the last four weeks.
     pub days: Vec<(Date, usize, usize)>,
-    /// A day that is looked into, and its attempts in order of time.
+    /// The selected day, and its attempts in order of time.
     pub day: Option<(Date, Vec<ScoredRow>)>,
 }
 
-/// A course: trainees down, exercises across.
+/// Heat map of a course: one row per trainee, one column per exercise.
 #[derive(Clone, Debug)]
 pub struct CourseHeat {
     /// Title.
     pub title: String,
-    /// Exercises across.
+    /// Columns.
     pub exercises: Vec<Hardness>,
     /// Trainees by name.
     pub rows: Vec<HeatRow>,
 }
 
-/// How hard an exercise is to this cohort.
+/// Difficulty of an exercise for this cohort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hardness {
     /// Its title.
     pub title: String,
-    /// The page of its metrics in this cohort.
+    /// Address of its metrics in this cohort.
     pub href: String,
-    /// Trainees who tried it.
+    /// Number of trainees who tried it.
     pub tried: usize,
-    /// Trainees who have mastered it.
+    /// Number of trainees who have mastered it.
     pub mastered: usize,
     /// Share of attempts passed.
     pub passed: Option<Estimate>,
-    /// Fewer attempts pass here than anywhere else in the course.
+    /// Whether it has the lowest share of passes in the course.
     pub hardest: bool,
 }
 
@@ -60,43 +61,43 @@ pub struct Hardness {
 pub struct HeatRow {
     /// Name.
     pub name: String,
-    /// Page.
+    /// Address of the trainee's page.
     pub href: String,
-    /// One cell an exercise.
+    /// One cell per exercise.
     pub cells: Vec<HeatCell>,
 }
 
-/// A trainee on an exercise.
+/// A trainee's progress on an exercise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatCell {
-    /// What it is made of.
+    /// Address of the attempts behind it.
     pub href: String,
-    /// Scored attempts.
+    /// Number of scored attempts.
     pub attempts: usize,
-    /// Attempts passed.
+    /// Number of passed attempts.
     pub passes: usize,
     /// Best score, 0–100.
     pub best: Option<f64>,
-    /// Mean of the last scores, 0–100.
+    /// Mean of the latest scores, 0–100.
     pub mean: Option<f64>,
-    /// How it stands.
+    /// Status of the exercise.
     pub status: StatusWord,
-    /// The class of its ground.
+    /// CSS class of the background.
     pub tone: &'static str,
 }
 
-/// A reason to look at somebody.
+/// A concern about a trainee.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Worry {
     /// Name.
     pub name: String,
-    /// The page of what it is made of.
+    /// Address of the attempts behind it.
     pub href: String,
     /// Kind and reason.
     pub concern: (&'static str, String),
 }
 
-/// A cell from a step. The tone has its word in the status, so that no colour speaks alone.
+/// Builds a cell of the heat map. The status names the tone, so that colour is not the only cue.
 #[must_use]
 pub fn make_heat_cell(href: String, step: &StepProgress, pass_mark: f64) -> HeatCell {
     let last = &step.attempts[step.attempts.len().saturating_sub(DECLINE_RUN)..];
@@ -119,18 +120,18 @@ pub fn make_heat_cell(href: String, step: &StepProgress, pass_mark: f64) -> Heat
 }
 
 impl CohortProgressPage {
-    /// The days as a drawing.
+    /// Draws the attempts per day.
     #[must_use]
     pub fn drawing(&self) -> String {
         charts::draw_attempts_by_day(&self.days)
     }
 
-    /// The day is the one that is looked into.
+    /// Returns whether the day is the selected one.
     fn is_open(&self, date: &Date) -> bool {
         self.day.as_ref().is_some_and(|(day, _)| day == date)
     }
 
-    /// Attempts in the days shown.
+    /// Returns the number of attempts on the days shown.
     #[must_use]
     pub fn attempts(&self) -> usize {
         self.days.iter().map(|(_, passed, failed)| passed + failed).sum()
@@ -139,7 +140,7 @@ impl CohortProgressPage {
 
 #[cfg(test)]
 mod tests {
-    //! Every figure leads to what it is made of, and no colour speaks alone.
+    //! Every figure must link to its attempts, and colour must not be the only cue.
 
     use crate::progress::samples as made;
     use crate::samples;

@@ -1,4 +1,5 @@
-//! One exercise of one trainee: scores, learning curve, habits, and how the cohort does.
+//! A trainee's progress on one exercise: scores, learning curve, habits and comparison with the
+//! cohort.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -9,33 +10,33 @@ use time::OffsetDateTime;
 
 use crate::{Shell, StatusWord, charts, format, metric};
 
-/// The page.
+/// The page of a trainee's progress on one exercise.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "progress/learning.html")]
 pub struct LearningPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The trainee's name and page.
+    /// Name of the trainee and address of their page.
     pub trainee: (String, String),
-    /// The trainee is the visitor.
+    /// Whether the trainee is the visitor.
     pub own: bool,
-    /// The exercise's title and page.
+    /// Title and address of the exercise.
     pub exercise: (String, String),
-    /// The course's title, and its mastery rule in words.
+    /// Title of the course, and its mastery rule as text.
     pub course: (String, String),
-    /// How it stands.
+    /// Status of the exercise.
     pub status: StatusWord,
     /// Scores over time.
     pub scores: String,
-    /// The learning curve: the course's rule, or an example beside it.
+    /// The learning curve: by the course's rule, or by an example rule.
     pub curve: Option<CurveFacts>,
-    /// Attempts on different revisions are mixed.
+    /// Whether attempts on different revisions are mixed.
     pub mixed: bool,
     /// Share of attempts passed.
     pub passed: Option<Estimate>,
-    /// What costs most, and what costs nothing.
+    /// The lines that lose most points, and those that lose almost none.
     pub habits: HabitsView,
-    /// The others of the cohort, where there are enough.
+    /// Comparison with the others of the cohort, if there are enough.
     pub comparison: Option<Comparison>,
     /// Attempts, newest first.
     pub rows: Vec<CurveRow>,
@@ -46,20 +47,21 @@ pub struct LearningPage {
 pub struct CurveFacts {
     /// The drawing.
     pub drawing: String,
-    /// What the course states, and the lines that follow.
+    /// Parameters stated by the course, and the limits derived from them.
     pub rule: CurveRule,
-    /// It is the course's rule. An example else, which decides nothing.
+    /// Whether it is the course's rule; otherwise it is an example without effect.
     pub decides: bool,
-    /// What it says now.
+    /// Current state of the curve.
     pub standing: Standing,
-    /// Straight successes still needed.
+    /// Consecutive successes still needed.
     pub needed: u32,
-    /// Attempts so far.
+    /// Number of attempts so far.
     pub attempts: usize,
 }
 
 impl CurveFacts {
-    /// A curve as it stands, by a rule that decides or does not. `title` is what the drawing is called.
+    /// Builds the facts of a step's curve. `decides` states whether the rule is the course's;
+    /// `title` is the title of the drawing.
     #[must_use]
     pub fn new(step: &StepProgress, rule: CurveRule, decides: bool, title: &str) -> Option<Self> {
         let curve = step.curve.as_ref()?;
@@ -73,41 +75,41 @@ impl CurveFacts {
         })
     }
 
-    /// More attempts than the stated error holds for, where that is limited.
+    /// Returns the limit on attempts for which the stated error holds, if it is exceeded.
     #[must_use]
     pub fn beyond(&self) -> Option<u32> {
         self.rule.within.filter(|within| self.attempts > *within as usize)
     }
 }
 
-/// What costs points, with links to the attempts.
+/// Habits that lose points, with links to the attempts.
 #[derive(Clone, Debug, Default)]
 pub struct HabitsView {
-    /// Attempts looked at.
+    /// Number of attempts considered.
     pub attempts: usize,
-    /// Dearest first.
+    /// Habits, largest loss first.
     pub habits: Vec<HabitRow>,
-    /// Names of what costs next to nothing.
+    /// Names of the metrics that lose almost no points.
     pub strengths: Vec<String>,
 }
 
 /// A habit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HabitRow {
-    /// Name of what is measured.
+    /// Name of the metric.
     pub label: String,
-    /// Mean of the points lost an attempt.
+    /// Mean points lost per attempt.
     pub points: f64,
-    /// Attempts in which it cost points, and in which it was judged.
+    /// Number of attempts in which it lost points, and in which it was graded.
     pub costly: (usize, usize),
-    /// What to do about it.
+    /// Recommendation.
     pub advice: String,
-    /// Page of the attempt that it cost most.
+    /// Address of the attempt with the largest loss.
     pub worst: String,
 }
 
 impl HabitsView {
-    /// Habits over attempts, whose pages stand in the same order.
+    /// Lists habits; `pages` holds the addresses of the attempts in the same order.
     #[must_use]
     pub fn new(found: Habits, pages: &[String]) -> Self {
         let row = |line: RubricHabit| HabitRow {
@@ -125,33 +127,33 @@ impl HabitsView {
     }
 }
 
-/// The best scores of the others in a cohort.
+/// Comparison with the best scores of others in a cohort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// The cohort's name.
+    /// Name of the cohort.
     pub cohort: String,
     /// The trainee's best score, 0–100.
     pub own: f64,
-    /// Those of the others, 0–100.
+    /// Distribution of the best scores of the others, 0–100.
     pub others: Summary,
 }
 
 impl Comparison {
-    /// The score among those of the others.
+    /// Draws the score within the distribution of the others.
     #[must_use]
     pub fn drawing(&self) -> String {
         charts::draw_score_among_others(self.own, &self.others)
     }
 }
 
-/// What a curve said after an attempt.
+/// Result of the curve after an attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CurveFinding {
-    /// Nothing new.
+    /// No limit crossed.
     Nothing,
     /// Competent.
     Competent,
-    /// Still competent: the CUSUM reached its lower line.
+    /// Still competent: the CUSUM reached its lower limit.
     StillCompetent,
     /// Too many failures, after competence.
     Lost,
@@ -159,29 +161,29 @@ pub enum CurveFinding {
     TooMany,
 }
 
-/// An attempt with its place on the curve.
+/// An attempt with its value on the curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveRow {
-    /// Its number, from 1.
+    /// Number of the attempt, from 1.
     pub number: usize,
-    /// Its page.
+    /// Address of the attempt's page.
     pub href: String,
-    /// When it began.
+    /// Start of the attempt.
     pub at: OffsetDateTime,
-    /// 0–100.
+    /// Score, 0–100.
     pub score: f64,
-    /// Passed.
+    /// Whether it was passed.
     pub passed: bool,
-    /// The sum after it.
+    /// Sum after the attempt.
     pub value: Option<f64>,
-    /// The LC-CUSUM was in charge, else the CUSUM.
+    /// Whether the LC-CUSUM applied; otherwise the CUSUM.
     pub learning: bool,
-    /// What the curve said.
+    /// Result of the curve.
     pub said: CurveFinding,
 }
 
 impl CurveRow {
-    /// The attempts of a step, newest first.
+    /// Returns the attempts of a step, newest first.
     #[must_use]
     pub fn all(step: &StepProgress) -> Vec<Self> {
         let points = step.curve.as_ref().map_or(&[][..], |curve| &curve.points);
@@ -212,7 +214,8 @@ fn find_in_curve(points: &[LearningPoint], at: usize) -> CurveFinding {
 
 #[cfg(test)]
 mod tests {
-    //! The page must say what the curve says, what it takes, and when its error no longer holds.
+    //! The page must show the state of the curve, its parameters, and when its stated error no
+    //! longer holds.
 
     use crate::progress::samples as made;
     use crate::samples;

@@ -1,4 +1,4 @@
-//! How a cohort's latest attempts at an exercise are distributed, metric by metric.
+//! Distribution of a cohort's latest attempts at an exercise, by metric.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -8,21 +8,21 @@ use time::OffsetDateTime;
 use crate::judgement::{GROUPS, theme_of_metric};
 use crate::{Shell, StatusWord, charts, format};
 
-/// The page.
+/// The page of a cohort's metrics.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "progress/metrics.html")]
 pub struct MetricsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The cohort's name and page.
+    /// Name and address of the cohort.
     pub cohort: (String, String),
-    /// The exercise's title and page.
+    /// Title and address of the exercise.
     pub exercise: (String, String),
-    /// Scores of the latest attempts, 0–100.
+    /// Distribution of the scores of the latest attempts, 0–100.
     pub scores: Option<Summary>,
-    /// Metrics by theme; those that the rubric judges first.
+    /// Metrics by theme, those of the rubric first.
     pub themes: Vec<SpreadTheme>,
-    /// The attempts it is made of, by the trainee's name.
+    /// The attempts considered, by the trainee's name.
     pub scored: Vec<ScoredRow>,
 }
 
@@ -31,14 +31,14 @@ pub struct MetricsPage {
 pub struct SpreadTheme {
     /// Heading.
     pub title: &'static str,
-    /// What the rubric judges stands open.
+    /// Whether these are the metrics of the rubric, which are shown expanded.
     pub judged: bool,
     /// The metrics.
     pub rows: Vec<MetricSpreadRow>,
 }
 
 impl SpreadTheme {
-    /// Sorts metrics, each with its id, into the judged ones and the themes of the others.
+    /// Sorts metrics, given with their ids, into those of the rubric and the themes of the others.
     #[must_use]
     pub fn sort_metrics(metrics: Vec<(String, MetricSpreadRow)>, judged: &[&str]) -> Vec<Self> {
         let mut themes = vec![Self { title: tr!("What the rubric judges"), judged: true, rows: Vec::new() }];
@@ -55,16 +55,16 @@ impl SpreadTheme {
 /// A metric over the latest attempts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MetricSpreadRow {
-    /// Name in words.
+    /// Name.
     pub label: String,
     /// Unit.
     pub unit: String,
-    /// Least, quartiles, greatest.
+    /// Minimum, quartiles and maximum.
     pub five: Summary,
 }
 
 impl MetricSpreadRow {
-    /// The box, on the metric's own scale.
+    /// Draws the distribution on the metric's own scale.
     #[must_use]
     pub fn drawing(&self) -> String {
         charts::draw_spread(&self.five, charts::Extent::new(self.five.min, self.five.max))
@@ -78,19 +78,20 @@ pub struct ScoredRow {
     pub name: String,
     /// Title of the exercise.
     pub exercise: String,
-    /// The attempt's page.
+    /// Address of the attempt's page.
     pub href: String,
-    /// When it began.
+    /// Start of the attempt.
     pub at: OffsetDateTime,
-    /// 0–100.
+    /// Score, 0–100.
     pub score: f64,
-    /// Passed.
+    /// Whether it was passed.
     pub passed: bool,
 }
 
 #[cfg(test)]
 mod tests {
-    //! Medians and quartiles with their unit, never one pooled mean, and the attempts behind them.
+    //! Medians and quartiles are shown with their unit and the attempts behind them, never a pooled
+    //! mean.
 
     use crate::progress::samples as made;
     use crate::samples;

@@ -1,4 +1,4 @@
-//! Progress: one exercise of one trainee, a cohort, a school.
+//! Progress of a trainee on one exercise, of a cohort, and of a school.
 
 mod cohort;
 mod learning;

@@ -1,4 +1,5 @@
-//! Sample data for the progress pages' own tests, from the invented school of the other samples.
+//! Sample data for the tests of the progress pages, from the fictitious school of the other
+//! samples.
 
 use assessment::learning::CusumParams;
 use assessment::statistics::{summary, wilson};
@@ -23,7 +24,7 @@ fn by_curve() -> (Course, Mastery) {
     (Course { rule, ..samples::course() }, rule)
 }
 
-/// So many attempts at the first exercise, one in seven failed, on two revisions.
+/// Returns attempts at the first exercise on two revisions, of which one in seven failed.
 fn practised(attempts: usize) -> Vec<ScoredAttempt> {
     let scores: Vec<(&str, f64)> =
         (0..attempts).map(|i| ("feel-the-layers", if i % 7 == 2 { 41.0 } else { 74.0 + (i % 9) as f64 })).collect();
@@ -74,7 +75,7 @@ pub(super) fn learning_page(attempts: usize) -> LearningPage {
     }
 }
 
-/// The same attempts in a course whose rule counts passes.
+/// Returns the same attempts in a course whose rule counts passes.
 pub(super) fn learning_beside_passes(attempts: usize) -> LearningPage {
     let page = learning_page(attempts);
     let curve = page.curve.map(|curve| CurveFacts { decides: false, ..curve });

@@ -1,4 +1,4 @@
-//! A school's progress: by month, and by year and cohort.
+//! A school's progress by month, and by year and cohort.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -6,25 +6,25 @@ use assessment::statistics::Estimate;
 
 use crate::{Shell, format};
 
-/// The page.
+/// The page of a school's progress.
 #[derive(Clone, Debug, Template, WebTemplate)]
 #[template(path = "progress/school.html")]
 pub struct SchoolProgressPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// It is of the whole school; otherwise of the cohorts that the visitor teaches.
+    /// Whether it covers the whole school; otherwise it covers the visitor's cohorts.
     pub whole: bool,
-    /// The years in which somebody has practised, UTC, the latest first.
+    /// Years with attempts, in UTC, latest first.
     pub years: Vec<i64>,
-    /// The year whose cohorts are shown.
+    /// The selected year.
     pub year: i64,
-    /// Its cohorts, by name.
+    /// Cohorts of that year, by name.
     pub cohorts: Vec<YearRow>,
-    /// These are not the first of them.
+    /// Whether this is a page after the first.
     pub later: bool,
-    /// Where the next ones are.
+    /// Address of the next page.
     pub next: Option<String>,
-    /// By month, the latest first.
+    /// Months, latest first.
     pub months: Vec<MonthRow>,
 }
 
@@ -33,11 +33,11 @@ pub struct SchoolProgressPage {
 pub struct YearRow {
     /// The cohort's name.
     pub cohort: String,
-    /// The page it is made of.
+    /// Address of the cohort's progress.
     pub href: String,
-    /// Scored attempts.
+    /// Number of scored attempts.
     pub attempts: i64,
-    /// Share of them that passed.
+    /// Share of these attempts that passed.
     pub passed: Option<Estimate>,
     /// Mean score, 0–100.
     pub mean: Option<f64>,
@@ -46,15 +46,15 @@ pub struct YearRow {
 /// The school in a month.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MonthRow {
-    /// In words.
+    /// Month and year as text.
     pub month: String,
-    /// Scored attempts.
+    /// Number of scored attempts.
     pub attempts: i64,
-    /// Share of them that passed.
+    /// Share of these attempts that passed.
     pub passed: Option<Estimate>,
     /// Mean score, 0–100.
     pub mean: Option<f64>,
-    /// That share as a bar.
+    /// The share as a bar.
     pub bar: String,
 }
 

@@ -1,4 +1,4 @@
-//! What a rater is shown of an attempt: the replay and the instrument, and nothing of whose it is or how it was scored.
+//! The rater's page of an attempt: replay and instrument, without the trainee's name or the score.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -9,67 +9,67 @@ use crate::session::Drawing;
 use crate::survey::form::{FormQuestion, QuestionField};
 use crate::{Shell, StatusWord, anatomy, assets, format};
 
-/// An attempt to be rated.
+/// The page that rates an attempt.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "rating/rate.html")]
 pub struct RatePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// The rating.
+    /// Id of the rating.
     pub rating: RatingId,
-    /// Title and page of the round.
+    /// Title and address of the round.
     pub round: (String, String),
     /// Title of the exercise.
     pub exercise: String,
     /// The curves, for browsers without scripts.
     pub drawing: Option<Drawing>,
-    /// What happened when.
+    /// Events of the attempt.
     pub happened: NamedHappenings,
-    /// What is asked.
+    /// Questions of the instrument.
     pub questions: Vec<FormQuestion>,
     /// All ratings of the visitor in this round.
     pub own: Vec<OwnRating>,
-    /// This one is finished.
+    /// Whether this rating is finished.
     pub finished: bool,
 }
 
 /// A rating of the visitor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OwnRating {
-    /// Its page.
+    /// Address of its page.
     pub href: String,
-    /// It is the one that is shown.
+    /// Whether it is the one shown.
     pub current: bool,
-    /// It is finished.
+    /// Whether it is finished.
     pub finished: bool,
 }
 
 impl RatePage {
-    /// Where this attempt stands among the visitor's, from 1.
+    /// Returns the position of this attempt among the visitor's, from 1.
     #[must_use]
     pub fn number(&self) -> usize {
         self.own.iter().position(|own| own.current).map_or(1, |at| at + 1)
     }
 
-    /// Where a replay is fetched.
+    /// Returns the address from which the script fetches the replay.
     #[must_use]
     pub fn address(&self) -> String {
         format!("/api/v1/ratings/{}", self.rating)
     }
 
-    /// Nothing is laid over it.
+    /// Returns `None`: raters see no second attempt in the replay.
     #[must_use]
     pub const fn other(&self) -> Option<&OtherAttempt> {
         None
     }
 
-    /// How many questions were refused.
+    /// Returns the number of answers that were refused.
     #[must_use]
     pub fn refused(&self) -> usize {
         self.questions.iter().filter(|question| question.refusal.is_some()).count()
     }
 
-    /// A text of the form; instructors' pages are in English.
+    /// Returns the English text and ignores the German one.
     #[must_use]
     pub fn t<'a>(&self, english: &'a str, _german: &str) -> &'a str {
         english

@@ -1,4 +1,4 @@
-//! Samples of the pages of ratings.
+//! Sample pages of ratings.
 
 use model::Role;
 use model::ids::RatingId;
@@ -36,7 +36,7 @@ pub(super) fn rate_page(finished: bool) -> RatePage {
     }
 }
 
-/// The table of Shrout and Fleiss.
+/// Returns a page with the data of Shrout and Fleiss.
 pub(super) fn round_page() -> RoundPage {
     let points: [[f64; 4]; 6] = [
         [9.0, 2.0, 5.0, 8.0],

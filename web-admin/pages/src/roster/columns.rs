@@ -1,4 +1,4 @@
-//! What the columns of a roster tell: chosen beside the first lines, as they would be read.
+//! Column mapping of a roster, selected next to a preview of the first lines.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -12,60 +12,60 @@ use crate::form::{FilledForm, read_trimmed_text};
 use crate::people::SelectOption;
 use crate::{Shell, format, roster};
 
-/// Which column of a file tells what.
+/// The page that maps the columns of a roster file.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "roster/columns.html")]
 pub struct RosterColumnsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// Of the roster that waits.
+    /// Id of the pending roster.
     pub id: RosterId,
-    /// What the file was called.
+    /// Name of the uploaded file.
     pub file_name: String,
-    /// What stands above the columns, and the first thing that stands in each.
+    /// Heading of each column, and its first value.
     pub columns: Vec<(String, Option<String>)>,
-    /// Why it has to be said.
+    /// Why the mapping must be confirmed.
     pub doubts: Vec<MappingDoubt>,
-    /// What is chosen, and what is wrong with it.
+    /// The mapping form, with the reason if it was refused.
     pub form: FilledForm<RosterColumnsForm, ColumnsRefused>,
-    /// The first lines, as they would be read.
+    /// Preview of the first lines.
     pub lines: Vec<LineOutcome>,
 }
 
-/// What is wrong with the columns that were chosen.
+/// Reasons why a mapping was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColumnsRefused {
-    /// No column tells a name.
+    /// No column for the name.
     NoName,
-    /// No column tells an address.
+    /// No column for the email address.
     NoEmail,
-    /// A column is chosen for two things.
+    /// A column is used twice.
     Twice,
-    /// This is no domain.
+    /// The domain is invalid.
     Domain,
 }
 
-/// Which column tells what, as it is chosen: its place, or nothing.
+/// Input of the mapping form: for each property the index of its column, or empty.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default)]
 pub struct RosterColumnsForm {
-    /// The whole name.
+    /// Full name.
     pub name: String,
-    /// The given name.
+    /// Given name.
     pub given: String,
-    /// The family name.
+    /// Family name.
     pub family: String,
-    /// The address.
+    /// Email address.
     pub email: String,
-    /// What somebody signs in with.
+    /// Sign-in name.
     pub login: String,
-    /// The registrar's number.
+    /// Registrar's number.
     pub registrar_id: String,
-    /// The cohorts.
+    /// Cohorts.
     pub cohort: String,
-    /// Trainee or instructor.
+    /// Role: trainee or instructor.
     pub role: String,
-    /// Active or deleted.
+    /// Status: active or deleted.
     pub status: String,
     /// Whether the account may be used.
     pub enabled: String,
@@ -73,17 +73,17 @@ pub struct RosterColumnsForm {
     pub suspended: String,
     /// Whether the account is deleted.
     pub deleted: String,
-    /// What stands between several groups.
+    /// Separator of several cohorts.
     pub split: String,
-    /// What follows the @ where an address has none.
+    /// Domain appended to addresses without an @ sign.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub domain: String,
-    /// Only look at it.
+    /// Set by the button that only updates the preview.
     pub look: String,
 }
 
 impl RosterColumnsForm {
-    /// What a page begins with.
+    /// Fills the form from a mapping.
     #[must_use]
     pub fn of_mapping(mapping: &RosterMapping) -> Self {
         let place = |column| mapping.columns.get(&column).map(usize::to_string).unwrap_or_default();
@@ -123,7 +123,7 @@ impl RosterColumnsForm {
         ]
     }
 
-    /// What is chosen.
+    /// Returns the mapping that was selected.
     #[must_use]
     pub fn mapping(&self) -> RosterMapping {
         let columns = self.places().into_iter().filter_map(|(column, place)| Some((column, place.parse().ok()?)));
@@ -145,7 +145,7 @@ const fn split_word(split: GroupSplit) -> &'static str {
     }
 }
 
-/// What a column is said to tell.
+/// Names the property of a roster column.
 #[must_use]
 pub fn say_column(column: RosterColumn) -> &'static str {
     match column {
@@ -164,7 +164,7 @@ pub fn say_column(column: RosterColumn) -> &'static str {
     }
 }
 
-/// A choice among the columns of a file.
+/// A selection among the columns of a file.
 struct ColumnChoice {
     name: &'static str,
     label: String,
@@ -251,7 +251,7 @@ impl RosterColumnsPage {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when it cannot be seen what stands in a column, or what was chosen is forgotten.
+    //! The content of each column must be visible, and the selection must be kept.
 
     use model::Role;
     use model::roster::RosterEntry;

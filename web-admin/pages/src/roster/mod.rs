@@ -1,4 +1,4 @@
-//! A roster: sent, looked at, confirmed.
+//! Roster import: upload, preview and confirmation.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -13,84 +13,84 @@ mod columns;
 
 pub use columns::{ColumnsRefused, RosterColumnsForm, RosterColumnsPage, say_column};
 
-/// Lines on one page of a difference.
+/// Lines per page of the preview.
 pub const PER_PAGE: usize = 200;
 
-/// Where a roster is sent from.
+/// The page that uploads a roster.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "roster/new.html")]
 pub struct RosterPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// What is typed, and why the last file was refused.
+    /// The form, with the reason if the last file was refused.
     pub form: FilledForm<RosterForm>,
-    /// The cohorts there are.
+    /// Names of existing cohorts.
     pub cohorts: Vec<String>,
 }
 
-/// What is sent along with a roster.
+/// Input sent along with a roster file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default)]
 pub struct RosterForm {
-    /// The cohort of people whose line names none; empty: none.
+    /// Cohort of people whose line names none; empty for no cohort.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub cohort: String,
-    /// Whoever is missing is to leave.
+    /// Whether trainees who are missing from the file leave the cohorts that it fills.
     #[serde(deserialize_with = "read_ticked_box")]
     pub remove_missing: bool,
 }
 
-/// Which lines are shown.
+/// Filter of the lines shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RosterFilter {
-    /// Those that change something or are refused.
+    /// Lines that change something or are refused.
     #[default]
     Changes,
-    /// Those that add somebody.
+    /// Lines that add a person.
     New,
-    /// Those that change somebody.
+    /// Lines that change a person.
     Changed,
-    /// Those that change nothing.
+    /// Lines that change nothing.
     Unchanged,
-    /// Those that are left out.
+    /// Lines that are refused.
     Refused,
 }
 
-/// What a roster would change.
+/// The preview of a roster's changes.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "roster/preview.html")]
 pub struct RosterPreviewPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// Of the roster that waits.
+    /// Id of the pending roster.
     pub id: RosterId,
-    /// What the file was called.
+    /// Name of the uploaded file.
     pub file_name: String,
-    /// Headings that are read, and what each tells.
+    /// Recognized headings, and their meaning.
     pub mapped: Vec<(String, RosterColumn)>,
-    /// Headings that mean nothing here.
+    /// Headings that are ignored.
     pub ignored: Vec<String>,
-    /// Lines that add, change, leave as it is, and are refused.
+    /// Number of lines that add a person, change a person, change nothing, and are refused.
     pub counts: [usize; 4],
-    /// Nothing would happen.
+    /// Whether the import would change nothing.
     pub empty: bool,
-    /// Which lines are shown.
+    /// Filter of the lines shown.
     pub shown: RosterFilter,
-    /// The lines of this page.
+    /// Lines on this page.
     pub lines: Vec<LineOutcome>,
-    /// This page, from 1, and the last one.
+    /// Number of this page, from 1, and of the last page.
     pub pages: (usize, usize),
-    /// Who leaves a cohort.
+    /// People who leave a cohort.
     pub leaving: Vec<Leaving>,
-    /// Stands for the difference.
+    /// Digest of the difference, so that exactly this preview is confirmed.
     pub digest: String,
-    /// People have changed since this was shown.
+    /// Whether people have changed since the preview.
     pub stale: bool,
 }
 
 impl RosterPreviewPage {
-    /// The lines of a page.
+    /// Returns the lines of a page, with its number and that of the last page.
     #[must_use]
     pub fn lines(
         difference: &RosterDifference,
@@ -111,7 +111,7 @@ impl RosterPreviewPage {
         (lines, (page, last))
     }
 
-    /// The lists to choose from: what is in them, their word in the address, how many lines, and whether they are shown.
+    /// Returns the filters: label, name in addresses, number of lines, and whether they are shown.
     fn lists(&self) -> [(&'static str, &'static str, usize, bool); 4] {
         let [new, changed, unchanged, refused] = self.counts;
         [
@@ -145,7 +145,7 @@ impl RosterPreviewPage {
     }
 }
 
-/// The badge of what comes of a line.
+/// Formats the outcome of a line as a badge.
 #[must_use]
 pub fn line_badge(outcome: &RosterOutcome) -> String {
     match outcome {
@@ -158,7 +158,7 @@ pub fn line_badge(outcome: &RosterOutcome) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a line says nothing about why, or what stands in a file runs.
+    //! Each line must state its outcome and reason, and file content must never become markup.
 
     use model::Role;
     use model::ids::PersonId;

@@ -1,8 +1,8 @@
-//! An attempt's curve.
+//! The curve of a sample attempt.
 
 use attempt::{AttemptCurve, BoundaryStage, CurveMark, CurvePoint, LayerSpan, MarkKind, StageSpan};
 
-/// An insertion through three layers with a trocar, a stop, and the way out.
+/// Returns an insertion through three layers with a trocar, a stop, and the withdrawal.
 pub(crate) fn curve() -> AttemptCurve {
     let band = |name: &str, top_mm, bottom_mm| LayerSpan {
         name: name.to_owned(),
@@ -20,7 +20,8 @@ pub(crate) fn curve() -> AttemptCurve {
     }
 }
 
-/// Boundaries in turn: where the tip meets one, its stiffness in N/mm, where tip and rim go through.
+/// Boundaries in order: depth in mm at which the tip meets the boundary, stiffness in N/mm, depths
+/// in mm at which tip and rim rupture it.
 const BOUNDARIES: [(f64, f64, f64, f64); 3] =
     [(0.0, 0.331, 3.02, 5.93), (0.8, 0.083, 6.82, 10.03), (9.2, 0.497, 12.22, 15.02)];
 

@@ -1,4 +1,4 @@
-//! The scene of the samples.
+//! The sample scene.
 
 use documents::{Needle, Scene, SceneLayer, SceneLayerOptions, SceneStructure, TissueOptions};
 use law::structures::{Shape, StructureKind, StructureSpec};

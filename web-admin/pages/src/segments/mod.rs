@@ -1,4 +1,4 @@
-//! Marking pops: tasks, the form that makes one, and how everybody has done.
+//! Pop marking: tasks, the form that creates one, and the results.
 
 mod trace;
 
@@ -15,44 +15,44 @@ use super::form::{FilledForm, read_trimmed_text};
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 
-/// Tasks of a visitor.
+/// The visitor's marking tasks.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "segments/list.html")]
 pub struct SegmentsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// Tasks.
     pub tasks: Vec<TaskRow>,
-    /// The visitor makes tasks.
+    /// Whether the visitor may create tasks.
     pub teaches: bool,
 }
 
 /// A task in a list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TaskRow {
-    /// Its page.
+    /// Address of the task's page.
     pub href: String,
     /// Title.
     pub title: String,
-    /// The cohort's name.
+    /// Name of the cohort.
     pub cohort: String,
-    /// When it is due.
+    /// Due time on the school's clock.
     pub due: Option<Local>,
-    /// Days by which it was extended for the visitor.
+    /// Days by which the due date was extended for the visitor.
     pub extended_days: i64,
-    /// It is due, and not done.
+    /// Whether it is past due and not done.
     pub late: bool,
-    /// Traces.
+    /// Number of traces.
     pub traces: u32,
-    /// Of these, sent by the visitor.
+    /// Number of traces the visitor has submitted.
     pub sent: u32,
 }
 
-/// The form that makes a task.
+/// The form that creates a task.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "segments/new.html")]
 pub struct NewTaskPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The school's time zone.
     pub time_zone: String,
@@ -60,11 +60,11 @@ pub struct NewTaskPage {
     pub cohorts: Vec<SelectOption>,
     /// Attempts to choose from.
     pub attempts: Vec<SelectOption>,
-    /// What is typed.
+    /// The form.
     pub form: FilledForm<NewTaskForm>,
 }
 
-/// The fields of a new task.
+/// Input of the form that creates a task.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default)]
 pub struct NewTaskForm {
@@ -74,10 +74,10 @@ pub struct NewTaskForm {
     /// Due date.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub due: String,
-    /// The cohort's id.
+    /// Id of the cohort.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub cohort: String,
-    /// Ids of attempts.
+    /// Ids of the attempts.
     #[serde(rename = "attempt")]
     pub attempts: Vec<String>,
 }
@@ -86,50 +86,50 @@ pub struct NewTaskForm {
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "segments/own.html")]
 pub struct OwnTaskPage {
-    /// Frame.
+    /// A task for a trainee, with the trainee's traces.
     pub shell: Shell,
     /// The task.
     pub task: TaskRow,
-    /// Page of each trace, and whether it was sent.
+    /// Address of each trace, and whether it was submitted.
     pub traces: Vec<(String, bool)>,
-    /// How they have done.
+    /// Result of the submitted traces.
     pub outcome: TraceOutcome,
 }
 
-/// A task as whoever teaches sees it: everybody's results.
+/// A task for an instructor, with the results of all trainees.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "segments/task.html")]
 pub struct TaskPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The task.
     pub task: TaskRow,
-    /// Page of each trace, of its attempt, and how many pops it has.
+    /// For each trace: its address, the address of its attempt, and its number of pops.
     pub traces: Vec<(String, String, usize)>,
     /// Trainees by name.
     pub rows: Vec<ResultRow>,
 }
 
-/// How a trainee has done.
+/// A trainee's result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResultRow {
-    /// Who.
+    /// Id of the trainee.
     pub id: PersonId,
-    /// Their name.
+    /// Name of the trainee.
     pub name: String,
-    /// When it is due for them.
+    /// Due time of this trainee.
     pub due: Option<Local>,
-    /// Over all traces that they sent.
+    /// Result over all submitted traces.
     pub outcome: TraceOutcome,
 }
 
-/// Milliseconds in words; a dash for none.
+/// Formats milliseconds; a dash for `None`.
 #[must_use]
 pub fn as_milliseconds(error_ms: Option<f64>) -> String {
     error_ms.map_or_else(|| "–".to_owned(), |ms| format!("{} ms", format::format_fixed(ms, 0)))
 }
 
-/// When something was, for a list of attempts.
+/// Returns the label of an attempt in a list: trainee, exercise and time.
 #[must_use]
 pub fn attempt_label(trainee: &str, exercise: &str, at: OffsetDateTime) -> String {
     format!("{trainee} · {exercise} · {}", format::format_date_time(at))
@@ -137,7 +137,7 @@ pub fn attempt_label(trainee: &str, exercise: &str, at: OffsetDateTime) -> Strin
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a trainee cannot see what is to be done, or a missing figure is shown as 0.
+    //! Open tasks must be visible to the trainee, and a missing value must not be shown as 0.
 
     use model::Role;
     use model::segments::MarksVerdict;

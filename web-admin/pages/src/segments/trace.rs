@@ -1,4 +1,4 @@
-//! A trace to be marked, and afterwards beside the truth.
+//! The page that marks a trace, and afterwards compares the marks with the pops.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -11,54 +11,54 @@ use crate::form::FilledForm;
 use crate::segments::{TaskRow, as_milliseconds};
 use crate::{Shell, assets, charts, format};
 
-/// Empty fields beside those that are filled in.
+/// Number of additional empty fields.
 const SPARE: usize = 4;
 
-/// A trace.
+/// The page of a trace.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "segments/trace.html")]
 pub struct TracePage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
     /// The task.
     pub task: TaskRow,
-    /// The trace.
+    /// Id of the trace.
     pub trace: TraceId,
-    /// Which of the visitor's traces this is, and of how many.
+    /// Position of this trace among the visitor's, from 1, and their number.
     pub place: (usize, usize),
-    /// Length of the attempt, in s.
+    /// Duration of the attempt, in s.
     pub duration_s: f64,
-    /// The trace.
+    /// The trace as a series of strips.
     pub strips: Vec<StripView>,
-    /// Marks, a text each.
+    /// The form with one text per mark.
     pub form: FilledForm<Vec<String>>,
-    /// The truth; absent until it may be shown.
+    /// The true pops; `None` until they may be shown.
     pub found: Option<TraceTruth>,
-    /// The next trace that is not sent.
+    /// Address of the next trace that is not submitted.
     pub next: Option<String>,
 }
 
 /// A strip of the trace.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StripView {
-    /// Beginning, in s.
+    /// Start, in s.
     pub from_s: f64,
     /// End, in s.
     pub to_s: f64,
-    /// Drawings for both widths.
+    /// Drawing at both widths.
     pub drawing: String,
 }
 
-/// The truth beside what was marked.
+/// The true pops, compared with the marks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TraceTruth {
-    /// Marks against pops; absent where whoever teaches looks at the pops.
+    /// Comparison of marks and pops; `None` for an instructor, who only views the pops.
     pub verdict: Option<MarksVerdict>,
-    /// The pops, in s.
+    /// Times of the pops, in s.
     pub pops: Vec<f64>,
 }
 
-/// A row of the table of pops and marks.
+/// A row in the table of pops and marks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct PopLine {
     pop_s: Option<f64>,
@@ -70,7 +70,7 @@ impl PopLine {
         self.pop_s.or(self.mark_s).unwrap_or(0.0)
     }
 
-    /// How far the mark is from the pop, with its sign, in ms.
+    /// Formats the deviation of the mark from the pop in ms, with its sign.
     fn error(&self) -> Option<String> {
         let error_ms = self.pop_s.zip(self.mark_s).map(|(pop, mark)| (mark - pop) * 1e3)?;
         let sign = if error_ms > 0.0 { "+" } else { "" };
@@ -79,7 +79,7 @@ impl PopLine {
 }
 
 impl StripView {
-    /// The strips of a trace, with marks and, once they may be shown, pops.
+    /// Returns the strips of a trace, with marks and, once they may be shown, pops.
     #[must_use]
     pub fn all(spans: &[Vec<TimeSpan>], strips: &[(f64, f64)], marks: &[f64], pops: &[f64]) -> Vec<Self> {
         let ends = |pick: fn(&TimeSpan) -> f64| spans.iter().flatten().map(pick);
@@ -105,7 +105,7 @@ impl StripView {
 }
 
 impl TracePage {
-    /// What is in each field, and some empty ones.
+    /// Returns the values of the filled fields, followed by empty ones.
     fn fields(&self) -> Vec<String> {
         let wanted = (self.form.typed.len() + SPARE).min(MOST_MARKS);
         let mut fields: Vec<String> = self.form.typed.iter().take(MOST_MARKS).cloned().collect();
@@ -125,12 +125,12 @@ impl TracePage {
         assets::asset_address("segments.js")
     }
 
-    /// The visitor's own marks are held against the pops.
+    /// Returns whether the visitor's own marks are compared with the pops.
     fn is_judged(&self) -> bool {
         self.found.as_ref().is_some_and(|found| found.verdict.is_some())
     }
 
-    /// Pops, hit or missed, and marks that hit none, in order of time.
+    /// Returns pops, hit or missed, and false marks, in order of time.
     fn lines(&self) -> Vec<PopLine> {
         let Some(found) = &self.found else { return Vec::new() };
         let alone = |pop: &f64| PopLine { pop_s: Some(*pop), mark_s: None };
@@ -146,7 +146,8 @@ impl TracePage {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when the truth is in the page before the marks were sent, or a figure lacks its unit afterwards.
+    //! The pops must not be on the page before the marks are submitted; afterwards every figure
+    //! must have its unit.
 
     use model::Role;
 

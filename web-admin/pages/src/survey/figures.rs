@@ -1,10 +1,10 @@
-//! Figures of a survey in words.
+//! Formatting of survey statistics.
 
 use model::survey::results::{Alpha, AlphaRemark, ConfidenceInterval, Quartiles, RaterAgreement, SurveyFigure};
 
 use crate::format;
 
-/// A figure in words, or why there is none.
+/// Formats a statistic, or the reason why it cannot be computed.
 fn say_figure<T>(figure: &SurveyFigure<T>, words: impl Fn(&T) -> String) -> String {
     match figure {
         SurveyFigure::Value(value) => words(value),
@@ -12,7 +12,7 @@ fn say_figure<T>(figure: &SurveyFigure<T>, words: impl Fn(&T) -> String) -> Stri
     }
 }
 
-/// 3.0 (2.0–4.0).
+/// Formats median and quartiles: 3.0 (2.0–4.0).
 #[must_use]
 pub fn say_quartiles(figure: &SurveyFigure<Quartiles>) -> String {
     say_figure(figure, |q| {
@@ -25,7 +25,7 @@ pub fn say_quartiles(figure: &SurveyFigure<Quartiles>) -> String {
     })
 }
 
-/// 68.1 (60.2 to 76.0).
+/// Formats a value with its confidence interval: 68.1 (60.2 to 76.0).
 #[must_use]
 pub fn say_interval(figure: &SurveyFigure<ConfidenceInterval>) -> String {
     say_figure(figure, |i| {
@@ -38,7 +38,7 @@ pub fn say_interval(figure: &SurveyFigure<ConfidenceInterval>) -> String {
     })
 }
 
-/// 0.87 (12 of 12).
+/// Formats a content validity index with its sample size and interval: 0.87 (n = 12, 0.62 to 0.96).
 #[must_use]
 pub fn say_validity(figure: &SurveyFigure<ConfidenceInterval>) -> String {
     say_figure(figure, |i| {
@@ -52,7 +52,7 @@ pub fn say_validity(figure: &SurveyFigure<ConfidenceInterval>) -> String {
     })
 }
 
-/// α with its interval and what it rests on.
+/// Formats Cronbach's α with its interval, sample size and number of incomplete responses.
 #[must_use]
 pub fn say_alpha(figure: &SurveyFigure<Alpha>) -> String {
     say_figure(figure, |a| {
@@ -67,7 +67,7 @@ pub fn say_alpha(figure: &SurveyFigure<Alpha>) -> String {
     })
 }
 
-/// What a negative α means; empty for any other.
+/// Explains a negative α; empty for other values.
 #[must_use]
 pub fn say_alpha_remark(figure: &SurveyFigure<Alpha>) -> &'static str {
     match figure.value().and_then(|alpha| alpha.remark) {
@@ -78,13 +78,13 @@ pub fn say_alpha_remark(figure: &SurveyFigure<Alpha>) -> &'static str {
     }
 }
 
-/// A correlation or an α of an item, to two digits.
+/// Formats a correlation or an item's α, with two decimals.
 #[must_use]
 pub fn say_coefficient(figure: &SurveyFigure<f64>) -> String {
     say_figure(figure, |value| format::format_fixed(*value, 2))
 }
 
-/// The four correlations with what they rest on.
+/// Formats the four intraclass correlations with the number of raters and of incomplete ratings.
 #[must_use]
 pub fn say_agreement(figure: &SurveyFigure<RaterAgreement>) -> String {
     say_figure(figure, |a| {
@@ -100,7 +100,7 @@ pub fn say_agreement(figure: &SurveyFigure<RaterAgreement>) -> String {
     })
 }
 
-/// S-CVI/Ave: a mean of shares has no interval of its own.
+/// Formats the S-CVI/Ave. As a mean of shares it has no confidence interval of its own.
 #[must_use]
 pub fn say_scale_validity(figure: &SurveyFigure<ConfidenceInterval>) -> String {
     say_figure(figure, |i| {

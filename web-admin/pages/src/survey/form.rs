@@ -1,4 +1,4 @@
-//! The form of an instrument: questions as fields, in the language of whoever answers.
+//! The form of an instrument: questions as fields, in the language of the respondent.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -13,61 +13,61 @@ use words::Language;
 use super::previewing::FormPreview;
 use crate::{assets, format};
 
-/// Most places of a row of marks; a finer scale is a field for a number.
+/// Maximum number of marks in a row; a finer scale becomes a number field.
 const MOST_MARKS: f64 = 21.0;
 
-/// Before the first question: what is asked, what becomes of it, and whether one agrees.
+/// The page before the first question: information about the survey, and consent.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/consent.html")]
 pub struct ConsentPage {
-    /// What everybody is told.
+    /// Information about the survey.
     pub terms: Terms,
-    /// Where the form is sent.
+    /// Address to which the form is submitted.
     pub action: String,
-    /// Fields that go along unseen.
+    /// Hidden fields: name and value.
     pub hidden: Vec<(&'static str, String)>,
-    /// Codes and addresses of the languages.
+    /// Languages: code and address.
     pub languages: Vec<(String, String)>,
-    /// The box was not ticked.
+    /// Whether the form was refused because the box was not ticked.
     pub refused: bool,
-    /// Answers were begun or sent already: nothing is to be agreed to again.
+    /// Whether answers have already been begun or submitted, so that no consent is needed.
     pub begun: bool,
 }
 
-/// What somebody is told before the first question.
+/// Information shown before the first question.
 #[derive(Clone, Debug)]
 pub struct Terms {
     /// Code of the language.
     pub language: String,
-    /// The survey's title.
+    /// Title of the survey.
     pub title: String,
-    /// What the instrument says of itself.
+    /// Introduction of the instrument.
     pub intro: String,
-    /// How long it takes, in min.
+    /// Duration, in min.
     pub duration_min: f64,
-    /// How many questions there are.
+    /// Number of questions.
     pub questions: usize,
-    /// Whether answers lead to who gave them.
+    /// Whether answers can be traced to the respondent.
     pub identity: Identity,
-    /// It is asked after an attempt.
+    /// Whether it is asked after an attempt.
     pub after_attempt: bool,
 }
 
-/// What somebody is told at a station before the first question: a paragraph a line.
+/// Information shown at a station before the first question, one paragraph per line.
 #[derive(Debug, Template)]
 #[template(path = "survey/station.txt")]
 struct StationTerms<'a> {
     terms: &'a Terms,
-    /// A guest of a study has no page at the school.
+    /// Whether the respondent is a guest of a study, who has no page at the school.
     guest: bool,
 }
 
 impl Terms {
-    /// What somebody is told at a station before the first question, paragraph by paragraph. A guest of a study has no page at the
-    /// school, where their answers could wait.
+    /// Returns the paragraphs shown at a station before the first question. A guest of a study has
+    /// no page at the school on which to answer later.
     #[must_use]
     pub fn at_a_station(&self, guest: bool) -> Vec<String> {
-        // Rendering into a String fails for no data we can hold.
+        // Rendering this template into a `String` cannot fail.
         let language = Language::named(&self.language).unwrap_or(Language::ENGLISH);
         let text = words::within(language, || StationTerms { terms: self, guest }.render()).unwrap_or_default();
         text.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect()
@@ -80,160 +80,163 @@ impl Terms {
 pub struct FormPage {
     /// Code of the language.
     pub language: String,
-    /// The survey's title.
+    /// Title of the survey.
     pub title: String,
-    /// The page's heading and text.
+    /// Heading and text of the page.
     pub heading: Option<(String, String)>,
-    /// Number of this page, and how many there are.
+    /// Number of this page, from 1, and number of pages.
     pub step: (usize, usize),
-    /// Place of this page in the instrument.
+    /// Index of this page in the instrument.
     pub page: usize,
-    /// Its questions.
+    /// Questions on this page.
     pub questions: Vec<FormQuestion>,
-    /// Where the form is sent.
+    /// Address to which the form is submitted.
     pub action: String,
-    /// Its author looks at it, and nobody answers.
+    /// Set if the author previews the page; nothing can be submitted then.
     pub preview: Option<FormPreview>,
 }
 
-/// The end: answers were sent, or taken back.
+/// The final page: answers were submitted, or withdrawn.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/end.html")]
 pub struct EndPage {
     /// Code of the language.
     pub language: String,
-    /// The survey's title.
+    /// Title of the survey.
     pub title: String,
-    /// What became of the answers.
+    /// Result of the submission or withdrawal.
     pub end: SurveyEnd,
-    /// Whether answers lead to who gave them.
+    /// Whether answers can be traced to the respondent.
     pub identity: Identity,
-    /// Where taking back is asked for.
+    /// Address that withdraws the answers.
     pub action: String,
 }
 
-/// What became of answers.
+/// Result of a submission or withdrawal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SurveyEnd {
-    /// They were sent.
+    /// The answers were submitted.
     Sent,
-    /// They were taken back, and are gone.
+    /// The answers were withdrawn and deleted.
     Withdrawn,
-    /// Nothing was sent, and nothing is left of what was begun.
+    /// Nothing was submitted, and answers begun were deleted.
     Discarded,
 }
 
-/// A question as it is asked.
+/// A question as displayed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FormQuestion {
-    /// Name of its field.
+    /// Name of the field.
     pub name: String,
-    /// Its short name.
+    /// Short name.
     pub short: Option<String>,
-    /// The question.
+    /// Text of the question.
     pub text: String,
-    /// How it is answered.
+    /// Input of the answer.
     pub field: QuestionField,
-    /// What is wrong with what was typed.
+    /// Why the answer was refused.
     pub refusal: Option<String>,
-    /// Name of the box by which it is left without an answer on purpose, where that is offered, and whether it is ticked.
+    /// Name of the checkbox that skips the question on purpose, if that is offered, and whether it
+    /// is ticked.
     pub leaving: Option<(String, bool)>,
 }
 
-/// How a question is answered.
+/// Input of an answer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum QuestionField {
     /// A row of points between two ends.
     Row {
-        /// Class for so many points.
+        /// CSS class for the number of points.
         class: &'static str,
         /// The points.
         points: Vec<AnswerChoice>,
-        /// What the ends mean.
+        /// Labels of the ends.
         ends: Option<(String, String)>,
-        /// Nothing is chosen.
+        /// Whether no point is selected.
         none: bool,
     },
-    /// A list to choose one from.
+    /// A single selection.
     One {
         /// The options.
         options: Vec<AnswerChoice>,
-        /// Nothing is chosen.
+        /// Whether no option is selected.
         none: bool,
     },
-    /// A list to choose several from.
+    /// A multiple selection.
     Several(Vec<AnswerChoice>),
     /// A number.
     Number {
-        /// What was typed.
+        /// Current input.
         value: String,
-        /// What is allowed, in words.
+        /// Description of the allowed values.
         allowed: String,
     },
     /// A text.
     Text {
-        /// What was typed.
+        /// Current input.
         value: String,
-        /// How long it may be, in characters.
+        /// Maximum length, in characters.
         most: usize,
     },
 }
 
-/// Something to choose.
+/// An option of an answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AnswerChoice {
-    /// What is sent.
+    /// Value sent by the form.
     pub value: String,
-    /// What is read.
+    /// Label shown to the reader.
     pub label: String,
-    /// It is chosen.
+    /// Whether it is selected.
     pub checked: bool,
 }
 
-/// Shows a page of the form in the language that its questions are asked in, or in English where the pages have not that
-/// one.
+/// Renders a page of the form in the language of its questions, or in English if the pages are not
+/// translated into it.
 pub fn respond_in_language(language: &str, page: impl IntoResponse) -> Response {
     speak_language(language, || page.into_response())
 }
 
-/// Says what belongs on a page of the form in the language of its questions.
+/// Runs a closure in the language of a form's questions, or in English if the pages are not
+/// translated into it.
 pub fn speak_language<T>(language: &str, say: impl FnOnce() -> T) -> T {
     words::within(Language::named(language).unwrap_or(Language::ENGLISH), say)
 }
 
 impl FormPage {
-    /// How many questions were refused.
+    /// Returns the number of refused answers.
     #[must_use]
     pub fn refused(&self) -> usize {
         self.questions.iter().filter(|question| question.refusal.is_some()).count()
     }
 
-    /// The last page.
+    /// Returns whether this is the last page.
     #[must_use]
     pub fn is_last(&self) -> bool {
         self.step.0 == self.step.1
     }
 
-    /// The address of the script that saves while one answers.
+    /// Returns the address of the script that saves answers as they are entered.
     #[must_use]
     pub fn script(&self) -> String {
         assets::asset_address("survey.js")
     }
 }
 
-/// Answers that were refused: the item's place, what was typed and the reason.
+/// Refused answers: index of the item, the input and the reason.
 #[derive(Clone, Debug, Default)]
 pub struct Refusals(Vec<(usize, String, String)>);
 
 impl Refusals {
-    /// Items that were left without an answer by oversight.
+    /// Creates refusals for items that were left blank by mistake.
     #[must_use]
     pub fn of_blanks(items: &[usize]) -> Self {
         let why = tr!("No answer. Choose one, or tick that you leave it out.");
         Self(items.iter().map(|at| (*at, String::new(), why.to_owned())).collect())
     }
 
-    /// In the language that is spoken here, from the fields of a form and what was refused of them, by the item's place.
+    /// Creates refusals in the current language, from the fields of a form and the refused answers
+    /// by index of the item.
     #[must_use]
     pub fn new(instrument: &Instrument, given: &GivenAnswers, refused: &[(usize, Refused)]) -> Self {
         let typed = |at: usize| {
@@ -243,26 +246,26 @@ impl Refusals {
         Self(refused.iter().map(|(at, why)| (*at, typed(*at), words::phrase(&why.phrase()))).collect())
     }
 
-    /// What was typed at an item's place and refused, and why.
+    /// Returns the input that was refused for an item, and the reason.
     #[must_use]
     pub fn at(&self, item: usize) -> Option<(String, String)> {
         self.0.iter().find(|(at, ..)| *at == item).map(|(_, typed, why)| (typed.clone(), why.clone()))
     }
 }
 
-/// What was typed for an item, where it was refused; else the answer so far.
+/// State of an answer: the input if it was refused, else the answer so far.
 #[derive(Clone, Debug, Default)]
 pub struct GivenField<'a> {
-    /// The answer so far.
+    /// Answer so far.
     pub answer: Option<&'a Answer>,
-    /// What was typed and refused, and why.
+    /// Input that was refused, and the reason.
     pub refused: Option<(String, String)>,
-    /// It may be left without an answer on purpose: whether it is.
+    /// `None` if the question cannot be skipped, else whether it is skipped.
     pub left_out: Option<bool>,
 }
 
 impl FormQuestion {
-    /// A question of an instrument.
+    /// Creates a question of an instrument.
     #[must_use]
     pub fn new(instrument: &Instrument, item: &Item, language: &str, given: &GivenField<'_>) -> Self {
         let read = |words: &Words| words.in_language(language).to_owned();
@@ -348,7 +351,7 @@ impl AskedText<'_> {
         QuestionField::Row { class, points: marks.into_iter().map(point).collect(), ends, none: chosen.is_none() }
     }
 
-    /// Points with a label each read as a list.
+    /// Turns points that have labels of their own into a list.
     fn labelled(&self, row: QuestionField, labels: &[Words]) -> QuestionField {
         let QuestionField::Row { points, none, .. } = row else { return row };
         let options = points.into_iter().zip(labels);
@@ -364,7 +367,7 @@ fn field_of_one(options: impl Iterator<Item = (String, String)>, given: &GivenFi
     QuestionField::One { options: options.map(choice).collect(), none: given.answer.is_none() }
 }
 
-/// An answer as it is typed.
+/// Returns an answer as the user would enter it.
 fn field_as_written(answer: &Answer) -> String {
     match answer {
         Answer::Number(number) => number.to_string(),

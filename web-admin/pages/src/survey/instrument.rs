@@ -1,4 +1,4 @@
-//! Instruments: their list, one with a preview, and the editor.
+//! Instruments: the list, one with its preview, and the editor.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -12,62 +12,62 @@ use crate::form::FilledForm;
 use crate::people::SelectOption;
 use crate::{Shell, format};
 
-/// Every instrument of the school.
+/// All instruments of the school.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/instruments.html")]
 pub struct InstrumentsPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// Title, page, id and date of each.
+    /// Title, address, id and publication date of each.
     pub instruments: Vec<(String, String, String, OffsetDateTime)>,
 }
 
-/// An instrument as it is asked, with where it comes from.
+/// An instrument with its preview and source.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/instrument.html")]
 pub struct InstrumentPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// Its address.
+    /// Address of the page.
     pub href: String,
-    /// What it looks like.
+    /// Preview.
     pub preview: InstrumentPreview,
-    /// It was just published.
+    /// Whether it has just been published.
     pub published: bool,
-    /// The courses that may ask it after attempts.
+    /// Courses that can ask it after attempts.
     pub courses: Vec<SelectOption>,
 }
 
-/// The editor: the document as text.
+/// The editor of an instrument's document as text.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/edit.html")]
 pub struct EditPage {
-    /// Frame.
+    /// Page frame.
     pub shell: Shell,
-    /// Title of the page.
+    /// Heading of the page.
     pub heading: &'static str,
-    /// Where it is sent.
+    /// Address to which the form is submitted.
     pub action: String,
-    /// The document, TOML or JSON, and what is wrong with it, a line each.
+    /// The form with the document, TOML or JSON, and its problems, one per line.
     pub form: FilledForm<String, Vec<String>>,
-    /// What it looks like, where nothing is wrong.
+    /// Preview, if there are no problems.
     pub preview: Option<InstrumentPreview>,
 }
 
-/// What an instrument looks like to whoever answers.
+/// Preview of an instrument as respondents see it.
 #[derive(Clone, Debug)]
 pub struct InstrumentPreview {
     /// Title.
     pub title: String,
     /// Id.
     pub id: String,
-    /// Languages by their own names.
+    /// Names of the languages, each in that language.
     pub languages: String,
-    /// How long it takes, in min.
+    /// Duration, in min.
     pub duration_min: f64,
-    /// Who made it.
+    /// Authors and publication.
     pub source: String,
-    /// Under which terms.
+    /// Licence terms.
     pub licence: String,
     /// Heading and questions of each page.
     pub pages: Vec<(String, Vec<FormQuestion>)>,
@@ -76,7 +76,7 @@ pub struct InstrumentPreview {
 }
 
 impl InstrumentPreview {
-    /// An instrument in the reader's language, or else in its own.
+    /// Builds a preview in the reader's language if the instrument has it, else in its own.
     #[must_use]
     pub fn new(instrument: &Instrument) -> Self {
         let language = instrument.language_for(words::current().code());
@@ -103,7 +103,7 @@ impl InstrumentPreview {
     }
 }
 
-/// The verdict on an instrument that could be published.
+/// Returns the verdict on an instrument that can be published.
 #[must_use]
 pub fn verdict_of_instrument(instrument: &Instrument) -> DraftVerdict {
     let language = instrument.language_for(words::current().code());
@@ -121,7 +121,7 @@ pub fn verdict_of_instrument(instrument: &Instrument) -> DraftVerdict {
     DraftVerdict { facts, ..DraftVerdict::default() }
 }
 
-/// A scoring key as arithmetic.
+/// Describes a scoring key as arithmetic.
 fn say_scoring_rule(key: &documents::instrument::ScoreKey) -> String {
     use documents::instrument::{Combine, Missing};
     let items = key.items.len();

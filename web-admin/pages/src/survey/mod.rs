@@ -1,4 +1,4 @@
-//! Surveys: their list, a survey for those who asked, instruments, the form and the results.
+//! Surveys: the list, the management of a survey, instruments, the form and the results.
 
 pub mod figures;
 pub mod form;
@@ -11,7 +11,7 @@ pub(crate) mod samples;
 
 use model::survey::Identity;
 
-/// What an identity means to whoever reads results.
+/// Describes an identity setting to readers of the results.
 #[must_use]
 pub fn identity_words(identity: Identity) -> &'static str {
     match identity {

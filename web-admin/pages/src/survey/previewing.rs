@@ -1,23 +1,23 @@
-//! An instrument that is being written, as whoever answers will see it.
+//! Preview of an instrument draft as respondents will see it.
 
 use documents::Instrument;
 
 use super::form::{FormPage, FormQuestion, GivenField, speak_language};
 
-/// What a page of the form has where nobody answers, for its author looks at it.
+/// Additional content of a form page that its author previews.
 #[derive(Clone, Debug)]
 pub struct FormPreview {
-    /// The draft.
+    /// Address of the draft.
     pub draft: String,
-    /// What is said before the first question; empty on other pages.
+    /// Introduction before the first question; empty on later pages.
     pub intro: String,
-    /// The page is asked only after certain answers.
+    /// Whether the page is asked only after certain answers.
     pub is_conditional: bool,
-    /// The page before.
+    /// Address of the previous page.
     pub back: Option<String>,
-    /// The page behind.
+    /// Address of the next page.
     pub next: Option<String>,
-    /// The same page in each language.
+    /// This page in each language.
     pub languages: Vec<PreviewLanguage>,
 }
 
@@ -31,7 +31,7 @@ pub struct PreviewLanguage {
 }
 
 impl FormPage {
-    /// A page of an instrument in a draft.
+    /// Builds a page of an instrument draft.
     #[must_use]
     pub fn of_draft(instrument: &Instrument, draft: &str, language: &str, page: usize) -> Self {
         let pages = instrument.pages();

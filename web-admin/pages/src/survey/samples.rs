@@ -1,5 +1,5 @@
-//! Every page of a survey, rendered from the shipped instruments. Fails when a page breaks, asks in the wrong language, or
-//! lets what people type become markup.
+//! Renders every page of a survey from the shipped instruments. Pages must render in the correct
+//! language, and input must never become markup.
 
 use assessment::questionnaire::{Answer, Scorer};
 use documents::Instrument;
@@ -111,7 +111,7 @@ fn the_end_says_what_became_of_the_answers() {
     }
 }
 
-/// A letter that is out, one that waits, one that was refused, and one of which nobody knows.
+/// Returns a sent letter, a waiting one, two with errors, and one with unknown state.
 fn letters() -> Vec<LetterDelivery> {
     let at = Moment::from(NOW);
     let letter = |name: &str, sent_at, error: Option<&str>, next_run_at| LetterDelivery {
@@ -243,7 +243,7 @@ fn instruments_are_listed_shown_and_edited() {
     assert!(!keep_page("instrument-edit", &page).contains("</textarea><script>"));
 }
 
-/// Twenty-four people: answers that a formula spreads over the points.
+/// Returns answers of `n` people, spread over the points by a formula.
 fn answers(instrument: &Instrument, n: usize) -> Vec<Vec<Option<Answer>>> {
     let answer = |person: usize, at: usize| {
         let scale = instrument.scale(&instrument.items[at])?;
@@ -258,7 +258,7 @@ fn answers(instrument: &Instrument, n: usize) -> Vec<Vec<Option<Answer>>> {
     (0..n).map(|person| (0..instrument.items.len()).map(|at| answer(person, at)).collect()).collect()
 }
 
-/// Results of the questionnaire on validity.
+/// Returns results of the validity questionnaire.
 pub(crate) fn sample_survey_results() -> Results {
     results_page(&shipped("simulator-validity.toml"), true).results
 }
