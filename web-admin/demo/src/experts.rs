@@ -1,5 +1,6 @@
 //! The experts of the demonstration: those who teach show each exercise once, and consent to be part of the corridor.
 
+use acts::assignments::find_taught_curriculum;
 use acts::{consents, reviewing};
 use anyhow::Context;
 use indicatif::ProgressBar;
@@ -11,7 +12,7 @@ use model::{CurrentPerson, Moment};
 use routes_base::AppState;
 use store::experts::NewDeclaration;
 use store::people::{self, Person};
-use store::{curricula, practice, sessions};
+use store::{practice, sessions};
 
 use crate::attempt::AttemptTask;
 use crate::school::{self, ADMINISTRATOR, COHORTS, EXPERTS};
@@ -50,9 +51,7 @@ pub(super) async fn demonstrate(
     for name in COHORTS.iter().map(|cohort| cohort.instructor).chain(EXPERTS) {
         experts.push(find_expert(state, name).await?);
     }
-    let taught = curricula::list_taught_curricula(state.db.reader(), school).await?;
-    let taught = taught.iter().find(|taught| taught.curriculum_id == COURSE).context("the course is not taught")?;
-    let course = curricula::find_course(state.db.reader(), school, taught).await?;
+    let (_, course) = find_taught_curriculum(state, school, COURSE).await?;
     let begun = state.clock.now().plus_s(OPENING_S);
     for again in 0..TRIES {
         let open = list_open_steps(state, &course, &experts).await?;

@@ -15,6 +15,7 @@ mod validation;
 
 use std::path::PathBuf;
 
+use acts::assignments::find_taught_curriculum;
 use acts::intake::{Bearer, RecordingReceipt};
 use acts::recordings::Received;
 use acts::{importing, intake, publishing, replicas, surveys};
@@ -33,7 +34,7 @@ use routes_base::AppState;
 use rust_embed::RustEmbed;
 use school::LEARNERS;
 use store::audit::Actor;
-use store::{curricula, exercises, practice};
+use store::{exercises, practice};
 
 const DAY_S: i64 = 86_400;
 /// The first attempt of a day begins at nine in the morning, UTC; the next ones a quarter of an hour apart.
@@ -168,12 +169,8 @@ async fn plan_day(
 /// What the school's own rule says comes next; after the last exercise of both courses, the second from its beginning.
 async fn next_exercise(state: &AppState, trainee: &Trainee, n: u32) -> anyhow::Result<ExerciseBundle> {
     let reader = state.db.reader();
-    let taught = curricula::list_taught_curricula(reader, trainee.school_id).await?;
     let attempts = practice::list_trainee_practice(reader, trainee.school_id, trainee.id).await?;
-    let course = async |id: &str| {
-        let practised = taught.iter().find(|taught| taught.curriculum_id == id).context("the course is not taught")?;
-        anyhow::Ok(curricula::find_course(reader, trainee.school_id, practised).await?)
-    };
+    let course = async |id: &str| anyhow::Ok(find_taught_curriculum(state, trainee.school_id, id).await?.1);
     let next = |course: &Course| Progress::of(course, &attempts, state.clock.now().to_utc()).next;
     let first = course(COURSE).await?;
     if let Some(step) = next(&first) {

@@ -10,9 +10,14 @@ use std::sync::OnceLock;
 use time::OffsetDateTime;
 
 use super::Moment;
-use super::progress::{Course, Progress, ScoredAttempt, StepState};
+use super::progress::{Concern, Course, Progress, ScoredAttempt, StepState};
 use crate::ids::{AssignmentId, PersonId, SessionId};
 use crate::{count_u32, due};
+
+/// What is due within as many seconds is due soon.
+pub const SOON_S: i64 = 7 * 86_400;
+/// An assignment without a date is due as many seconds after it was made.
+const UNDATED_S: i64 = 14 * 86_400;
 
 /// What is to be trained.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -227,6 +232,13 @@ impl AssignmentStanding {
         Self { assigned, stage, overdue, attempts, best, unconfirmed }
     }
 
+    /// There is something left to do, and its time has come: it is due within a week or late, or has no date and was made two weeks ago.
+    #[must_use]
+    pub fn is_pressing(&self, now: Moment) -> bool {
+        let Assigned { due_at, made_at, .. } = self.assigned;
+        self.is_open() && due_at.map_or(made_at.plus_s(UNDATED_S) <= now, |due| due <= now.plus_s(SOON_S))
+    }
+
     /// There is something left to do.
     #[must_use]
     pub const fn is_open(&self) -> bool {
@@ -271,6 +283,9 @@ fn course_stage(assigned: &Assigned, progress: &Progress) -> AssignmentStage {
         StepState::Open { .. } | StepState::Locked { .. } => None,
     });
     let (of, mastered) = (progress.steps.len(), mastered.flatten().collect::<Vec<_>>());
+    if let (Some(_), Some(on)) = (&progress.earlier, progress.completed_on()) {
+        return AssignmentStage::Done { on, late: late(on, assigned) };
+    }
     match mastered.iter().max() {
         Some(on) if mastered.len() == of => AssignmentStage::Done { on: *on, late: late(*on, assigned) },
         _ => {
@@ -278,6 +293,16 @@ fn course_stage(assigned: &Assigned, progress: &Progress) -> AssignmentStage {
             AssignmentStage::Open { left: None, mastered: Some(mastered) }
         }
     }
+}
+
+/// The worry about somebody without an attempt; none where nothing presses.
+#[must_use]
+pub fn find_not_started<'a>(
+    mut standings: impl Iterator<Item = &'a AssignmentStanding>,
+    now: Moment,
+) -> Option<Concern> {
+    let due = standings.find(|standing| standing.is_pressing(now))?;
+    Some(Concern::NotStarted { title: due.assigned.title.clone() })
 }
 
 /// How those stand to whom something was assigned.
@@ -334,7 +359,7 @@ mod tests {
         let rule = Mastery::Passes { passes: 1, of: 1 };
         vec![TaughtCourse {
             id: "course".to_owned(),
-            course: Course { steps: vec![step("a", &[]), step("b", &["a"])], rule },
+            course: Course { steps: vec![step("a", &[]), step("b", &["a"])], rule, earlier: Vec::new() },
         }]
     }
 

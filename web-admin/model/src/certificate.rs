@@ -26,6 +26,9 @@ pub struct Statement {
     pub school: String,
     /// Who mastered the course.
     pub trainee: String,
+    /// Their number at the school's registrar, where it is known. Layouts 1 and 2 did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub registrar_id: Option<String>,
     /// The course's id.
     pub curriculum_id: String,
     /// The course's title.
@@ -47,7 +50,7 @@ pub struct Statement {
 
 impl Statement {
     /// The layout that is written today.
-    pub const FORMAT: u32 = 2;
+    pub const FORMAT: u32 = 3;
 }
 
 /// A signed statement, as it is handed out. The signature is over the text of `statement`, byte for byte.
@@ -195,12 +198,12 @@ mod tests {
     #[test]
     fn a_certificate_of_before_is_still_one() {
         let ours = key_pair(7);
-        let before = Statement { format: 1, attempts: None, ..sample() };
+        let before = Statement { format: 1, attempts: None, registrar_id: None, ..sample() };
         let certificate = sign_statement(&ours, &before).expect("signed");
         assert!(!certificate.statement.contains("attempts"));
         let checked = check_certificate(&serde_json::to_vec(&certificate).expect("JSON"), &certificate.public_key);
         assert_eq!(checked.expect("genuine"), before);
-        let later = sign_statement(&ours, &Statement { format: 3, ..sample() }).expect("signed");
+        let later = sign_statement(&ours, &Statement { format: Statement::FORMAT + 1, ..sample() }).expect("signed");
         assert!(check_certificate(&serde_json::to_vec(&later).expect("JSON"), &later.public_key).is_err());
     }
 }

@@ -8,6 +8,7 @@ use model::ids::{AssignmentId, SessionId};
 use time::OffsetDateTime;
 
 use super::form::FilledForm;
+use super::listed::ListPart;
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 
@@ -122,8 +123,12 @@ pub struct AssignmentPage {
     pub id: AssignmentId,
     /// The assignment.
     pub assignment: ManagedRow,
-    /// Trainees by name.
+    /// Who has done it, and who is late.
+    pub tally: AssignmentTally,
+    /// Those of the trainees whom the page shows, the late ones first, then by name.
     pub rows: Vec<AssignmentRow>,
+    /// Which they are.
+    pub list: ListPart,
     /// The gradebook of the cohort to which it is assigned.
     pub gradebook: Option<String>,
 }
@@ -202,12 +207,6 @@ impl AssignmentRow {
             (AssignmentStage::Locked { .. }, false) => tr!("Locked"),
             (AssignmentStage::Open { .. }, false) => tr!("To do"),
         }
-    }
-}
-
-impl AssignmentPage {
-    fn done(&self) -> usize {
-        self.rows.iter().filter(|row| matches!(row.stage, AssignmentStage::Done { .. })).count()
     }
 }
 
@@ -293,8 +292,10 @@ pub(crate) mod tests {
         let page = ManagedAssignmentsPage { shell: shell.clone(), rows: vec![managed.clone()], form };
         let html = samples::keep_page("assignments-managed", &page);
         assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("The due date: skipped"), "{html}");
-        let page =
-            AssignmentPage { shell, id: AssignmentId::nil(), assignment: managed, rows: rows(), gradebook: None };
+        let tally = AssignmentTally { done: 1, late: 1, of: 5 };
+        let list = ListPart { all: 120, ..ListPart::default() };
+        let (id, rows) = (AssignmentId::nil(), rows());
+        let page = AssignmentPage { shell, id, assignment: managed, tally, rows, list, gradebook: None };
         let html = samples::keep_page("assignment", &page);
         assert!(
             html.contains("/sessions/00000000-0000-0000-0000-000000000001/supervision") && html.contains("I was there"),

@@ -13,6 +13,7 @@ use model::membership::MembershipRequest;
 
 use self::bulk::{BulkDone, BulkForm, BulkRefused};
 use super::form::FilledForm;
+use super::listed::ListPart;
 use super::{Shell, StatusWord, format, people};
 
 /// Every role, to choose from.
@@ -186,12 +187,25 @@ pub struct CohortPeoplePage {
     pub href: String,
     /// Its name.
     pub name: String,
-    /// Instructors, then trainees: id, name, role.
-    pub members: Vec<(String, String, Role)>,
+    /// Those of the instructors and trainees whom the page shows, in this order.
+    pub members: Vec<CohortMember>,
+    /// Which they are.
+    pub list: ListPart,
     /// Who is asked for, and has not answered.
     pub requests: Vec<MembershipRequest>,
     /// The address of somebody to be added.
     pub email: FilledForm<String, UnknownAddress>,
+}
+
+/// Somebody of a cohort.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CohortMember {
+    /// Their id.
+    pub id: String,
+    /// Their name.
+    pub name: String,
+    /// Their part in it.
+    pub role: Role,
 }
 
 /// Nobody who can be in a cohort has the address that was typed.
@@ -288,6 +302,7 @@ mod tests {
     use model::ids::PersonId;
 
     use super::*;
+    use crate::listed::ListQuery;
     use crate::samples;
 
     fn listed(name: &str, state: AccountState) -> DirectoryEntry {
@@ -376,11 +391,12 @@ mod tests {
         let person = listed("Ana", AccountState::Invited);
         let link = LinkPage { shell: shell.clone(), person, link: "https://x/join/1".to_owned(), days: 14 };
         assert!(samples::keep_page("person-link", &link).contains("https://x/join/1"));
-        let members = vec![("1".to_owned(), "Ana <b>".to_owned(), Role::Trainee)];
+        let members = vec![CohortMember { id: "1".to_owned(), name: "Ana <b>".to_owned(), role: Role::Trainee }];
+        let (members, list) = ListPart::of(ListQuery::default(), members, |one| &one.name);
         let (href, name) = ("/cohorts/1".to_owned(), "Spring".to_owned());
         let requests = vec![samples::request()];
         let email = FilledForm::refused("x@y.z".to_owned(), UnknownAddress);
-        let page = CohortPeoplePage { shell, href, name, members, requests, email };
+        let page = CohortPeoplePage { shell, href, name, members, list, requests, email };
         let html = samples::keep_page("cohort-people", &page);
         assert!(html.contains("Ana &#60;b&#62;") && html.contains("value=\"x@y.z\""), "{html}");
     }

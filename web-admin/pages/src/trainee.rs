@@ -82,8 +82,10 @@ pub struct CourseView {
     pub next: Option<NextStep>,
     /// Exercises mastered.
     pub mastered: usize,
-    /// Everything is mastered.
+    /// The course is mastered.
     pub complete: bool,
+    /// Since when, where it is mastered by an earlier revision.
+    pub mastered_before: Option<OffsetDateTime>,
     /// Why help may be needed.
     pub concerns: Vec<(&'static str, String)>,
     /// Exercises in order.
@@ -212,6 +214,7 @@ impl CourseView {
             next: progress.next.map(|i| make_next_step(facts.course, progress, i)),
             mastered: progress.mastered(),
             complete: progress.complete(),
+            mastered_before: progress.earlier.is_some().then(|| progress.completed_on()).flatten(),
             concerns: progress.concerns.iter().map(|c| say_concern(c)).collect(),
             steps,
             charts,

@@ -28,6 +28,7 @@ mod belonging;
 mod buckets;
 mod bulk;
 mod certificates;
+mod cohorts;
 mod commands;
 mod crash;
 mod crowd;

@@ -5,7 +5,7 @@ use acts::error::Error;
 use acts::{assignments as teaching, deadlines, notices};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
-use model::assignment::AssignmentTask;
+use model::assignment::{AssignmentTally, AssignmentTask};
 use model::due::{self, local};
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
 use model::notice::NoticePlace;
@@ -14,6 +14,7 @@ use pages::assignments::{
     AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,
 };
 use pages::form::{FilledForm, read_ticked_box};
+use pages::listed::ListPart;
 use pages::people::SelectOption;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
@@ -25,6 +26,8 @@ use serde::Deserialize;
 use store::assignments::{ManagedAssignment, NewAssignment};
 use store::reports::NamedItem;
 use store::{assignments, curricula, exercises, people, reports, schools};
+
+use super::rows::PeopleOnPage;
 
 /// Assignments on the page of those who make them.
 const LATEST: u32 = 100;
@@ -271,20 +274,24 @@ pub(super) async fn show_assignment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId<AssignmentId>,
+    Query(query): Query<PeopleOnPage>,
     csrf: Csrf,
 ) -> Result<AssignmentPage, PageError> {
     let listed = find_assignment(&state, &person, id).await?;
     let trainees = trainees_of_assignment(&state, &person, &listed).await?;
     let ids: Vec<PersonId> = trainees.iter().map(|trainee| trainee.id).collect();
     let standings = teaching::standings_at(&state, person.school_id, id, &ids).await?;
+    let tally = AssignmentTally::of(standings.iter());
     let row_of = |(trainee, standing): (NamedItem<PersonId>, _)| {
         let href = format!("/trainees/{}", trainee.id);
         AssignmentRow::new(standing, trainee.name, href, trainee.id.to_string())
     };
-    let rows = trainees.into_iter().zip(standings).map(row_of).collect();
+    let mut rows: Vec<AssignmentRow> = trainees.into_iter().zip(standings).map(row_of).collect();
+    rows.sort_by_key(|row| !row.overdue);
+    let (rows, list) = ListPart::of(query.into(), rows, |row| &row.title);
     let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
     let gradebook = listed.cohort_id.map(|cohort| format!("/cohorts/{cohort}/gradebook"));
-    Ok(AssignmentPage { shell, id, assignment: make_managed_row(listed), rows, gradebook })
+    Ok(AssignmentPage { shell, id, assignment: make_managed_row(listed), tally, rows, list, gradebook })
 }
 
 async fn trainees_of_assignment(

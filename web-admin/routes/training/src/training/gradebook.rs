@@ -6,13 +6,14 @@ use acts::assignments::{self as teaching, CohortStandings};
 use acts::error::Error;
 use axum::extract::{Query, State};
 use axum::response::Response;
-use model::assignment::{Assigned, AssignmentStage, AssignmentStanding, AssignmentTally};
+use model::assignment::{Assigned, AssignmentStage, AssignmentStanding, AssignmentTally, SOON_S};
 use model::due::{self, local};
 use model::folding::family_sort_key;
 use model::ids::{CohortId, PersonId};
 use model::{CurrentPerson, Moment};
 use pages::assignments::{AssignmentRow, DueLine};
 use pages::gradebook::{GradebookColumn, GradebookPage, GradebookRow};
+use pages::listed::ListPart;
 use pages::{NavPlace, Shell, format};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
@@ -23,10 +24,8 @@ use serde::Deserialize;
 use store::reports;
 use store::reports::NamedItem;
 
+use super::rows::PeopleOnPage;
 use super::{cohorts, standing};
-
-/// What is due within as many seconds is due soon.
-const SOON_S: i64 = 7 * 86_400;
 
 fn href_of(assigned: &Assigned) -> String {
     format!("/assignments/{}", assigned.id)
@@ -95,6 +94,7 @@ pub(crate) async fn show_gradebook(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId<CohortId>,
+    Query(query): Query<PeopleOnPage>,
     csrf: Csrf,
 ) -> Result<GradebookPage, PageError> {
     let CohortGradebook { cohort, found, mut registrar_ids } = find_gradebook(&state, &person, id).await?;
@@ -105,7 +105,8 @@ pub(crate) async fn show_gradebook(
     });
     let columns = columns.collect();
     let alone = list_assignments_of_cohort(&found, &cohort.name).split_off(found.assigned.len());
-    let rows = found.trainees.into_iter().map(|of| GradebookRow {
+    let (trainees, list) = ListPart::of(query.into(), found.trainees, |of| &of.trainee.name);
+    let rows = trainees.into_iter().map(|of| GradebookRow {
         href: format!("/trainees/{}", of.trainee.id),
         registrar_id: registrar_ids.remove(&of.trainee.id),
         name: of.trainee.name,
@@ -117,6 +118,7 @@ pub(crate) async fn show_gradebook(
         name: cohort.name,
         columns,
         rows: rows.collect(),
+        list,
         alone,
     })
 }
