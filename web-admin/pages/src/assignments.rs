@@ -2,6 +2,7 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::Role;
 use model::assignment::{AssignmentStage, AssignmentStanding, AssignmentTally, AssignmentTask};
 use model::due::{Local, local};
 use model::ids::{AssignmentId, SessionId};
@@ -84,6 +85,8 @@ pub struct ManagedRow {
     pub supervised: bool,
     /// Only attempts since it was made count.
     pub since_only: bool,
+    /// Who has done it, and who is late, where that is counted.
+    pub tally: Option<AssignmentTally>,
 }
 
 /// What was typed to assign something.
@@ -210,12 +213,17 @@ impl AssignmentRow {
     }
 }
 
+impl ManagedAssignmentsPage {
+    fn say_done(&self, tally: &AssignmentTally) -> String {
+        tr!("{done} of {of}", done = tally.done, of = tally.of)
+    }
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
     //! Fails when a trainee cannot see what is late, or an instructor who it is.
 
     use model::Moment;
-    use model::Role;
     use model::assignment::{Assigned, MasteredShare};
 
     use super::*;
@@ -281,6 +289,7 @@ pub(crate) mod tests {
             limit: Some(5),
             supervised: false,
             since_only: true,
+            tally: Some(AssignmentTally { done: 3, late: 2, of: 9 }),
         };
         let form = AssignForm {
             due: "2026-03-29T02:30".to_owned(),
@@ -291,6 +300,7 @@ pub(crate) mod tests {
         let shell = samples::shell(Role::Instructor);
         let page = ManagedAssignmentsPage { shell: shell.clone(), rows: vec![managed.clone()], form };
         let html = samples::keep_page("assignments-managed", &page);
+        assert!(html.contains("3 of 9") && html.contains("Late"), "{html}");
         assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("The due date: skipped"), "{html}");
         let tally = AssignmentTally { done: 1, late: 1, of: 5 };
         let list = ListPart { all: 120, ..ListPart::default() };

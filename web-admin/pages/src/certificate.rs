@@ -28,8 +28,6 @@ pub struct CertificatePage {
     pub mastered: Vec<(String, OffsetDateTime)>,
     /// When it was issued.
     pub issued_at: OffsetDateTime,
-    /// The name under which the file is saved.
-    pub file: String,
     /// The public key, hexadecimal.
     pub key: String,
     /// The certificate, as it may stand in a page.
@@ -108,7 +106,6 @@ mod tests {
             needed: "attempts that were supervised",
             mastered: vec![("Feel the <layers>".to_owned(), samples::NOW)],
             issued_at: samples::NOW,
-            file: "certificate-lower-back-basics.html".to_owned(),
             key: certificate.public_key.clone(),
             json: certificate.in_page().expect("JSON"),
             check_href: "https://stylet.example/certificate?of=eyJub3RlIjoxfQ&by=AAAA".to_owned(),

@@ -14,6 +14,7 @@ use model::membership::MembershipRequest;
 use self::bulk::{BulkDone, BulkForm, BulkRefused};
 use super::form::FilledForm;
 use super::listed::ListPart;
+use super::settings::MailWay;
 use super::{Shell, StatusWord, format, people};
 
 /// Every role, to choose from.
@@ -52,6 +53,8 @@ pub struct PeoplePage {
     pub by_number: SortHeading,
     /// What was just done to many.
     pub done: Option<BulkDone>,
+    /// Where letters go.
+    pub mail_way: MailWay,
     /// What is to be done to many, and why it was not.
     pub bulk: FilledForm<BulkForm, BulkRefused>,
     /// The people found.
@@ -102,6 +105,8 @@ pub struct PersonForm {
     pub name: String,
     /// Address.
     pub email: String,
+    /// What the registrar knows them by.
+    pub number: String,
     /// Roles to choose from.
     pub roles: Vec<SelectOption>,
     /// Cohorts to choose from.
@@ -117,6 +122,10 @@ pub enum PersonRefused {
     Email,
     /// The address cannot be used.
     Taken,
+    /// This is no number.
+    Number,
+    /// Somebody else of the school has the number.
+    NumberTaken,
     /// Nobody takes the administrator's role from themselves.
     OwnRole,
 }
@@ -129,7 +138,7 @@ pub enum PersonChangeDone {
     Added,
     /// Changed.
     Changed,
-    /// A mail with a link is on its way.
+    /// A mail with a link was queued.
     Mailed,
     /// Disabled.
     Disabled,
@@ -155,6 +164,8 @@ pub struct PersonPage {
     pub held: bool,
     /// What was just done.
     pub done: Option<PersonChangeDone>,
+    /// Where letters go.
+    pub mail_way: MailWay,
     /// Why their last mail with a link is not known to have gone out.
     pub trouble: Option<MailTrouble>,
     /// They have a second factor.
@@ -328,7 +339,8 @@ mod tests {
             by_name: SortHeading { href: "/people?sort=name".to_owned(), down: Some(false) },
             by_email: SortHeading::default(),
             by_number: SortHeading::default(),
-            done: Some(BulkDone { act: model::directory::BulkAct::Disable, people: 2 }),
+            done: Some(BulkDone { act: model::directory::BulkAct::Disable, people: 2, mail_way: MailWay::Server }),
+            mail_way: MailWay::Folder,
             bulk: FilledForm::refused(
                 BulkForm { acts: bulk::list_bulk_acts(None), ..BulkForm::default() },
                 BulkRefused::Nobody,
@@ -366,6 +378,7 @@ mod tests {
             own,
             held: own,
             done: Some(PersonChangeDone::Mailed),
+            mail_way: MailWay::Folder,
             trouble: Some(MailTrouble::Unsent("the mail server refused it".to_owned())),
             second_factor: true,
             form: FilledForm::new(PersonForm {
@@ -375,7 +388,12 @@ mod tests {
             }),
         };
         let invited = samples::keep_page("person-invited", &page(AccountState::Invited, false));
-        assert!(invited.contains("Send the invitation again") && invited.contains("refused it"), "{invited}");
+        assert!(
+            invited.contains("Send the invitation again")
+                && invited.contains("nobody receives it")
+                && invited.contains("refused it"),
+            "{invited}"
+        );
         let disabled = samples::keep_page("person-disabled", &page(AccountState::Disabled, false));
         assert!(disabled.contains("/enable\"") && !disabled.contains("/disable\""), "{disabled}");
         let own = samples::keep_page("person-own", &page(AccountState::Active, true));

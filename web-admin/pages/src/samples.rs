@@ -87,7 +87,7 @@ pub(super) fn bundle() -> ExerciseBundle {
         target_depth_mm: 20.0,
         time_limit_s: 180.0,
         feedback: documents::Feedback::Both,
-        required: Some(documents::Required {
+        required: Some(Required {
             reached: Some("fat".to_owned()),
             within_mm: Some(8.0),
             confirmed: true,

@@ -13,7 +13,7 @@ use super::trainee::needed_in_words;
 use super::{Shell, format};
 
 /// Where letters go.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MailWay {
     /// To a mail server.
     Server,
@@ -67,6 +67,9 @@ pub struct SettingsForm {
     /// Days in which an attempt still counts at a revision that was replaced.
     #[serde(default = "usual_grace_days", deserialize_with = "read_trimmed_text")]
     pub replaced_grace_days: String,
+    /// Who answers for what people tell the school, where to ask, and how long it is kept.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub data_notice: String,
 }
 
 /// As a school has them that has settled nothing.
@@ -128,6 +131,7 @@ mod tests {
             mails_news: false,
             replaced_grace_days: "7".to_owned(),
             shows_others: true,
+            data_notice: "Nord <Schule>, Weg 1".to_owned(),
         };
         let mut page = SettingsPage {
             shell: samples::shell(Role::Administrator),

@@ -1,12 +1,13 @@
 //! A certificate through the front door: who has mastered a course saves a page, and anybody checks it without the service.
 //! Fails when one is issued for less, in another's language, or when what is printed or signed is not what was earned.
 
+use acts::clock::Clock;
 use acts::{certificates, publishing};
 use data_encoding::HEXLOWER;
 use model::certificate::check_certificate;
 use model::certificate_note::CertificateNote;
 use model::ids::SessionId;
-use model::{PersonKey, Role};
+use model::{Moment, PersonKey, Role};
 use pages::qr::draw_qr_code;
 use sha2::{Digest, Sha256};
 use store::people;
@@ -17,12 +18,14 @@ use crate::support::client::{Client, csrf_in};
 use crate::support::recordings::{Attempt, FORGED, record};
 use crate::support::{App, Member, course_folder};
 
+/// 2026-05-20 09:30 UTC; attempts begin before.
+const NOW: Moment = Moment::from_micros(1_779_269_400_000_000);
 /// A course of one exercise that is mastered with one pass, whatever the score.
 const COURSE: &str = "id = \"one-step\"\ntitle = \"One <step> & no more\"\n[mastery]\nrule = \"passes\"\npasses = 1\nof = 1\n\
                       [[exercise]]\nfile = \"only.toml\"\n";
 
 async fn school() -> (App, Member) {
-    let app = App::new().await;
+    let app = App::with(Clock::fixed(NOW), |_| {}).await;
     let school = app.school("North & Sons").await;
     let folder = app.folder.path().join("short");
     std::fs::create_dir_all(folder.join("course")).unwrap();
@@ -166,7 +169,8 @@ async fn a_course_that_grows_takes_the_mastery_from_nobody() {
     let transcript = browser.get(&format!("/trainees/{}/transcript", ada.person.id)).await.text();
     assert!(transcript.contains("Course mastered on "), "{transcript}");
     let mut bos = app.with_token(&bo.token);
-    let started_at = app.state.clock.now().to_utc();
+    app.state.clock.advance(3600);
+    let started_at = app.state.clock.now().plus_s(-600).to_utc();
     let attempt = Attempt { session_id: SessionId::random(), bundle: &FORGED, started_at, ..Attempt::default() };
     bos.upload(&record(&attempt)).await;
     worker::work_off_jobs(&app.state).await.unwrap();

@@ -97,4 +97,5 @@ mod telemetry;
 mod tokens;
 mod tus;
 mod uploads;
+mod waiting;
 mod words;

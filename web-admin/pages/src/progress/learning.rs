@@ -27,8 +27,10 @@ pub struct LearningPage {
     pub status: StatusWord,
     /// Scores over time.
     pub scores: String,
-    /// The learning curve: the course's rule, or an example beside it.
+    /// The learning curve, where it is the course's rule.
     pub curve: Option<CurveFacts>,
+    /// One by an example of a rule, which decides nothing, for those who teach.
+    pub beside: Option<CurveFacts>,
     /// Attempts on different revisions are mixed.
     pub mixed: bool,
     /// Share of attempts passed.
@@ -48,8 +50,6 @@ pub struct CurveFacts {
     pub drawing: String,
     /// What the course states, and the lines that follow.
     pub rule: CurveRule,
-    /// It is the course's rule. An example else, which decides nothing.
-    pub decides: bool,
     /// What it says now.
     pub standing: Standing,
     /// Straight successes still needed.
@@ -59,14 +59,13 @@ pub struct CurveFacts {
 }
 
 impl CurveFacts {
-    /// A curve as it stands, by a rule that decides or does not. `title` is what the drawing is called.
+    /// A curve as it stands. `title` is what the drawing is called.
     #[must_use]
-    pub fn new(step: &StepProgress, rule: CurveRule, decides: bool, title: &str) -> Option<Self> {
+    pub fn new(step: &StepProgress, rule: CurveRule, title: &str) -> Option<Self> {
         let curve = step.curve.as_ref()?;
         Some(Self {
             drawing: charts::draw_learning_curve(&curve.points, &rule.rule, "own", title),
             rule,
-            decides,
             standing: curve.standing,
             needed: curve.successes_needed,
             attempts: curve.points.len(),
@@ -214,6 +213,7 @@ fn find_in_curve(points: &[LearningPoint], at: usize) -> CurveFinding {
 mod tests {
     //! The page must say what the curve says, what it takes, and when its error no longer holds.
 
+    use super::*;
     use crate::progress::samples as made;
     use crate::samples;
 
@@ -227,11 +227,15 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_beside_another_rule_says_that_it_decides_nothing() {
-        let html = samples::keep_page("learning-beside", &made::learning_beside_passes(9));
-        for words in ["3 passes", "It decides nothing in this course", "stricter statistical test", "an example"] {
+    fn a_curve_beside_another_rule_is_folded_for_those_who_teach_and_absent_for_trainees() {
+        let page = made::learning_beside_passes(9);
+        let html = samples::keep_page("learning-beside", &page);
+        for words in ["3 passes", "which decides nothing in this course", "an example", "<details>"] {
             assert!(html.contains(words), "{words}: {html}");
         }
+        assert!(!html.contains("<th scope=\"col\">The curve"), "no column of what decides nothing: {html}");
+        let own = samples::keep_page("learning-own", &LearningPage { beside: None, own: true, ..page });
+        assert!(!own.contains("LC-CUSUM") && !own.contains("statistical"), "{own}");
         assert!(!samples::keep_page("learning", &made::learning_page(9)).contains("decides nothing"));
     }
 

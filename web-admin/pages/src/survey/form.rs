@@ -13,6 +13,22 @@ use words::Language;
 use super::previewing::FormPreview;
 use crate::{assets, format};
 
+/// Units that instruments state in English, and that are said in every language.
+const UNITS: [&str; 6] = [
+    sentence!("years"),
+    sentence!("months"),
+    sentence!("weeks"),
+    sentence!("days"),
+    sentence!("hours"),
+    sentence!("minutes"),
+];
+
+/// A unit in the reader's language, where the pages have it.
+fn say_unit(unit: &str) -> String {
+    let known = UNITS.into_iter().find(|known| *known == unit);
+    known.map_or_else(|| unit.to_owned(), |known| words::say(known).to_owned())
+}
+
 /// Most places of a row of marks; a finer scale is a field for a number.
 const MOST_MARKS: f64 = 21.0;
 
@@ -51,6 +67,28 @@ pub struct Terms {
     pub identity: Identity,
     /// It is asked after an attempt.
     pub after_attempt: bool,
+    /// Who asks.
+    pub asker: SurveyAsker,
+}
+
+/// Who asks a survey, and who answers for what is told.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SurveyAsker {
+    /// The school for which it is asked.
+    pub school: String,
+    /// Name and address of whoever asks; absent where a course does, and the school's administrators own the survey.
+    pub contact: Option<SurveyContact>,
+    /// Who answers for the data, whom to ask and how long answers are kept, in the school's words; empty where it has not said.
+    pub data_notice: String,
+}
+
+/// Whoever asks a survey.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SurveyContact {
+    /// Their name.
+    pub name: String,
+    /// Their address.
+    pub email: String,
 }
 
 /// What somebody is told at a station before the first question: a paragraph a line.
@@ -60,6 +98,18 @@ struct StationTerms<'a> {
     terms: &'a Terms,
     /// A guest of a study has no page at the school.
     guest: bool,
+}
+
+impl SurveyAsker {
+    /// Who asks, for whom, and at which address, in words.
+    fn say(&self) -> String {
+        match &self.contact {
+            Some(SurveyContact { name, email }) => {
+                tr!("{name}, {email}, for {school}", name = name, email = email, school = self.school)
+            }
+            None => tr!("the administrators of {school}", school = self.school),
+        }
+    }
 }
 
 impl Terms {
@@ -86,6 +136,8 @@ pub struct FormPage {
     pub heading: Option<(String, String)>,
     /// Number of this page, and how many there are.
     pub step: (usize, usize),
+    /// Answers are sent from this page.
+    pub is_last: bool,
     /// Place of this page in the instrument.
     pub page: usize,
     /// Its questions.
@@ -151,16 +203,9 @@ pub enum QuestionField {
         points: Vec<AnswerChoice>,
         /// What the ends mean.
         ends: Option<(String, String)>,
-        /// Nothing is chosen.
-        none: bool,
     },
     /// A list to choose one from.
-    One {
-        /// The options.
-        options: Vec<AnswerChoice>,
-        /// Nothing is chosen.
-        none: bool,
-    },
+    One(Vec<AnswerChoice>),
     /// A list to choose several from.
     Several(Vec<AnswerChoice>),
     /// A number.
@@ -206,12 +251,6 @@ impl FormPage {
     #[must_use]
     pub fn refused(&self) -> usize {
         self.questions.iter().filter(|question| question.refusal.is_some()).count()
-    }
-
-    /// The last page.
-    #[must_use]
-    pub fn is_last(&self) -> bool {
-        self.step.0 == self.step.1
     }
 
     /// The address of the script that saves while one answers.
@@ -311,9 +350,10 @@ impl AskedText<'_> {
             ScaleKind::Slider { min, max, .. } => {
                 QuestionField::Number { value: typed().unwrap_or_default(), allowed: format!("{min} – {max}") }
             }
-            ScaleKind::Number { min, max, unit } => {
-                QuestionField::Number { value: typed().unwrap_or_default(), allowed: format!("{min} – {max} {unit}") }
-            }
+            ScaleKind::Number { min, max, unit } => QuestionField::Number {
+                value: typed().unwrap_or_default(),
+                allowed: format!("{min} – {max} {}", say_unit(unit)),
+            },
             ScaleKind::Pair => {
                 let named =
                     |id: &String| self.instrument.item(id).map(|(_, item)| (id.clone(), self.read(item.short())));
@@ -345,23 +385,23 @@ impl AskedText<'_> {
             checked: chosen.is_some_and(|chosen| (chosen - mark).abs() < 1e-9),
         };
         let class = if marks.len() > 11 { "marks" } else { "points" };
-        QuestionField::Row { class, points: marks.into_iter().map(point).collect(), ends, none: chosen.is_none() }
+        QuestionField::Row { class, points: marks.into_iter().map(point).collect(), ends }
     }
 
     /// Points with a label each read as a list.
     fn labelled(&self, row: QuestionField, labels: &[Words]) -> QuestionField {
-        let QuestionField::Row { points, none, .. } = row else { return row };
+        let QuestionField::Row { points, .. } = row else { return row };
         let options = points.into_iter().zip(labels);
         let named = options
             .map(|(point, label)| AnswerChoice { label: format!("{} – {}", point.label, self.read(label)), ..point });
-        QuestionField::One { options: named.collect(), none }
+        QuestionField::One(named.collect())
     }
 }
 
 fn field_of_one(options: impl Iterator<Item = (String, String)>, given: &GivenField<'_>) -> QuestionField {
     let chosen = |id: &str| matches!(given.answer, Some(Answer::Text(text)) if text == id);
     let choice = |(value, label): (String, String)| AnswerChoice { checked: chosen(&value), value, label };
-    QuestionField::One { options: options.map(choice).collect(), none: given.answer.is_none() }
+    QuestionField::One(options.map(choice).collect())
 }
 
 /// An answer as it is typed.

@@ -8,7 +8,7 @@ mod backups;
 mod logo;
 mod origins;
 mod retention;
-mod settings;
+pub(crate) mod settings;
 
 /// Their addresses.
 pub(crate) fn operation_routes() -> Routes {

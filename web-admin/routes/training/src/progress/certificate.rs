@@ -51,7 +51,7 @@ pub(super) async fn issue_certificate(
             .await?;
     let language = theirs.unwrap_or_else(words::current);
     let file = format!("certificate-{}.html", curriculum.curriculum_id);
-    let page = words::within(language, || earned.page(&certificate, &file, check_href))?;
+    let page = words::within(language, || earned.page(&certificate, check_href))?;
     certificates::note_issued(&state, &person, trainee.id, &curriculum).await?;
     let disposition = format!("attachment; filename=\"{file}\"");
     Ok(([(CONTENT_TYPE, "text/html; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)], page)
@@ -82,7 +82,7 @@ impl Earned {
     }
 
     /// The page, in the language that is spoken here.
-    fn page(self, certificate: &Certificate, file: &str, check_href: String) -> anyhow::Result<String> {
+    fn page(self, certificate: &Certificate, check_href: String) -> anyhow::Result<String> {
         let page = CertificatePage {
             logo: self.logo,
             rule: rule_in_words(&self.rule),
@@ -90,7 +90,6 @@ impl Earned {
             statement: self.statement,
             mastered: self.mastered,
             issued_at: self.issued_at,
-            file: file.to_owned(),
             key: certificate.public_key.clone(),
             json: certificate.in_page()?,
             check_href,

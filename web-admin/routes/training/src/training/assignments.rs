@@ -1,5 +1,7 @@
 //! `/assignments`: what a trainee is to do; what was assigned, and who has done it.
 
+use std::collections::BTreeMap;
+
 use acts::assignments::LockedTrainees;
 use acts::error::Error;
 use acts::{assignments as teaching, deadlines, notices};
@@ -27,6 +29,7 @@ use store::assignments::{ManagedAssignment, NewAssignment};
 use store::reports::NamedItem;
 use store::{assignments, curricula, exercises, people, reports, schools};
 
+use super::gradebook;
 use super::rows::PeopleOnPage;
 
 /// Assignments on the page of those who make them.
@@ -81,20 +84,40 @@ async fn managed_page(
         mailed: typed.mailed,
         time_zone: schools::find_time_zone(state.db.reader(), person.school_id).await?,
     };
-    let rows = rows.into_iter().map(make_managed_row).collect();
+    let mut tallies = match person.role {
+        Role::Instructor => gradebook::tally_assignments(state, person).await?,
+        _ => BTreeMap::new(),
+    };
+    let row = |listed: ManagedAssignment| {
+        let tally = tallies.remove(&listed.id);
+        ManagedRow { tally, ..make_managed_row(listed) }
+    };
+    let rows = rows.into_iter().map(row).collect();
     Ok(ManagedAssignmentsPage { shell, rows, form: FilledForm { typed: form, refused } })
 }
 
-/// Courses, then exercises, one of them chosen.
+/// Each course with its exercises in order, then the exercises of no course; one of them chosen.
 async fn task_options(state: &AppState, school: SchoolId, chosen: &str) -> Result<Vec<SelectOption>, Error> {
-    let reader = state.db.reader();
     let choice = |value: String, label: String| SelectOption { chosen: value == chosen, value, label };
-    let courses = curricula::list_taught_curricula(reader, school).await?.into_iter();
-    let courses =
-        courses.map(|c| choice(format!("course:{}", c.curriculum_id), tr!("Course: {title}", title = c.title)));
-    let exercises = exercises::list_current_exercises(reader, school).await?.into_iter();
-    let exercises = exercises.map(|e| choice(format!("exercise:{}", e.exercise_id), e.title));
-    Ok(courses.chain(exercises).collect())
+    let exercise = |id: &str, title: &str| choice(format!("exercise:{id}"), title.to_owned());
+    let mut options: Vec<SelectOption> = Vec::new();
+    for (curriculum, course) in teaching::taught_curricula(state, school).await? {
+        let title = tr!("Course: {title}", title = curriculum.title);
+        options.push(choice(format!("course:{}", curriculum.curriculum_id), title));
+        for step in &course.steps {
+            let option = exercise(&step.exercise, &step.title);
+            if !options.contains(&option) {
+                options.push(option);
+            }
+        }
+    }
+    for alone in exercises::list_current_exercises(state.db.reader(), school).await? {
+        let option = exercise(&alone.exercise_id, &alone.title);
+        if !options.contains(&option) {
+            options.push(option);
+        }
+    }
+    Ok(options)
 }
 
 fn make_managed_row(listed: ManagedAssignment) -> ManagedRow {
@@ -106,6 +129,7 @@ fn make_managed_row(listed: ManagedAssignment) -> ManagedRow {
         limit: listed.attempt_limit,
         supervised: listed.supervised,
         since_only: listed.since_only,
+        tally: None,
     }
 }
 

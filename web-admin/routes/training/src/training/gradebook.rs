@@ -9,7 +9,7 @@ use axum::response::Response;
 use model::assignment::{Assigned, AssignmentStage, AssignmentStanding, AssignmentTally, SOON_S};
 use model::due::{self, local};
 use model::folding::family_sort_key;
-use model::ids::{CohortId, PersonId};
+use model::ids::{AssignmentId, CohortId, PersonId};
 use model::{CurrentPerson, Moment};
 use pages::assignments::{AssignmentRow, DueLine};
 use pages::gradebook::{GradebookColumn, GradebookPage, GradebookRow};
@@ -70,6 +70,21 @@ pub(crate) fn list_pressing_assignments(found: &CohortStandings, cohort: &str, n
             || (tally.done < tally.of && assigned.due_at.is_some_and(|due| !due::is_past(due, now) && due <= soon))
     };
     tallied(found, cohort).filter(is_pressing).map(|(assigned, to, tally)| due_line(assigned, to, tally)).collect()
+}
+
+/// How those stand to whom something was assigned in the cohorts that somebody teaches, by assignment.
+pub(crate) async fn tally_assignments(
+    state: &AppState,
+    person: &CurrentPerson,
+) -> Result<BTreeMap<AssignmentId, AssignmentTally>, Error> {
+    let taught = teaching::taught(state, person.school_id).await?;
+    let mut tallies = BTreeMap::new();
+    for practised in standing::practice_of_cohorts(state, person).await? {
+        let standing = practised.standing(&taught, state.clock.now());
+        let found = standing.assignments(state, person.school_id).await?;
+        tallies.extend(tallied(&found, "").map(|(assigned, _, tally)| (assigned.id, tally)));
+    }
+    Ok(tallies)
 }
 
 /// What both the page and its file are made of.
