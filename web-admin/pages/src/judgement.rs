@@ -423,7 +423,7 @@ mod tests {
         let would_earn: f64 = judgement.rubric.iter().filter_map(|row| row.would_earn).sum();
         assert!((would_earn - judgement.without_gate.expect("a score")).abs() < 1e-9);
         let page = samples::keep_page("session-missed", &samples::missed_page());
-        assert!(page.contains("What each line would have earned") && page.contains("would be"), "{page}");
+        assert!(page.contains("What would have cost points") && page.contains("would be"), "{page}");
     }
 
     #[test]

@@ -208,7 +208,8 @@ pub async fn make_current(
 ) -> Result<()> {
     sqlx::query(
         "INSERT INTO replaced_curricula (revision_id, replaced_at)
-         SELECT revision_id, $3 FROM curricula WHERE school_id = $1 AND curriculum_id = $2",
+         SELECT revision_id, $3 FROM curricula WHERE school_id = $1 AND curriculum_id = $2
+         ON CONFLICT (revision_id) DO UPDATE SET replaced_at = excluded.replaced_at",
     )
     .bind(school)
     .bind(id)

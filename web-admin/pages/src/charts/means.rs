@@ -33,7 +33,7 @@ pub fn draw_means(lines: &[MeansLine], key: &str, title: &str, size: DrawingSize
     let area = Area { x: 46.0, y: 10.0, width: size.width() - 60.0, height: HEIGHT - 20.0 };
     let plot = Plot::rising(area, Extent::new(0.5, attempts as f64 + 0.5), Extent::new(0.0, 100.0));
     let mut svg = Svg::new(size.width(), HEIGHT + 34.0, &caption);
-    plot.draw_x_axis(&mut svg, attempts.min(size.ticks()), tr!("attempt"));
+    plot.draw_x_axis(&mut svg, (attempts + 1).min(size.ticks()), tr!("attempt"));
     plot.draw_y_axis(&mut svg, 6, tr!("score"));
     for (index, line) in lines.iter().enumerate() {
         let shift = APART * (index as f64 - (lines.len() as f64 - 1.0) / 2.0);

@@ -26,6 +26,8 @@ use routes_base::forms::{FormAnswer, split_refusal};
 use serde::Deserialize;
 use store::cohorts;
 
+use crate::operations::settings::find_mail_way;
+
 /// Largest file taken, in bytes.
 pub(super) const MAX_BYTES: usize = 8_000_000;
 
@@ -122,6 +124,7 @@ async fn make_preview_page(
     Ok(Some(RosterPreviewPage {
         shell,
         id,
+        mail_way: find_mail_way(state),
         file_name,
         mapped: mapped.collect(),
         ignored,
