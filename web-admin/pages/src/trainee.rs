@@ -226,7 +226,7 @@ impl CourseView {
 #[must_use]
 pub fn needed_in_words(needed: Needed) -> &'static str {
     match needed {
-        Needed::Nothing => tr!("every attempt that counts"),
+        Needed::Nothing => tr!("every scored attempt"),
         Needed::Resimulated => tr!("attempts whose re-simulation is identical"),
         Needed::SignedOrSupervised => tr!("attempts that a paired station has signed, or that were supervised"),
         Needed::Supervised => tr!("attempts that were supervised"),
