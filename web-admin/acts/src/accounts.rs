@@ -31,10 +31,8 @@ const ASKED_AGAIN_S: i64 = 600;
 /// A person to add.
 #[derive(Clone, Debug)]
 pub struct NewAccount<'a> {
-    /// Name.
-    pub name: &'a str,
-    /// Address.
-    pub email: &'a str,
+    /// Name, address and number.
+    pub details: Details<'a>,
     /// Role.
     pub role: Role,
     /// Cohort to join, if any.
@@ -48,11 +46,15 @@ pub struct NewAccount<'a> {
 pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> Result<Option<PersonId>, Error> {
     let (school_id, now) = (by.school_id, state.clock.now());
     let mut tx = state.db.write().await?;
-    if people::find_person_by_email(&mut *tx, new.email).await?.is_some() {
+    let Details { name, email, registrar_id } = new.details;
+    if people::find_person_by_email(&mut *tx, email).await?.is_some() {
         return Ok(None);
     }
-    let person = NewPerson { school_id, role: new.role, email: new.email, display_name: new.name, password_hash: "" };
+    let person = NewPerson { school_id, role: new.role, email, display_name: name, password_hash: "" };
     let person = people::add_person(&mut tx, &person, now).await?;
+    if registrar_id.is_some() {
+        directory::change_details(&mut tx, school_id, person.id, new.details).await?;
+    }
     AuditEntry::by(by, "person.added", person.id)
         .with(json!({ "role": new.role }))
         .append(&mut tx, state.clock.now())
@@ -86,6 +88,9 @@ pub async fn change(
     }
     directory::change_details(&mut tx, by.school_id, person.id, details).await?;
     let mut changed = json!({ "name": details.name != person.name, "email": details.email != person.email });
+    if details.registrar_id.is_some_and(|number| person.registrar_id.as_deref() != Some(number)) {
+        changed["number"] = true.into();
+    }
     if role != person.role {
         directory::change_role(&mut tx, by.school_id, person.id, role).await?;
         changed["role"] = json!([person.role, role]);

@@ -67,14 +67,28 @@ pub async fn taught_curricula(state: &Service, school: SchoolId) -> Result<Vec<(
     let reader = state.db.reader();
     let curricula = curricula::list_taught_curricula(reader, school).await?;
     let mut steps = curricula::list_course_steps(reader, school).await?;
+    let replaced = curricula::list_replaced_curricula(reader, school).await?;
     let with_course = |curriculum: TaughtCurriculum| {
-        let course = curriculum.take_course(&mut steps);
+        let course = curriculum.take_course(&mut steps, &replaced);
         (curriculum, course)
     };
     Ok(curricula.into_iter().map(with_course).collect())
 }
 
-/// Lists the courses of a school, as [`AttemptHistory`] needs them.
+/// A curriculum that a school teaches, with its course.
+///
+/// # Errors
+/// [`Error::NotFound`] when the school does not teach it.
+pub async fn find_taught_curriculum(
+    state: &Service,
+    school: SchoolId,
+    id: &str,
+) -> Result<(TaughtCurriculum, Course), Error> {
+    let taught = taught_curricula(state, school).await?;
+    taught.into_iter().find(|(curriculum, _)| curriculum.curriculum_id == id).ok_or(Error::NotFound)
+}
+
+/// The courses of a school, for judging.
 pub async fn taught(state: &Service, school: SchoolId) -> Result<Vec<TaughtCourse>, Error> {
     let taught = taught_curricula(state, school).await?.into_iter();
     Ok(taught.map(|(curriculum, course)| TaughtCourse { id: curriculum.curriculum_id, course }).collect())

@@ -25,6 +25,7 @@ pub mod comments;
 pub mod config;
 pub mod consents;
 mod copying;
+pub mod course_changes;
 pub mod deadlines;
 pub mod drafting;
 pub mod erasing;

@@ -184,7 +184,7 @@ pub async fn curriculum(
     };
     let taught = curricula::list_taught_curricula(&mut *writer, school).await?;
     if !taught.iter().any(|current| current.revision_id == revision) {
-        curricula::make_current(writer, school, &course.id, revision).await?;
+        curricula::make_current(writer, school, &course.id, revision, now).await?;
         let details = json!({ "revision": revision, "sha256": course.sha256 });
         publisher.did("curriculum.published", &course.id).with(details).append(writer, publisher.now).await?;
     }

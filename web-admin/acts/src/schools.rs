@@ -30,7 +30,9 @@ async fn settle(
     Ok(tx.commit().await?)
 }
 
-/// Maximum length of a school's name, in characters.
+/// The longest text before every survey, in characters.
+const LONGEST_NOTICE: usize = 2000;
+/// Longest name of a school, in characters.
 const LONGEST_NAME: usize = 120;
 
 /// Maximum grace period during which an attempt at a replaced revision still counts, in days.
@@ -66,6 +68,14 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
     if settings.replaced_grace_days > MOST_GRACE_DAYS {
         return Err(Error::Unprocessable(refuse_grace(&settings.replaced_grace_days.to_string())));
     }
+    let length = settings.data_notice.chars().count();
+    if length > LONGEST_NOTICE {
+        return Err(Error::Unprocessable(tr!(
+            "what stands before every survey has {n} characters; at most {most} are allowed",
+            n = length,
+            most = LONGEST_NOTICE
+        )));
+    }
     let mut tx = service.db.write().await?;
     if !schools::put_school_settings(&mut tx, by.school_id, settings).await? {
         let why = tr!("the name: another school here is called “{name}”", name = settings.name);
@@ -79,6 +89,7 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
         "mails_news": settings.mails_news,
         "shows_others": settings.shows_others,
         "replaced_grace_days": settings.replaced_grace_days,
+        "data_notice": settings.data_notice,
     });
     settle(service, tx, by, "school.settled", told).await
 }

@@ -1,6 +1,7 @@
 //! Experts of the demonstration: the instructors perform the first exercises and consent to be part
 //! of the reference corridor.
 
+use acts::assignments::find_taught_curriculum;
 use acts::{consents, reviewing};
 use anyhow::Context;
 use indicatif::ProgressBar;
@@ -12,7 +13,7 @@ use model::{CurrentPerson, Moment};
 use routes_base::AppState;
 use store::experts::NewDeclaration;
 use store::people::{self, Person};
-use store::{curricula, practice, sessions};
+use store::{practice, sessions};
 
 use crate::attempt::AttemptTask;
 use crate::school::{self, ADMINISTRATOR, COHORTS, EXPERTS};
@@ -52,9 +53,7 @@ pub(super) async fn demonstrate(
     for name in COHORTS.iter().map(|cohort| cohort.instructor).chain(EXPERTS) {
         experts.push(find_expert(state, name).await?);
     }
-    let taught = curricula::list_taught_curricula(state.db.reader(), school).await?;
-    let taught = taught.iter().find(|taught| taught.curriculum_id == COURSE).context("the course is not taught")?;
-    let course = curricula::find_course(state.db.reader(), school, taught).await?;
+    let (_, course) = find_taught_curriculum(state, school, COURSE).await?;
     let begun = state.clock.now().plus_s(OPENING_S);
     for again in 0..TRIES {
         let open = list_open_steps(state, &course, &experts).await?;

@@ -10,11 +10,12 @@ use model::{CurrentPerson, Role};
 use routes_base::AppState;
 use store::grades::NewOverride;
 use store::people::{self, Person};
+use store::reports::ListedAttempt;
 use store::reviews::WaitingReview;
 use store::sessions::{self, Session};
-use store::{reports, reviews, scores};
+use store::{practice, reports, reviews, scores};
 
-use crate::school::{self, COHORTS};
+use crate::school::{self, COHORTS, LEARNERS};
 
 /// Number of attempts left in the review queue.
 const LEFT: usize = 6;
@@ -33,21 +34,41 @@ pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
         let session = pick_attempt(state, &instructor, old.id).await?;
         reviewing::set_reviewed(state, &instructor, &session, true).await?;
     }
+    confirm_presence(state).await?;
     let latest = reports::latest_taught(reader, &instructor).await?;
     let mut scored = latest.iter().filter(|listed| listed.score.is_some());
     if let Some(first) = scored.next() {
         comment_on(state, &instructor, &pick_attempt(state, &instructor, first.id).await?).await?;
     }
-    if let Some(second) = scored.find(|listed| listed.passed == Some(false)) {
+    let is_narrow = |listed: &&ListedAttempt| {
+        listed.passed == Some(false) && listed.hard_fails.as_ref().is_none_or(|failures| failures.0.is_empty())
+    };
+    if let Some(second) = scored.find(is_narrow) {
         let session = pick_attempt(state, &instructor, second.id).await?;
-        let reason = "Held still for a question of mine: the time does not count. Seen at the station.";
+        let reason =
+            "Somebody knocked against the station while the needle was held still. Seen there: without that it passes.";
         let new = NewOverride { grade: Some((75.0, true)), reason, made_by: instructor.id };
         reviewing::override_grade(state, &instructor, &session, &new).await?;
     }
     Ok(())
 }
 
-/// Lists all attempts that are waiting for a review.
+/// The instructor of whoever masters the course was there: so a certificate can be saved.
+async fn confirm_presence(state: &AppState) -> anyhow::Result<()> {
+    let certified = LEARNERS.iter().find(|learner| learner.is_certified()).context("somebody who is certified")?;
+    let find = async |name: &str| {
+        let found = people::find_person_by_email(state.db.reader(), &school::email_of(name)).await?;
+        found.and_then(Person::into_current).with_context(|| format!("{name} is missing"))
+    };
+    let (trainee, instructor) = (find(certified.name).await?, find(COHORTS[certified.cohort].instructor).await?);
+    for attempt in practice::list_trainee_practice(state.db.reader(), trainee.school_id, trainee.id).await? {
+        let session = pick_attempt(state, &instructor, attempt.session).await?;
+        reviewing::set_supervised(state, &instructor, &session, true).await?;
+    }
+    Ok(())
+}
+
+/// Everything that waits for somebody.
 async fn list_waiting(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Vec<WaitingReview>> {
     let mut waiting: Vec<WaitingReview> = Vec::new();
     loop {

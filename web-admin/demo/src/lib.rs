@@ -15,6 +15,7 @@ mod validation;
 
 use std::path::PathBuf;
 
+use acts::assignments::find_taught_curriculum;
 use acts::intake::{Bearer, RecordingReceipt};
 use acts::recordings::Received;
 use acts::{importing, intake, publishing, replicas, surveys};
@@ -33,14 +34,15 @@ use routes_base::AppState;
 use rust_embed::RustEmbed;
 use school::LEARNERS;
 use store::audit::Actor;
-use store::{curricula, exercises, practice};
+use store::{exercises, practice};
 
 const DAY_S: i64 = 86_400;
 /// The first attempt of a day begins at 9:00 UTC; the next ones follow every 15 minutes.
 const OPENING_S: i64 = 9 * 3600;
 const SLOT_S: i64 = 900;
-/// The course that all trainees practise. The school teaches every shipped course, so that visitors
-/// can look at the others.
+/// From four in the afternoon on everybody of the day has been there, and what an instructor says of it is said.
+const CLOSING_S: i64 = 16 * 3600;
+/// The course that everybody practises. The school teaches every shipped course; the others wait for whoever looks around.
 const COURSE: &str = "lower-back-basics";
 /// The course for those who have mastered the first one, on a whole patient.
 const NEXT_COURSE: &str = "lumbar-epidural-on-a-body";
@@ -76,11 +78,11 @@ struct Slot {
 /// Fails if the database contains people already, or an operation fails.
 pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Vec<DemoAccount>> {
     let now = state.clock.now();
-    let monday = last_monday(now).plus_s(-7 * DAY_S * i64::from(wanted.weeks));
-    let past = state.at(monday);
+    let from = end_of_practice(now).plus_s(-7 * DAY_S * i64::from(wanted.weeks));
+    let past = state.at(from);
     let (school, trainees, accounts) = found_school(&past, &wanted.password).await?;
     publish_curricula(&past).await?;
-    let slots = schedule_attempts(monday, wanted.weeks);
+    let slots = schedule_attempts(from, wanted.weeks);
     let progress = simulation_progress_bar(experts::ATTEMPTS + validation::ATTEMPTS + slots.len());
     experts::demonstrate(&past, school, wanted.seed, &progress).await?;
     validation::hold_validation_study(&past, school, wanted.seed, &progress).await?;
@@ -114,22 +116,23 @@ fn day_number(at: Moment) -> i64 {
     at.micros().div_euclid(DAY_S * 1_000_000)
 }
 
-/// Returns midnight, UTC, of the latest Monday. The epoch was a Thursday.
-fn last_monday(now: Moment) -> Moment {
-    let day = day_number(now);
-    Moment::from_micros((day - (day + 3).rem_euclid(7)) * DAY_S * 1_000_000)
+/// The midnight, UTC, until which people practise: the one before now, or the next one once everybody of today has been there.
+fn end_of_practice(now: Moment) -> Moment {
+    Moment::from_micros(day_number(now.plus_s(DAY_S - CLOSING_S)) * DAY_S * 1_000_000)
 }
 
-/// Plans all attempts, sorted by time.
-fn schedule_attempts(monday: Moment, weeks: u32) -> Vec<Slot> {
+/// Every attempt of weeks that begin at a midnight, in order of time.
+fn schedule_attempts(from: Moment, weeks: u32) -> Vec<Slot> {
     let mut slots = Vec::new();
-    for (week, weekday) in (0..weeks).flat_map(|week| (0..7_u8).map(move |weekday| (week, weekday))) {
-        let weeks_left = weeks - 1 - week;
+    for day in 0..weeks * 7 {
+        let midnight = from.plus_s(i64::from(day) * DAY_S);
+        // The epoch was a Thursday.
+        let weekday = (day_number(midnight) + 3).rem_euclid(7).unsigned_abs() as u8;
+        let weeks_left = (weeks * 7 - 1 - day) / 7;
         let coming = (0..LEARNERS.len()).filter(|&learner| LEARNERS[learner].comes(weekday, weeks_left));
-        let midnight = monday.plus_s((i64::from(week) * 7 + i64::from(weekday)) * DAY_S + OPENING_S);
         slots.extend(coming.zip(0_i64..).map(|(learner, n)| Slot {
             learner,
-            at: midnight.plus_s(n * SLOT_S),
+            at: midnight.plus_s(OPENING_S + n * SLOT_S),
             weeks_left,
         }));
     }
@@ -170,12 +173,8 @@ async fn plan_day(
 /// repeats the second course from its beginning.
 async fn next_exercise(state: &AppState, trainee: &Trainee, n: u32) -> anyhow::Result<ExerciseBundle> {
     let reader = state.db.reader();
-    let taught = curricula::list_taught_curricula(reader, trainee.school_id).await?;
     let attempts = practice::list_trainee_practice(reader, trainee.school_id, trainee.id).await?;
-    let course = async |id: &str| {
-        let practised = taught.iter().find(|taught| taught.curriculum_id == id).context("the course is not taught")?;
-        anyhow::Ok(curricula::find_course(reader, trainee.school_id, practised).await?)
-    };
+    let course = async |id: &str| anyhow::Ok(find_taught_curriculum(state, trainee.school_id, id).await?.1);
     let next = |course: &Course| Progress::of(course, &attempts, state.clock.now().to_utc()).next;
     let first = course(COURSE).await?;
     if let Some(step) = next(&first) {
@@ -252,13 +251,16 @@ mod tests {
     use crate::*;
 
     #[test]
-    fn weeks_begin_on_monday_and_end_before_now() {
-        let saturday = Moment::from_micros(1_795_269_600_000_000); // 2026-11-21 14:00 UTC
-        let monday = last_monday(saturday);
-        assert_eq!(monday.to_string(), "2026-11-16T00:00:00Z");
-        let slots = schedule_attempts(monday.plus_s(-14 * DAY_S), 2);
-        assert!(slots.iter().all(|slot| slot.at < monday));
+    fn weeks_end_with_yesterday_or_in_the_evening_with_today() {
+        let afternoon = Moment::from_micros(1_795_269_600_000_000); // 2026-11-21 14:00 UTC, a Saturday
+        let end = end_of_practice(afternoon);
+        assert_eq!(end.to_string(), "2026-11-21T00:00:00Z");
+        assert_eq!(end_of_practice(afternoon.plus_s(2 * 3600)).to_string(), "2026-11-22T00:00:00Z");
+        let slots = schedule_attempts(end.plus_s(-14 * DAY_S), 2);
+        assert!(slots.iter().all(|slot| slot.at < end));
         assert!(slots.is_sorted_by_key(|slot| slot.at));
+        let last = slots.last().expect("somebody comes on Fridays");
+        assert_eq!(day_number(last.at), day_number(end) - 1, "the last attempt is of yesterday");
         let comes = |name: &str| slots.iter().any(|slot| LEARNERS[slot.learner].name == name);
         assert!(comes("Ada Okafor") && !comes("Nina Castellano") && !comes("Daria Novak"));
     }

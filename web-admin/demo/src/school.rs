@@ -80,7 +80,13 @@ impl Learner {
         Skill::novice().towards(&Skill::expert(), 1.0 - remaining)
     }
 
-    /// Returns whether there is an attempt on a weekday, `weeks_left` before the end.
+    /// Whether somebody comes so often that they master the whole course, and an instructor is there each time.
+    #[must_use]
+    pub const fn is_certified(&self) -> bool {
+        self.days.len() > 3
+    }
+
+    /// Whether an attempt falls on a day, `weeks_left` before the end.
     #[must_use]
     pub fn comes(&self, weekday: u8, weeks_left: u32) -> bool {
         weeks_left >= self.absent_weeks && self.days.contains(&weekday)

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use acts::assignments::find_taught_curriculum;
 use acts::intake::Bearer;
 use acts::stations::{self, CallingStation, StationVisit, TypedCode};
 use acts::studies::{self, ParticipantFacts, StudyRequest};
@@ -17,10 +18,10 @@ use model::ids::{RevisionId, SchoolId, StudyId};
 use model::{CurrentPerson, Moment};
 use routes_base::AppState;
 use store::audit::Actor;
+use store::instruments;
 use store::people::Person;
 use store::sessions::Session;
 use store::studies::{self as stored, Study};
-use store::{curricula, instruments};
 
 use crate::attempt::{self, AttemptTask, MadeRecording};
 use crate::study::{Participant, basis_of_attempt, find_study_owner, invent_answer, scatter_of_seed};
@@ -56,9 +57,7 @@ pub(super) async fn hold_validation_study(
     progress: &ProgressBar,
 ) -> anyhow::Result<()> {
     let owner = find_study_owner(state).await?;
-    let taught = curricula::list_taught_curricula(state.db.reader(), school).await?;
-    let taught = taught.iter().find(|taught| taught.curriculum_id == COURSE).context("the course is not taught")?;
-    let course = curricula::find_course(state.db.reader(), school, taught).await?;
+    let (_, course) = find_taught_curriculum(state, school, COURSE).await?;
     let bundle = current_bundle(state, school, &course, 0).await?;
     let id = make_demo_study(state, &owner, &bundle).await?;
     let study = stored::find_visible_study(state.db.reader(), &owner, id).await?.context("the study that was made")?;

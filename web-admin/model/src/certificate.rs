@@ -27,7 +27,10 @@ pub struct Statement {
     pub school: String,
     /// Name of the person who mastered the course.
     pub trainee: String,
-    /// Id of the course.
+    /// Their number at the school's registrar, where it is known. Layouts 1 and 2 did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub registrar_id: Option<String>,
+    /// The course's id.
     pub curriculum_id: String,
     /// Title of the course.
     pub course: String,
@@ -47,8 +50,8 @@ pub struct Statement {
 }
 
 impl Statement {
-    /// Version of the format that is written.
-    pub const FORMAT: u32 = 2;
+    /// The layout that is written today.
+    pub const FORMAT: u32 = 3;
 }
 
 /// A signed statement. The signature covers the text of `statement`, byte for byte.
@@ -199,12 +202,12 @@ mod tests {
     #[test]
     fn a_certificate_of_before_is_still_one() {
         let ours = key_pair(7);
-        let before = Statement { format: 1, attempts: None, ..sample() };
+        let before = Statement { format: 1, attempts: None, registrar_id: None, ..sample() };
         let certificate = sign_statement(&ours, &before).expect("signed");
         assert!(!certificate.statement.contains("attempts"));
         let checked = check_certificate(&serde_json::to_vec(&certificate).expect("JSON"), &certificate.public_key);
         assert_eq!(checked.expect("genuine"), before);
-        let later = sign_statement(&ours, &Statement { format: 3, ..sample() }).expect("signed");
+        let later = sign_statement(&ours, &Statement { format: Statement::FORMAT + 1, ..sample() }).expect("signed");
         assert!(check_certificate(&serde_json::to_vec(&later).expect("JSON"), &later.public_key).is_err());
     }
 }

@@ -39,7 +39,24 @@ impl DraftRemark {
     }
 }
 
-/// An exercise that can be published.
+/// How many people a new revision of a course concerns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CourseChange {
+    /// Have mastered the course as it is taught, and keep that.
+    pub mastered: usize,
+    /// Have begun it, and go on with the new revision.
+    pub under_way: usize,
+}
+
+impl CourseChange {
+    /// It concerns nobody.
+    #[must_use]
+    pub const fn is_empty(self) -> bool {
+        self.mastered == 0 && self.under_way == 0
+    }
+}
+
+/// An exercise that could be published.
 #[derive(Debug)]
 pub struct Publishable {
     /// Exercise.

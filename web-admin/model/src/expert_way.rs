@@ -169,7 +169,46 @@ pub fn compare_by_layer(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Vec<L
     made.filter(|layer| !layer.values.is_empty()).collect()
 }
 
-/// The experts' median motion from one crossing of this attempt to the next.
+/// An attempt that went farther than the experts, from the last boundary that they crossed, too.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Overreach {
+    /// The layer into which that boundary leads.
+    pub layer: String,
+    /// The layer in which the needle turned back, where it is another.
+    pub deeper: Option<String>,
+    /// When it went beyond nearly all of them, in s.
+    pub from_s: f64,
+    /// How far it went on from the boundary, in mm.
+    pub own_mm: f64,
+    /// A tenth of the experts turned back before, in mm from the boundary.
+    pub low_mm: f64,
+    /// A tenth of them turned back after.
+    pub high_mm: f64,
+}
+
+/// How far an attempt went beyond where at least five experts turned back; nothing where it did not.
+#[must_use]
+pub fn find_overreach(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Option<Overreach> {
+    let own = TimedWay::of(shown);
+    let experts: Vec<TimedWay<'_>> = experts.iter().map(TimedWay::of).collect();
+    // The first crossing is the touch of the skin, and the last is where it turned back.
+    let boundaries = 1..own.crossings.len().checked_sub(1)?;
+    let crossed = |at: usize| experts.iter().filter(move |way| way.crossings.len() > at + 1);
+    let at = boundaries.rev().find(|at| crossed(*at).count() >= FEWEST)?;
+    let beyond = |way: &TimedWay<'_>| Some(way.crossings.last()?.advance_mm - way.crossings[at].advance_mm);
+    let theirs: Vec<f64> = crossed(at).filter_map(beyond).collect();
+    let (low_mm, high_mm) = (quantile(&theirs, OUTSIDE).ok()?, quantile(&theirs, 1.0 - OUTSIDE).ok()?);
+    let own_mm = beyond(&own)?;
+    let passed_mm = own.crossings[at].advance_mm + high_mm;
+    let point = shown.points.iter().find(|point| point.advance_mm > passed_mm)?;
+    let name = |band: usize| shown.bands.get(band).map(|band| band.name.clone());
+    let deepest = own.crossings.len() - 3;
+    let deeper = if deepest >= at { name(deepest) } else { None };
+    let found = Overreach { layer: name(at - 1)?, deeper, from_s: point.t_s, own_mm, low_mm, high_mm };
+    (own_mm > high_mm * (1.0 + CLOSE)).then_some(found)
+}
+
+/// The experts' median from a crossing of this attempt to the next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GhostStretch {
     /// Start time in this attempt, in s.
@@ -282,8 +321,27 @@ mod tests {
     }
 
     #[test]
+    fn going_on_where_the_experts_turned_back_is_found() {
+        let shown = curve(10.0, 4.0);
+        assert_eq!(find_overreach(&shown, &experts(5)), None, "as far into the muscle as they");
+        let short = |_: u32| {
+            let mut expert = curve(20.0, 4.0);
+            expert.points.retain(|point| point.advance_mm < 8.0);
+            expert.marks.pop();
+            expert
+        };
+        let experts: Vec<AttemptCurve> = (0..5).map(short).collect();
+        let found = find_overreach(&shown, &experts).expect("through the fat, in which they stopped");
+        assert_eq!((found.layer.as_str(), found.deeper.as_deref()), ("fat", Some("muscle")));
+        assert!((found.own_mm - 11.5).abs() < 0.2 && (found.high_mm - 7.4).abs() < 0.2, "{found:?}");
+        assert!((found.from_s - 2.0).abs() < 0.1, "{found:?}");
+        assert_eq!(find_overreach(&shown, &experts[..4]), None, "four experts are not shown");
+    }
+
+    #[test]
     fn an_attempt_that_never_touched_has_nothing_beside_it() {
         let untouched = AttemptCurve { points: vec![], marks: vec![], ..curve(10.0, 4.0) };
         assert!(compare_by_layer(&untouched, &experts(5)).is_empty() && median_way(&untouched, &experts(5)).is_empty());
+        assert_eq!(find_overreach(&untouched, &experts(5)), None);
     }
 }

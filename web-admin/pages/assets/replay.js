@@ -107,11 +107,13 @@ function followEvents(clock) {
 
 // Links and rows of the page that name a moment.
 function wireMoments(clock) {
+  let opened = false;
   const go = () => {
     const wanted = new URLSearchParams(location.hash.slice(1));
     if (wanted.has('speed') && SPEEDS.includes(Number(wanted.get('speed')))) clock.setSpeed(Number(wanted.get('speed')));
     if (wanted.has('t')) clock.seek(Number(wanted.get('t')) || 0);
-    else if (!location.hash && root.dataset.at) clock.seek(Number(root.dataset.at));
+    else if (root.dataset.at && !opened) clock.seek(Number(root.dataset.at));
+    opened = true;
   };
   document.addEventListener('click', (event) => {
     const link = event.target.closest('a[data-second]');
@@ -120,6 +122,12 @@ function wireMoments(clock) {
     clock.pause();
     clock.seek(Number(link.dataset.second));
     root.scrollIntoView({ block: 'nearest' });
+  });
+  // A form that loads the page anew leads back to the moment at which it was sent.
+  document.querySelectorAll('form input[data-moment]').forEach((field) => {
+    field.form.addEventListener('submit', () => {
+      field.value = clock.t.toFixed(2);
+    });
   });
   addEventListener('hashchange', go);
   go();

@@ -26,6 +26,8 @@ pub struct AdminHomePage {
     pub cohorts: Vec<CohortLine>,
     /// Whether there are more cohorts than listed.
     pub more: bool,
+    /// Nobody has chosen the school's time zone yet, and nobody has practised.
+    pub clock_open: bool,
 }
 
 /// The administration page.
@@ -142,6 +144,7 @@ mod tests {
     #[test]
     fn the_home_shows_counts_and_the_queue() {
         let page = AdminHomePage {
+            clock_open: true,
             news: samples::news(),
             shell: samples::shell(Role::Administrator),
             school: "Example School".to_owned(),

@@ -2,12 +2,14 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::Role;
 use model::assignment::{AssignmentStage, AssignmentStanding, AssignmentTally, AssignmentTask};
 use model::due::{Local, local};
 use model::ids::{AssignmentId, SessionId};
 use time::OffsetDateTime;
 
 use super::form::FilledForm;
+use super::listed::ListPart;
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 
@@ -83,6 +85,8 @@ pub struct ManagedRow {
     pub supervised: bool,
     /// Whether only attempts after the assignment was made count.
     pub since_only: bool,
+    /// Who has done it, and who is late, where that is counted.
+    pub tally: Option<AssignmentTally>,
 }
 
 /// Input of the form for a new assignment.
@@ -122,9 +126,13 @@ pub struct AssignmentPage {
     pub id: AssignmentId,
     /// The assignment.
     pub assignment: ManagedRow,
-    /// Trainees by name.
+    /// Who has done it, and who is late.
+    pub tally: AssignmentTally,
+    /// Those of the trainees whom the page shows, the late ones first, then by name.
     pub rows: Vec<AssignmentRow>,
-    /// Address of the gradebook of the assigned cohort.
+    /// Which they are.
+    pub list: ListPart,
+    /// The gradebook of the cohort to which it is assigned.
     pub gradebook: Option<String>,
 }
 
@@ -205,9 +213,9 @@ impl AssignmentRow {
     }
 }
 
-impl AssignmentPage {
-    fn done(&self) -> usize {
-        self.rows.iter().filter(|row| matches!(row.stage, AssignmentStage::Done { .. })).count()
+impl ManagedAssignmentsPage {
+    fn say_done(&self, tally: &AssignmentTally) -> String {
+        tr!("{done} of {of}", done = tally.done, of = tally.of)
     }
 }
 
@@ -216,7 +224,6 @@ pub(crate) mod tests {
     //! A trainee must see which assignments are late; an instructor, which trainees are.
 
     use model::Moment;
-    use model::Role;
     use model::assignment::{Assigned, MasteredShare};
 
     use super::*;
@@ -282,6 +289,7 @@ pub(crate) mod tests {
             limit: Some(5),
             supervised: false,
             since_only: true,
+            tally: Some(AssignmentTally { done: 3, late: 2, of: 9 }),
         };
         let form = AssignForm {
             due: "2026-03-29T02:30".to_owned(),
@@ -292,9 +300,12 @@ pub(crate) mod tests {
         let shell = samples::shell(Role::Instructor);
         let page = ManagedAssignmentsPage { shell: shell.clone(), rows: vec![managed.clone()], form };
         let html = samples::keep_page("assignments-managed", &page);
+        assert!(html.contains("3 of 9") && html.contains("Late"), "{html}");
         assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("The due date: skipped"), "{html}");
-        let page =
-            AssignmentPage { shell, id: AssignmentId::nil(), assignment: managed, rows: rows(), gradebook: None };
+        let tally = AssignmentTally { done: 1, late: 1, of: 5 };
+        let list = ListPart { all: 120, ..ListPart::default() };
+        let (id, rows) = (AssignmentId::nil(), rows());
+        let page = AssignmentPage { shell, id, assignment: managed, tally, rows, list, gradebook: None };
         let html = samples::keep_page("assignment", &page);
         assert!(
             html.contains("/sessions/00000000-0000-0000-0000-000000000001/supervision") && html.contains("I was there"),

@@ -28,9 +28,7 @@ pub struct CertificatePage {
     pub mastered: Vec<(String, OffsetDateTime)>,
     /// Time of issue.
     pub issued_at: OffsetDateTime,
-    /// File name for saving.
-    pub file: String,
-    /// Public key, hexadecimal.
+    /// The public key, hexadecimal.
     pub key: String,
     /// The signed certificate as JSON, escaped for embedding in HTML.
     pub json: String,
@@ -110,7 +108,6 @@ mod tests {
             needed: "attempts that were supervised",
             mastered: vec![("Feel the <layers>".to_owned(), samples::NOW)],
             issued_at: samples::NOW,
-            file: "certificate-lower-back-basics.html".to_owned(),
             key: certificate.public_key.clone(),
             json: certificate.in_page().expect("JSON"),
             check_href: "https://stylet.example/certificate?of=eyJub3RlIjoxfQ&by=AAAA".to_owned(),

@@ -4,11 +4,13 @@ use askama::Template;
 use askama_web::WebTemplate;
 use model::Role;
 use model::cohort::CohortSummary;
-use model::progress::{Progress, StepProgress, StepState};
+use model::progress::{Concern, Progress, StepProgress, StepState};
 use time::OffsetDateTime;
 
 use super::assignments::DueLine;
 use super::concern::say_concern;
+use super::listed::ListPart;
+use super::people::SelectOption;
 use super::trainee::{CourseFacts, score_points};
 use super::{Shell, StatusWord, charts, format};
 use crate::addresses::exercise_href;
@@ -25,16 +27,51 @@ pub struct CohortPage {
     pub name: String,
     /// Names of its instructors.
     pub instructors: Vec<String>,
-    /// Trainees by name.
-    pub trainees: Vec<TraineeRow>,
-    /// Assignments of the cohort and of its trainees.
+    /// What its trainees come to.
+    pub figures: CohortFigures,
+    /// Those who may need help, the most reasons first, as many as the page shows.
+    pub help: Vec<TraineeRow>,
+    /// What is assigned to it and to its trainees.
     pub due_lines: Vec<DueLine>,
-    /// Progress of the cohort per exercise, for courses that at least one trainee has begun.
-    pub courses: Vec<CourseShare>,
-    /// Titles of the courses that no trainee has begun.
-    pub others: Vec<String>,
-    /// Current time, for relative dates.
+    /// The school's courses, one of them chosen.
+    pub courses: Vec<SelectOption>,
+    /// The cohort in the chosen course; none where none is taught.
+    pub course: Option<CourseShare>,
+    /// Those of the trainees whom the page shows, by name.
+    pub trainees: Vec<TraineeRow>,
+    /// Which they are.
+    pub list: ListPart,
+    /// Now, for "… days ago".
     pub now: OffsetDateTime,
+}
+
+/// What the trainees of a cohort come to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CohortFigures {
+    /// Trainees.
+    pub trainees: usize,
+    /// Those who may need help.
+    pub help: usize,
+    /// Those who have begun the chosen course.
+    pub begun: usize,
+    /// Those who have mastered it.
+    pub complete: usize,
+    /// Scored attempts at its exercises.
+    pub attempts: usize,
+}
+
+impl CohortFigures {
+    /// Counts the standing of everybody in a course, and how many need help.
+    #[must_use]
+    pub fn new(in_course: &[&Progress], help: usize) -> Self {
+        Self {
+            trainees: in_course.len(),
+            help,
+            begun: in_course.iter().filter(|progress| progress.attempts() > 0).count(),
+            complete: in_course.iter().filter(|progress| progress.complete()).count(),
+            attempts: in_course.iter().map(|progress| progress.attempts()).sum(),
+        }
+    }
 }
 
 /// The list of cohorts.
@@ -91,7 +128,7 @@ pub struct CohortCard {
     pub name: String,
     /// Number of trainees.
     pub trainees: usize,
-    /// Number of trainees who have mastered their course.
+    /// How many of them have mastered a course.
     pub complete: usize,
     /// Number of trainees who may need help.
     pub help: usize,
@@ -99,7 +136,16 @@ pub struct CohortCard {
     pub mastered: f64,
 }
 
-/// A trainee in a cohort.
+/// A trainee and their page.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamedTrainee {
+    /// Their page.
+    pub href: String,
+    /// Their name.
+    pub name: String,
+}
+
+/// A trainee of a cohort.
 #[derive(Clone, Debug)]
 pub struct TraineeRow {
     /// Address of the trainee's page.
@@ -153,31 +199,20 @@ pub struct ExerciseShare {
 }
 
 impl CohortPage {
-    /// Returns the trainees who may need help, those with the most reasons first.
-    #[must_use]
-    pub fn help(&self) -> Vec<&TraineeRow> {
-        let mut rows: Vec<&TraineeRow> = self.trainees.iter().filter(|t| !t.concerns.is_empty()).collect();
-        rows.sort_by_key(|t| std::cmp::Reverse(t.concerns.len()));
-        rows
-    }
+    /// Cards of trainees who may need help that stand on a page.
+    pub const HELP_SHOWN: usize = 12;
 
-    /// Returns the number of scored attempts of all trainees.
-    #[must_use]
-    pub fn attempts(&self) -> usize {
-        self.trainees.iter().map(|t| t.attempts).sum()
-    }
-
-    /// Returns the number of trainees who have mastered their course.
-    #[must_use]
-    pub fn complete(&self) -> usize {
-        self.trainees.iter().filter(|t| t.status == StatusWord::Complete).count()
+    /// How many more need help than the page shows.
+    fn unshown_help(&self) -> usize {
+        self.figures.help.saturating_sub(self.help.len())
     }
 }
 
 impl TraineeRow {
-    /// Creates a row from a trainee's progress in their current course.
+    /// A trainee's standing in a course, and why they may need help in any.
     #[must_use]
-    pub fn new(href: String, name: String, facts: &CourseFacts<'_>, progress: &Progress) -> Self {
+    pub fn new(who: NamedTrainee, facts: &CourseFacts<'_>, progress: &Progress, concerns: &[Concern]) -> Self {
+        let NamedTrainee { href, name } = who;
         let doing = progress.next.map(|i| &facts.course.steps[i]);
         let current = progress.next.map(|i| &progress.steps[i]);
         let strip =
@@ -194,17 +229,19 @@ impl TraineeRow {
             spark: current
                 .filter(|s| !s.attempts.is_empty())
                 .map(|s| charts::draw_sparkline(&score_points(&s.attempts), mark)),
-            status: standing_in_course(progress),
-            concerns: progress.concerns.iter().map(|c| say_concern(c)).collect(),
+            status: standing_in_course(progress, concerns),
+            concerns: concerns.iter().map(say_concern).collect(),
         }
     }
 }
 
-fn standing_in_course(progress: &Progress) -> StatusWord {
-    if !progress.concerns.is_empty() {
+fn standing_in_course(progress: &Progress, concerns: &[Concern]) -> StatusWord {
+    if !concerns.is_empty() {
         StatusWord::Help
     } else if progress.complete() {
         StatusWord::Complete
+    } else if progress.attempts() == 0 {
+        StatusWord::NotBegun
     } else {
         StatusWord::OnTrack
     }
@@ -216,12 +253,6 @@ impl CourseShare {
     pub fn new(facts: &CourseFacts<'_>, trainees: &[(&str, &Progress)]) -> Self {
         let exercises = (0..facts.course.steps.len()).map(|i| exercise_share(facts, trainees, i)).collect();
         Self { title: facts.title.to_owned(), exercises }
-    }
-
-    /// Returns whether any trainee has tried one of its exercises.
-    #[must_use]
-    pub fn is_begun(&self) -> bool {
-        self.exercises.iter().any(|exercise| exercise.attempts > 0)
     }
 }
 
@@ -242,8 +273,22 @@ fn exercise_share(facts: &CourseFacts<'_>, trainees: &[(&str, &Progress)], index
     }
 }
 
+/// Names on a line before the rest is counted.
+const NAMED: usize = 8;
+
+impl ExerciseShare {
+    /// Who is working on it, in words.
+    fn say_here(&self) -> String {
+        let named = self.here.iter().take(NAMED).map(String::as_str).collect::<Vec<_>>().join(", ");
+        match self.here.len().saturating_sub(NAMED) {
+            0 => named,
+            more => trn!("{named} and {n} more", "{named} and {n} more", more, named = named),
+        }
+    }
+}
+
 impl CohortCard {
-    /// Creates a summary from the progress of the cohort's trainees.
+    /// A cohort in short, from the standing of its trainees in the courses that they are on.
     #[must_use]
     pub fn new<'a>(href: String, name: String, trainees: impl Iterator<Item = &'a Progress>) -> Self {
         let mut card = Self { href, name, trainees: 0, complete: 0, help: 0, mastered: 0.0 };
@@ -251,8 +296,6 @@ impl CohortCard {
         for progress in trainees {
             (mastered, all) = (mastered + progress.mastered(), all + progress.steps.len());
             card.trainees += 1;
-            card.complete += usize::from(standing_in_course(progress) == StatusWord::Complete);
-            card.help += usize::from(!progress.concerns.is_empty());
         }
         card.mastered = mastered as f64 / all.max(1) as f64;
         card
@@ -290,8 +333,8 @@ mod tests {
     fn tells_who_is_where_and_who_needs_help() {
         let page = samples::cohort_page();
         let html = samples::keep_page("cohort", &page);
-        assert!(!page.help().is_empty());
-        for row in page.help() {
+        assert!(!page.help.is_empty());
+        for row in &page.help {
             assert!(html.contains(&row.concerns[0].1), "the reason of {}", row.name);
         }
         assert!(html.contains("Needs help") && html.contains("On track") && html.contains("<caption"));
@@ -299,8 +342,17 @@ mod tests {
 
     #[test]
     fn a_cohort_without_trainees_says_what_to_do() {
-        let page = CohortPage { trainees: vec![], courses: vec![], ..samples::cohort_page() };
+        let page =
+            CohortPage { figures: CohortFigures::default(), help: vec![], trainees: vec![], ..samples::cohort_page() };
         assert!(samples::keep_page("cohort-empty", &page).contains("Nobody is in this cohort yet"));
+    }
+
+    #[test]
+    fn of_many_who_need_help_the_page_shows_a_few_and_says_how_many_more() {
+        let sample = samples::cohort_page();
+        let figures = CohortFigures { help: 480, ..sample.figures };
+        let html = samples::keep_page("cohort-help", &CohortPage { figures, ..sample });
+        assert!(html.contains("478 more need help") && html.contains("show=help"), "{html}");
     }
 
     #[test]

@@ -16,7 +16,7 @@ fn name_concern(concern: &Concern) -> &'static str {
         Concern::Declining { .. } => tr!("Declining"),
         Concern::Regressing { .. } => tr!("Regressing"),
         Concern::Inactive { .. } => tr!("Inactive"),
-        Concern::NotStarted => tr!("Not started"),
+        Concern::NotStarted { .. } => tr!("Not started"),
     }
 }
 
@@ -41,7 +41,7 @@ fn say_concern_reason(concern: &Concern) -> String {
             date = format::format_date(since)
         ),
         Concern::Inactive { days } => trn!("no attempt for {n} day", "no attempt for {n} days", *days),
-        Concern::NotStarted => tr!("no scored attempt yet").to_owned(),
+        Concern::NotStarted { title } => tr!("“{title}” is due, and there is no attempt yet", title = title),
     }
 }
 

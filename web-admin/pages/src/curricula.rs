@@ -95,6 +95,6 @@ mod tests {
             published: Some("Lower back".to_owned()),
             courses: vec![],
         };
-        assert!(samples::keep_page("curricula-empty", &empty).contains("No curricula yet"));
+        assert!(samples::keep_page("curricula-empty", &empty).contains("No courses yet"));
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use askama::Template;
 use askama_web::WebTemplate;
 use documents::{Curriculum, ExerciseBundle, Issue, Wording};
-use model::draft::{DraftRemark, DraftVerdict, Publishable};
+use model::draft::{CourseChange, DraftRemark, DraftVerdict, Publishable};
 use model::progress::Mastery;
 use serde::Deserialize;
 use time::OffsetDateTime;
@@ -118,7 +118,9 @@ pub struct DraftPage {
     /// Whether the requested action was refused, because of problems or because of advice that the
     /// author has not overruled.
     pub refused: bool,
-    /// Result of the check.
+    /// Whom publishing would concern, where it was asked for and waits for the author's word.
+    pub change: CourseChange,
+    /// What it comes to.
     pub verdict: DraftVerdict,
     /// The document as a form; `None` if its text is shown.
     pub form: Option<DocumentForm>,
@@ -341,6 +343,7 @@ mod tests {
             seen: 3,
             conflict: None,
             refused: false,
+            change: CourseChange::default(),
             verdict,
             form: None,
             scenes: Vec::new(),
@@ -369,6 +372,16 @@ mod tests {
         let refused = DraftPage { refused: true, ..page(verdict_of_refused(&[issue])) };
         let html = samples::keep_page("draft-refused", &refused);
         assert!(html.contains("Scene, line 7, column 2") && html.contains("not published"), "{html}");
+    }
+
+    #[test]
+    fn publishing_a_course_says_whom_it_concerns_and_asks() {
+        let change = CourseChange { mastered: 1, under_way: 12 };
+        let html =
+            samples::keep_page("draft-change", &DraftPage { refused: true, change, ..page(DraftVerdict::default()) });
+        for said in ["1 person has mastered it", "keeps the mastery", "12 people are under way", "value=\"insist\""] {
+            assert!(html.contains(said), "{said} is not in {html}");
+        }
     }
 
     #[test]

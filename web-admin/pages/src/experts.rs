@@ -3,7 +3,7 @@
 
 use attempt::AttemptCurve;
 use model::corridor::Corridor;
-use model::expert_way::{BesideBand, Compared, Departure, LayerBeside};
+use model::expert_way::{BesideBand, Compared, Departure, LayerBeside, Overreach};
 
 use super::{anatomy, charts, format};
 
@@ -14,7 +14,9 @@ pub struct BesideExperts {
     pub drawing: String,
     /// Number of experts.
     pub experts: usize,
-    /// One row per layer.
+    /// The drawing is deep enough for the target.
+    pub has_target: bool,
+    /// Layer by layer.
     pub rows: Vec<LayerBesideRow>,
     /// Descriptions of departures, with their times.
     pub departures: Vec<SaidDeparture>,
@@ -56,13 +58,20 @@ pub struct SaidDeparture {
 impl BesideExperts {
     /// Builds the comparison of an attempt with the experts.
     #[must_use]
-    pub fn new(curve: &AttemptCurve, corridor: &Corridor, layers: &[LayerBeside]) -> Self {
+    pub fn new(
+        curve: &AttemptCurve,
+        corridor: &Corridor,
+        layers: &[LayerBeside],
+        overreach: Option<&Overreach>,
+    ) -> Self {
         let curve = &anatomy::name_layers_of_curve(curve);
+        let said = layers.iter().flat_map(say_departures);
         Self {
             drawing: charts::draw_both_widths(|size| charts::draw_corridor(curve, corridor, size)),
             experts: corridor.experts,
+            has_target: charts::find_deepest(curve, corridor) >= curve.target_depth_mm,
             rows: layers.iter().map(make_layer_row).collect(),
-            departures: layers.iter().flat_map(say_departures).collect(),
+            departures: overreach.map(say_overreach).into_iter().chain(said).collect(),
         }
     }
 }
@@ -98,6 +107,29 @@ fn make_layer_row(beside: &LayerBeside) -> LayerBesideRow {
         after_pop: cell(Compared::AfterPop),
         peak: cell(Compared::Peak),
     }
+}
+
+fn say_overreach(overreach: &Overreach) -> SaidDeparture {
+    let Overreach { layer, deeper, from_s, own_mm, low_mm, high_mm } = overreach;
+    let (layer, own) = (anatomy::say_structure(layer), format::format_quantity(own_mm, "mm"));
+    let theirs =
+        tr!("{low} to {high}", low = format::format_number(low_mm), high = format::format_quantity(high_mm, "mm"));
+    let words = match deeper {
+        Some(deeper) => tr!(
+            "From the pop into {layer} it went on {own}, as far as {deeper}; the experts turned back after {theirs}.",
+            layer = layer,
+            own = own,
+            deeper = anatomy::say_structure(deeper),
+            theirs = theirs
+        ),
+        None => tr!(
+            "From the pop into {layer} it went on {own}; the experts turned back after {theirs}.",
+            layer = layer,
+            own = own,
+            theirs = theirs
+        ),
+    };
+    SaidDeparture { words, at_s: *from_s }
 }
 
 fn say_departures(beside: &LayerBeside) -> Vec<SaidDeparture> {
@@ -177,6 +209,19 @@ mod tests {
                 "In fat: faster than the experts, 12.0\u{a0}mm/s (experts: 3.00 to 5.00\u{a0}mm/s).",
                 "In fat: pushed less than the experts, 1.00\u{a0}N (experts: 3.00 to 5.00\u{a0}N)."
             ]
+        );
+        let overreach = Overreach {
+            layer: "fat".to_owned(),
+            deeper: Some("muscle".to_owned()),
+            from_s: 7.0,
+            own_mm: 13.0,
+            low_mm: 6.0,
+            high_mm: 7.5,
+        };
+        let said = say_overreach(&overreach).words;
+        assert_eq!(
+            said,
+            "From the pop into fat it went on 13.0\u{a0}mm, as far as muscle; the experts turned back after 6.00 to 7.50\u{a0}mm."
         );
         let row = make_layer_row(&layer);
         assert!(row.layer == "Fat" && row.speed.departs && !row.after_pop.departs);

@@ -6,6 +6,7 @@ use model::assignment::{AssignmentStage, AssignmentTally};
 use model::due::Local;
 
 use super::assignments::{AssignmentRow, DueLine};
+use super::listed::ListPart;
 use super::{Shell, StatusWord, format};
 
 /// The gradebook of a cohort.
@@ -20,9 +21,11 @@ pub struct GradebookPage {
     pub name: String,
     /// Assignments of the cohort, earliest first.
     pub columns: Vec<GradebookColumn>,
-    /// Trainees by name.
+    /// Those of the trainees whom the page shows, by name.
     pub rows: Vec<GradebookRow>,
-    /// Assignments of single trainees.
+    /// Which they are.
+    pub list: ListPart,
+    /// What is assigned to single trainees.
     pub alone: Vec<DueLine>,
 }
 
@@ -82,6 +85,7 @@ mod tests {
             name: "Spring".to_owned(),
             columns: columns.collect(),
             rows: vec![row],
+            list: ListPart::default(),
             alone: vec![samples::due_line()],
         };
         let html = samples::keep_page("gradebook", &page);

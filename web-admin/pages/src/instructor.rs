@@ -22,7 +22,9 @@ pub struct InstructorPage {
     pub cohorts: Vec<CohortCard>,
     /// Trainees who may need help, each with the name of their cohort.
     pub help: Vec<(String, TraineeRow)>,
-    /// Assignments of those cohorts that are due soon or late.
+    /// How many more may.
+    pub more_help: usize,
+    /// What is due soon in those cohorts, and what is late.
     pub due_lines: Vec<DueLine>,
     /// Latest attempts of those cohorts.
     pub recent: Vec<OwnAttemptRow>,
@@ -40,7 +42,7 @@ mod tests {
     #[test]
     fn help_comes_first_and_an_empty_home_tells_the_next_step() {
         let cohort = samples::cohort_page();
-        let help = cohort.help().into_iter().map(|row| ("Spring 2026".to_owned(), row.clone())).collect();
+        let help = cohort.help.iter().map(|row| ("Spring 2026".to_owned(), row.clone())).collect();
         let progress = samples::progress();
         let card = CohortCard::new("/cohorts/1".to_owned(), "Spring 2026".to_owned(), [&progress].into_iter());
         let shell = samples::shell(Role::Instructor);
@@ -51,6 +53,7 @@ mod tests {
             news,
             cohorts: vec![card],
             help,
+            more_help: 3,
             due_lines: vec![samples::due_line()],
             recent,
             now: samples::NOW,
@@ -65,6 +68,7 @@ mod tests {
             news: vec![],
             cohorts: vec![],
             help: vec![],
+            more_help: 0,
             due_lines: vec![],
             recent: vec![],
             now: samples::NOW,

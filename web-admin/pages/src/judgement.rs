@@ -1,8 +1,8 @@
 //! Breakdown of a score: the points of each rubric line with reasons, and all other metrics.
 
-use assessment::{Deduction, FailureCause, HardFailure, Metric};
+use assessment::{Assessment, Deduction, FailureCause, HardFailure, Metric, UnmetRequirement};
 use attempt::AttemptCurve;
-use documents::Exercise;
+use documents::{Exercise, Required};
 
 use super::charts::{self, LayerDamage};
 use super::{format, metric, moments};
@@ -74,7 +74,9 @@ pub struct JudgementView {
     pub bar: String,
     /// Reasons of hard fails.
     pub hard_fails: Vec<LostPoints>,
-    /// Reasons for lost points, largest loss first.
+    /// What the attempt would have scored, 0–100, had it not lacked what is required; absent where nothing is lacking.
+    pub without_gate: Option<f64>,
+    /// What cost points, or would have had the attempt not lacked what is required; dearest first.
     pub lost: Vec<LostPoints>,
     /// Whether there are values of the cohort to compare with.
     pub beside_cohort: bool,
@@ -111,7 +113,9 @@ pub struct RubricRow {
     pub zero: String,
     /// Points earned.
     pub earned: Option<f64>,
-    /// Maximum points.
+    /// Points that the line would have earned, where the attempt lacks what is required.
+    pub would_earn: Option<f64>,
+    /// Points to be had.
     pub available: Option<f64>,
     /// Points lost.
     pub lost: f64,
@@ -176,16 +180,23 @@ impl JudgementView {
     pub fn new(graded: &GradedAttempt<'_>) -> Self {
         let damage = damage_of_layers(graded.metrics);
         let pass_mark = graded.exercise.map(|e| e.pass_mark);
+        let ungated = graded.judge_without_gate();
+        let lines = ungated.as_ref().map_or(graded.deductions, |ungated| &ungated.deductions);
+        let rubric_row = |deduction| {
+            let would_be = ungated.as_ref().and_then(|ungated| find_same_line(&ungated.deductions, deduction));
+            make_rubric_row(graded, deduction, would_be)
+        };
         Self {
             score: graded.score,
             passed: graded.passed,
             pass_mark,
             bar: charts::draw_score_bar(graded.score, pass_mark),
             hard_fails: graded.hard_fails.iter().map(|failure| graded.failure_with_moment(failure)).collect(),
-            lost: list_lost_points(graded),
+            without_gate: ungated.as_ref().map(|ungated| ungated.score),
+            lost: list_lost_points(graded, lines),
             beside_cohort: !graded.others.cohort.is_empty(),
             beside_experts: !graded.others.experts.is_empty(),
-            rubric: graded.deductions.iter().map(|d| make_rubric_row(graded, d)).collect(),
+            rubric: graded.deductions.iter().map(rubric_row).collect(),
             groups: group_metrics(graded),
             damage_chart: charts::draw_both_widths(|size| charts::draw_damage(&damage, size)),
             damage,
@@ -202,15 +213,56 @@ impl GradedAttempt<'_> {
     fn failure_with_moment(&self, failure: &HardFailure) -> LostPoints {
         let at_s = match &failure.cause {
             FailureCause::Limit { metric, .. } => self.second_of(metric),
+            FailureCause::Required { unmet: UnmetRequirement::Within } => self.second_of(DEPTH_ERROR),
             FailureCause::Required { .. } | FailureCause::Worded { .. } => None,
         };
-        LostPoints { why: metric::say_failure(failure), points: 0.0, at_s }
+        let why = match &failure.cause {
+            FailureCause::Required { unmet: UnmetRequirement::Within } => self.say_distance(),
+            _ => None,
+        };
+        LostPoints { why: why.unwrap_or_else(|| metric::say_failure(failure)), points: 0.0, at_s }
+    }
+
+    /// How far the position was from the target, and how far it may be; nothing where either is not known.
+    fn say_distance(&self) -> Option<String> {
+        let allowed = self.exercise?.required.as_ref()?.within_mm?;
+        let error = self.metrics.iter().find(|m| m.id == DEPTH_ERROR)?.value?;
+        let (distance, allowed) = (format::format_quantity(error.abs(), "mm"), format::format_stated(allowed, "mm"));
+        Some(match error > 0.0 {
+            true => tr!(
+                "Nothing is earned: {distance} too deep, {allowed} allowed.",
+                distance = distance,
+                allowed = allowed
+            ),
+            false => {
+                tr!(
+                    "Nothing is earned: {distance} too shallow, {allowed} allowed.",
+                    distance = distance,
+                    allowed = allowed
+                )
+            }
+        })
+    }
+
+    /// The same attempt judged as if nothing were required; nothing where it lacks none of that.
+    fn judge_without_gate(&self) -> Option<Assessment> {
+        let is_gate = |failure: &HardFailure| matches!(failure.cause, FailureCause::Required { .. });
+        let exercise = self.exercise.filter(|_| self.hard_fails.iter().any(is_gate))?;
+        let ungated = Exercise { required: Some(Required::default()), ..exercise.clone() };
+        assessment::judge(self.metrics.to_vec(), &ungated, "").ok()
     }
 }
 
-/// Returns the reasons for lost points, largest loss first.
-fn list_lost_points(graded: &GradedAttempt<'_>) -> Vec<LostPoints> {
-    let dear = graded.deductions.iter().filter(|deduction| deduction.points > 0.0);
+/// The metric by which the distance from the target is measured.
+const DEPTH_ERROR: &str = "depth_error_mm";
+
+fn find_same_line<'a>(deductions: &'a [Deduction], line: &Deduction) -> Option<&'a Deduction> {
+    deductions.iter().find(|other| other.metric == line.metric && other.version == line.version)
+}
+
+/// What cost points, dearest first.
+fn list_lost_points(graded: &GradedAttempt<'_>, deductions: &[Deduction]) -> Vec<LostPoints> {
+    let dear = deductions.iter().filter(|deduction| deduction.points > 0.0);
     let mut lost: Vec<LostPoints> = dear
         .map(|deduction| LostPoints {
             why: metric::deduction_reason(deduction),
@@ -236,7 +288,7 @@ fn say_spread(spreads: &[MetricSpread], id: &str, version: u32, unit: &str) -> S
     })
 }
 
-fn make_rubric_row(graded: &GradedAttempt<'_>, deduction: &Deduction) -> RubricRow {
+fn make_rubric_row(graded: &GradedAttempt<'_>, deduction: &Deduction, would_be: Option<&Deduction>) -> RubricRow {
     let measured = graded.metrics.iter().find(|m| m.id == deduction.metric && m.version == deduction.version);
     let unit = measured.map_or("", |m| m.unit.as_str());
     let line = graded.exercise.and_then(|e| e.rubric.iter().find(|l| l.metric == deduction.metric));
@@ -251,6 +303,7 @@ fn make_rubric_row(graded: &GradedAttempt<'_>, deduction: &Deduction) -> RubricR
         full: line.map_or_else(String::new, |l| format::format_stated(l.full, unit)),
         zero: line.map_or_else(String::new, |l| format::format_stated(l.zero, unit)),
         earned: available.map(|a| (a - deduction.points).max(0.0)),
+        would_earn: would_be.and_then(|would_be| Some((available? - would_be.points).max(0.0))),
         available,
         lost: deduction.points,
     }
@@ -358,6 +411,21 @@ mod tests {
         let deep = judgement.lost.iter().find(|lost| lost.why.contains("too deep")).expect("the depth");
         assert_eq!(deep.at_s, Some(19.0), "where the position was confirmed");
         assert!(judgement.lost.iter().all(|lost| lost.at_s.is_some()));
+    }
+
+    #[test]
+    fn a_missed_requirement_is_said_once_with_its_distance_and_hides_nothing() {
+        let judgement = samples::missed_judgement();
+        let [failed] = &judgement.hard_fails[..] else { panic!("{:?}", judgement.hard_fails) };
+        assert!(failed.why.contains("1.93\u{a0}mm too deep, 1.5\u{a0}mm allowed"), "{}", failed.why);
+        assert_eq!(failed.at_s, Some(19.0));
+        let depth = &judgement.lost[0].why;
+        assert!(depth.contains("too deep") && !depth.contains("too far from the target"), "{depth}");
+        assert!((judgement.without_gate.expect("a score") - 80.75).abs() < 0.5, "{:?}", judgement.without_gate);
+        let would_earn: f64 = judgement.rubric.iter().filter_map(|row| row.would_earn).sum();
+        assert!((would_earn - judgement.without_gate.expect("a score")).abs() < 1e-9);
+        let page = samples::keep_page("session-missed", &samples::missed_page());
+        assert!(page.contains("What would have cost points") && page.contains("would be"), "{page}");
     }
 
     #[test]

@@ -34,6 +34,7 @@ pub mod instructor;
 pub mod judgement;
 pub mod letters;
 pub mod links;
+pub mod listed;
 pub mod login;
 #[cfg(test)]
 mod markup;

@@ -1,6 +1,7 @@
 //! News for a user, on the home page and by email.
 
 use model::notice::{Notice, NoticeKind};
+use model::survey::Survey;
 use time::OffsetDateTime;
 
 /// A news item.
@@ -42,8 +43,14 @@ impl NewsItem {
         Self { words, href: "/account/studies".to_owned(), at }
     }
 
-    /// Lists notices. Repeated notices of the same kind, person and page are merged into the
-    /// newest.
+    /// A survey waits for the visitor's answers.
+    #[must_use]
+    pub fn of_survey(survey: &Survey) -> Self {
+        let words = tr!("A survey waits for your answers: “{title}”", title = survey.title);
+        Self { words, href: format!("/surveys/{}", survey.id), at: survey.opens_at.to_utc() }
+    }
+
+    /// Notices in words: what one person did several times on the same page is one item, the newest.
     #[must_use]
     pub fn list(notices: &[Notice]) -> Vec<Self> {
         let is_same = |a: &Notice, b: &Notice| {
@@ -63,6 +70,18 @@ impl NewsItem {
         }
         items
     }
+}
+
+/// That somebody waits for the visitor's ratings of so many attempts, in words.
+#[must_use]
+pub fn say_waiting_ratings(by: &str, title: &str, attempts: u32) -> String {
+    trn!(
+        "{name} asks you to rate {n} attempt: “{title}”",
+        "{name} asks you to rate {n} attempts: “{title}”",
+        attempts,
+        name = by,
+        title = title
+    )
 }
 
 #[cfg(test)]

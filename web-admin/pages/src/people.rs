@@ -13,6 +13,8 @@ use model::membership::MembershipRequest;
 
 use self::bulk::{BulkDone, BulkForm, BulkRefused};
 use super::form::FilledForm;
+use super::listed::ListPart;
+use super::settings::MailWay;
 use super::{Shell, StatusWord, format, people};
 
 /// All roles, in the order of selection.
@@ -51,7 +53,9 @@ pub struct PeoplePage {
     pub by_number: SortHeading,
     /// Result of the latest bulk action.
     pub done: Option<BulkDone>,
-    /// The form for bulk actions.
+    /// Where letters go.
+    pub mail_way: MailWay,
+    /// What is to be done to many, and why it was not.
     pub bulk: FilledForm<BulkForm, BulkRefused>,
     /// People found.
     pub rows: Vec<DirectoryEntry>,
@@ -102,6 +106,8 @@ pub struct PersonForm {
     pub name: String,
     /// Email address.
     pub email: String,
+    /// What the registrar knows them by.
+    pub number: String,
     /// Roles to choose from.
     pub roles: Vec<SelectOption>,
     /// Cohorts to choose from.
@@ -117,7 +123,11 @@ pub enum PersonRefused {
     Email,
     /// The email address cannot be used.
     Taken,
-    /// Administrators cannot remove their own role.
+    /// This is no number.
+    Number,
+    /// Somebody else of the school has the number.
+    NumberTaken,
+    /// Nobody takes the administrator's role from themselves.
     OwnRole,
 }
 
@@ -129,7 +139,7 @@ pub enum PersonChangeDone {
     Added,
     /// Changed.
     Changed,
-    /// An email with a link is queued.
+    /// A mail with a link was queued.
     Mailed,
     /// Disabled.
     Disabled,
@@ -155,7 +165,9 @@ pub struct PersonPage {
     pub held: bool,
     /// The change that was just made.
     pub done: Option<PersonChangeDone>,
-    /// Why the latest email with a link may not have been sent.
+    /// Where letters go.
+    pub mail_way: MailWay,
+    /// Why their last mail with a link is not known to have gone out.
     pub trouble: Option<MailTrouble>,
     /// Whether a second factor is set up.
     pub second_factor: bool,
@@ -187,15 +199,28 @@ pub struct CohortPeoplePage {
     pub href: String,
     /// Name of the cohort.
     pub name: String,
-    /// Instructors, then trainees: id, name, role.
-    pub members: Vec<(String, String, Role)>,
-    /// Open requests for membership.
+    /// Those of the instructors and trainees whom the page shows, in this order.
+    pub members: Vec<CohortMember>,
+    /// Which they are.
+    pub list: ListPart,
+    /// Who is asked for, and has not answered.
     pub requests: Vec<MembershipRequest>,
     /// The form that adds a person by email address.
     pub email: FilledForm<String, UnknownAddress>,
 }
 
-/// No eligible person has the email address entered.
+/// Somebody of a cohort.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CohortMember {
+    /// Their id.
+    pub id: String,
+    /// Their name.
+    pub name: String,
+    /// Their part in it.
+    pub role: Role,
+}
+
+/// Nobody who can be in a cohort has the address that was typed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UnknownAddress;
 
@@ -289,6 +314,7 @@ mod tests {
     use model::ids::PersonId;
 
     use super::*;
+    use crate::listed::ListQuery;
     use crate::samples;
 
     fn listed(name: &str, state: AccountState) -> DirectoryEntry {
@@ -314,7 +340,8 @@ mod tests {
             by_name: SortHeading { href: "/people?sort=name".to_owned(), down: Some(false) },
             by_email: SortHeading::default(),
             by_number: SortHeading::default(),
-            done: Some(BulkDone { act: model::directory::BulkAct::Disable, people: 2 }),
+            done: Some(BulkDone { act: model::directory::BulkAct::Disable, people: 2, mail_way: MailWay::Server }),
+            mail_way: MailWay::Folder,
             bulk: FilledForm::refused(
                 BulkForm { acts: bulk::list_bulk_acts(None), ..BulkForm::default() },
                 BulkRefused::Nobody,
@@ -352,6 +379,7 @@ mod tests {
             own,
             held: own,
             done: Some(PersonChangeDone::Mailed),
+            mail_way: MailWay::Folder,
             trouble: Some(MailTrouble::Unsent("the mail server refused it".to_owned())),
             second_factor: true,
             form: FilledForm::new(PersonForm {
@@ -361,7 +389,12 @@ mod tests {
             }),
         };
         let invited = samples::keep_page("person-invited", &page(AccountState::Invited, false));
-        assert!(invited.contains("Send the invitation again") && invited.contains("refused it"), "{invited}");
+        assert!(
+            invited.contains("Send the invitation again")
+                && invited.contains("nobody receives it")
+                && invited.contains("refused it"),
+            "{invited}"
+        );
         let disabled = samples::keep_page("person-disabled", &page(AccountState::Disabled, false));
         assert!(disabled.contains("/enable\"") && !disabled.contains("/disable\""), "{disabled}");
         let own = samples::keep_page("person-own", &page(AccountState::Active, true));
@@ -377,11 +410,12 @@ mod tests {
         let person = listed("Ana", AccountState::Invited);
         let link = LinkPage { shell: shell.clone(), person, link: "https://x/join/1".to_owned(), days: 14 };
         assert!(samples::keep_page("person-link", &link).contains("https://x/join/1"));
-        let members = vec![("1".to_owned(), "Ana <b>".to_owned(), Role::Trainee)];
+        let members = vec![CohortMember { id: "1".to_owned(), name: "Ana <b>".to_owned(), role: Role::Trainee }];
+        let (members, list) = ListPart::of(ListQuery::default(), members, |one| &one.name);
         let (href, name) = ("/cohorts/1".to_owned(), "Spring".to_owned());
         let requests = vec![samples::request()];
         let email = FilledForm::refused("x@y.z".to_owned(), UnknownAddress);
-        let page = CohortPeoplePage { shell, href, name, members, requests, email };
+        let page = CohortPeoplePage { shell, href, name, members, list, requests, email };
         let html = samples::keep_page("cohort-people", &page);
         assert!(html.contains("Ana &#60;b&#62;") && html.contains("value=\"x@y.z\""), "{html}");
     }

@@ -247,8 +247,12 @@ impl ReplayPage {
         self.others.iter().find(|other| other.chosen)
     }
 
-    /// Returns the time in the form: the input after a refusal, else the time at which the replay
-    /// opens.
+    /// The second at which the page opens, as an address says it; empty for the beginning.
+    fn opened_at(&self) -> String {
+        self.happened.opened.as_ref().map_or_else(String::new, |opened| format::plain_seconds(opened.t_s))
+    }
+
+    /// The second in the form: as it was typed, or at which the page opens.
     fn typed_from(&self) -> String {
         match (&self.form.fields.refused, &self.happened.opened) {
             (None, Some(opened)) => format::plain_seconds(opened.t_s),

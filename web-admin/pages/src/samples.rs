@@ -1,7 +1,7 @@
 //! Sample data for the tests of the pages, from one fictitious school.
 
 use assessment::{Deduction, DeductionCause, Direction, Metric};
-use documents::{Exercise, ExerciseBundle, HardFail, RubricLine};
+use documents::{Exercise, ExerciseBundle, HardFail, Required, RubricLine};
 use model::assignment::AssignmentTally;
 use model::due::local;
 use model::ids::{CohortId, PersonId, SessionId};
@@ -13,12 +13,14 @@ use time::macros::datetime;
 use time::{Duration, OffsetDateTime};
 
 use super::assignments::DueLine;
-use super::cohort::{CohortPage, CourseShare, TraineeRow};
+use super::cohort::{CohortFigures, CohortPage, CourseShare, NamedTrainee, TraineeRow};
 use super::exercise::{Context, ExerciseFacts, ExercisePage};
 use super::judgement::{GradedAttempt, JudgementView, MetricSpread, OthersSpreads};
+use super::listed::{ListPart, ListQuery};
 use super::news::NewsItem;
+use super::people::SelectOption;
 use super::progress::HabitsView;
-use super::session::{Drawing, SessionOutcome, SessionPage, VerificationResult};
+use super::session::{Drawing, Ruling, SessionOutcome, SessionPage, VerificationResult};
 use super::shell::ShellVisitor;
 use super::trainee::{CourseFacts, CourseView, OwnAttemptRow, PageNumbers, TraineePage};
 use super::{NavPlace, Shell, StatusWord};
@@ -86,7 +88,7 @@ pub(super) fn bundle() -> ExerciseBundle {
         target_depth_mm: 20.0,
         time_limit_s: 180.0,
         feedback: documents::Feedback::Both,
-        required: Some(documents::Required {
+        required: Some(Required {
             reached: Some("fat".to_owned()),
             within_mm: Some(8.0),
             confirmed: true,
@@ -195,6 +197,38 @@ pub(super) fn judgement() -> JudgementView {
     })
 }
 
+/// The same attempt at an exercise that allows less distance from the target than it has.
+pub(super) fn missed_judgement() -> JudgementView {
+    let mut exercise = bundle().exercise;
+    exercise.required = Some(Required { within_mm: Some(1.5), ..Required::default() });
+    let judged = assessment::judge(metrics(), &exercise, "0.1.0").expect("a rubric");
+    JudgementView::new(&GradedAttempt {
+        score: judged.score,
+        passed: judged.passed,
+        deductions: &judged.deductions,
+        hard_fails: &judged.hard_fails,
+        metrics: &metrics(),
+        exercise: Some(&exercise),
+        targets: &[],
+        curve: Some(&curve()),
+        others: &OthersSpreads::default(),
+    })
+}
+
+/// Its page, with another score put in place by an instructor.
+pub(super) fn missed_page() -> SessionPage {
+    SessionPage {
+        outcome: SessionOutcome::Scored(Box::new(missed_judgement())),
+        ruling: Some(Ruling {
+            score: 75.0,
+            passed: true,
+            by: "Dr Peter Osei".to_owned(),
+            reason: "The probe slipped at the station; seen there.".to_owned(),
+        }),
+        ..session_page()
+    }
+}
+
 pub(super) fn session_page() -> SessionPage {
     SessionPage {
         shell: shell(Role::Instructor),
@@ -240,6 +274,7 @@ pub(super) fn course() -> Course {
             step("oblique-approach", "Oblique approach", &["reach-the-muscle"]),
         ],
         rule: Mastery::Passes { passes: 3, of: 5 },
+        earlier: Vec::new(),
     }
 }
 
@@ -390,17 +425,30 @@ pub(super) fn cohort_page() -> CohortPage {
     ];
     let standing = people.map(|(name, attempts)| (name.to_owned(), Progress::of(&course, &attempts, NOW)));
     let row = |(name, progress): &(String, Progress)| {
-        TraineeRow::new("/trainees/1".to_owned(), name.clone(), &facts(&course), progress)
+        let who = NamedTrainee { href: "/trainees/1".to_owned(), name: name.clone() };
+        TraineeRow::new(who, &facts(&course), progress, &progress.concerns)
     };
+    let rows: Vec<TraineeRow> = standing.iter().map(row).collect();
+    let help: Vec<TraineeRow> = rows.iter().filter(|row| !row.concerns.is_empty()).cloned().collect();
+    let in_course = standing.each_ref().map(|(_, progress)| progress);
+    let option = |value: &str, label: &str| SelectOption {
+        value: value.to_owned(),
+        label: label.to_owned(),
+        chosen: value == "lower-back-basics",
+    };
+    let (trainees, list) = ListPart::of(ListQuery::default(), rows, |row| &row.name);
     CohortPage {
         shell: shell(Role::Instructor),
         href: "/cohorts/1".to_owned(),
         name: "Spring 2026".to_owned(),
         instructors: vec!["Dr Peter Osei".to_owned()],
-        trainees: standing.iter().map(row).collect(),
+        figures: CohortFigures::new(&in_course, help.len()),
+        help,
         due_lines: vec![due_line()],
-        courses: vec![CourseShare::new(&facts(&course), &standing.each_ref().map(|(name, p)| (name.as_str(), p)))],
-        others: vec!["Lumbar puncture".to_owned()],
+        courses: vec![option("lower-back-basics", "Lower back"), option("lumbar-puncture", "Lumbar puncture")],
+        course: Some(CourseShare::new(&facts(&course), &standing.each_ref().map(|(name, p)| (name.as_str(), p)))),
+        trainees,
+        list,
         now: NOW,
     }
 }

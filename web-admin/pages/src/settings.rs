@@ -12,8 +12,8 @@ use super::form::{FilledForm, read_ticked_box, read_trimmed_text};
 use super::trainee::needed_in_words;
 use super::{Shell, format};
 
-/// Delivery method of emails.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Where letters go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MailWay {
     /// Sent through a mail server.
     Server,
@@ -67,6 +67,9 @@ pub struct SettingsForm {
     /// Days in which attempts on a replaced revision still count.
     #[serde(default = "usual_grace_days", deserialize_with = "read_trimmed_text")]
     pub replaced_grace_days: String,
+    /// Who answers for what people tell the school, where to ask, and how long it is kept.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub data_notice: String,
 }
 
 /// Returns the default for schools that have not set it.
@@ -129,6 +132,7 @@ mod tests {
             mails_news: false,
             replaced_grace_days: "7".to_owned(),
             shows_others: true,
+            data_notice: "Nord <Schule>, Weg 1".to_owned(),
         };
         let mut page = SettingsPage {
             shell: samples::shell(Role::Administrator),

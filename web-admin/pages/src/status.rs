@@ -27,6 +27,8 @@ pub enum StatusWord {
     Help,
     /// A trainee without concerns.
     OnTrack,
+    /// A trainee who has not tried anything of the course.
+    NotBegun,
     /// A trainee who has mastered the course.
     Complete,
 }
@@ -56,6 +58,7 @@ impl StatusWord {
             Self::Regressing => tr!("Regressing"),
             Self::Help => tr!("Needs help"),
             Self::OnTrack => tr!("On track"),
+            Self::NotBegun => tr!("Not begun"),
             Self::Complete => tr!("Course mastered"),
         }
     }
@@ -68,7 +71,7 @@ impl StatusWord {
             Self::Failed | Self::Refused => "bad",
             Self::Help | Self::Regressing => "warn",
             Self::Current => "lead",
-            Self::Waiting | Self::Open | Self::Locked | Self::OnTrack => "quiet",
+            Self::Waiting | Self::Open | Self::Locked | Self::OnTrack | Self::NotBegun => "quiet",
         }
     }
 
@@ -81,7 +84,7 @@ impl StatusWord {
             Self::Current => "M3 8h9M8.5 4.5L12 8l-3.5 3.5",
             Self::Waiting => "M8 2.5a5.5 5.5 0 1 0 0 11a5.5 5.5 0 1 0 0-11M8 5v3.2l2 1.3",
             Self::Regressing => "M3 4.5l4 4 2-2 4 5M13 8v3.5H9.5",
-            Self::Open | Self::OnTrack => "M8 4.5a3.5 3.5 0 1 0 0 7a3.5 3.5 0 1 0 0-7",
+            Self::Open | Self::OnTrack | Self::NotBegun => "M8 4.5a3.5 3.5 0 1 0 0 7a3.5 3.5 0 1 0 0-7",
             Self::Locked => "M4 7.5h8v6H4zM5.5 7.5V5.3a2.5 2.5 0 0 1 5 0v2.2",
         }
     }

@@ -83,9 +83,11 @@ pub struct CourseView {
     pub next: Option<NextStep>,
     /// Number of exercises mastered.
     pub mastered: usize,
-    /// Whether all exercises are mastered.
+    /// The course is mastered.
     pub complete: bool,
-    /// Reasons why help may be needed: kind and reason.
+    /// Since when, where it is mastered by an earlier revision.
+    pub mastered_before: Option<OffsetDateTime>,
+    /// Why help may be needed.
     pub concerns: Vec<(&'static str, String)>,
     /// Exercises in order.
     pub steps: Vec<CourseStepRow>,
@@ -214,6 +216,7 @@ impl CourseView {
             next: progress.next.map(|i| make_next_step(facts.course, progress, i)),
             mastered: progress.mastered(),
             complete: progress.complete(),
+            mastered_before: progress.earlier.is_some().then(|| progress.completed_on()).flatten(),
             concerns: progress.concerns.iter().map(|c| say_concern(c)).collect(),
             steps,
             charts,
@@ -225,7 +228,7 @@ impl CourseView {
 #[must_use]
 pub fn needed_in_words(needed: Needed) -> &'static str {
     match needed {
-        Needed::Nothing => tr!("every attempt that counts"),
+        Needed::Nothing => tr!("every scored attempt"),
         Needed::Resimulated => tr!("attempts whose re-simulation is identical"),
         Needed::SignedOrSupervised => tr!("attempts that a paired station has signed, or that were supervised"),
         Needed::Supervised => tr!("attempts that were supervised"),

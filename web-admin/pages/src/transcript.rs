@@ -33,6 +33,8 @@ pub struct TranscriptCourse {
     pub title: String,
     /// The mastery rule as text.
     pub rule: String,
+    /// Since when it is mastered.
+    pub mastered_on: Option<OffsetDateTime>,
     /// Its exercises.
     pub lines: Vec<TranscriptLine>,
 }
@@ -66,7 +68,12 @@ impl TranscriptCourse {
             passes: done.attempts.iter().filter(|attempt| attempt.passed).count(),
             attempts: done.attempts.len(),
         });
-        Self { title: title.to_owned(), rule: rule_in_words(&course.rule), lines: lines.collect() }
+        Self {
+            title: title.to_owned(),
+            rule: rule_in_words(&course.rule),
+            mastered_on: progress.completed_on(),
+            lines: lines.collect(),
+        }
     }
 
     fn mastered(&self) -> usize {

@@ -59,6 +59,7 @@ fn lines_of_certificate(statement: &Statement) -> Vec<String> {
         format: _,
         school,
         trainee,
+        registrar_id,
         curriculum_id,
         course,
         curriculum_sha256,
@@ -68,8 +69,9 @@ fn lines_of_certificate(statement: &Statement) -> Vec<String> {
         issued_at,
         scope,
     } = statement;
+    let number = registrar_id.as_ref().map_or_else(String::new, |number| format!(" ({number})"));
     let mut lines = vec![
-        format!("genuine: {trainee} mastered “{course}” at {school}, issued {issued_at}"),
+        format!("genuine: {trainee}{number} mastered “{course}” at {school}, issued {issued_at}"),
         format!("  course    {curriculum_id}, document with SHA-256 {curriculum_sha256}"),
         format!("  rule      an exercise is {rule}"),
     ];

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use model::Moment;
 use model::ids::{RevisionId, SchoolId};
-use model::progress::{Course, CourseStep, CurveRule, Mastery};
+use model::progress::{Course, CourseStep, CurveRule, EarlierCourse, Mastery};
 use sqlx::FromRow;
 
 use super::{Connection, Executor, Json, Result};
@@ -56,7 +56,15 @@ pub struct TaughtCurriculum {
     pub description: String,
     /// SHA-256 of the document.
     pub sha256: String,
-    /// Number of passes required …
+    /// When an exercise of it is mastered.
+    #[sqlx(flatten)]
+    rule: MasteryColumns,
+}
+
+/// The mastery rule of a revision.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+struct MasteryColumns {
+    /// Passes needed …
     #[sqlx(try_from = "i64")]
     mastery_passes: u32,
     /// … out of this many latest attempts, unless mastery is judged by a learning curve.
@@ -65,20 +73,43 @@ pub struct TaughtCurriculum {
     mastery_curve: Option<Json<CurveRule>>,
 }
 
-impl TaughtCurriculum {
-    /// Takes the course out of a map of the steps of several curricula.
-    #[must_use]
-    pub fn take_course(&self, steps: &mut CourseSteps) -> Course {
-        Course { steps: steps.remove(&self.revision_id).unwrap_or_default(), rule: self.mastery() }
-    }
-
-    /// Returns the mastery rule.
-    #[must_use]
-    pub fn mastery(&self) -> Mastery {
+impl MasteryColumns {
+    fn rule(&self) -> Mastery {
         match &self.mastery_curve {
             Some(Json(curve)) => Mastery::Curve(*curve),
             None => Mastery::Passes { passes: self.mastery_passes, of: self.mastery_of },
         }
+    }
+}
+
+/// A revision of a curriculum that another has replaced.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct ReplacedCurriculum {
+    revision_id: RevisionId,
+    curriculum_id: String,
+    sha256: String,
+    replaced_at: Moment,
+    #[sqlx(flatten)]
+    rule: MasteryColumns,
+}
+
+impl TaughtCurriculum {
+    /// Its course, taken from among the exercises of several, with its earlier revisions among `replaced`, newest first.
+    #[must_use]
+    pub fn take_course(&self, steps: &mut CourseSteps, replaced: &[ReplacedCurriculum]) -> Course {
+        let mut take = |revision| steps.remove(&revision).unwrap_or_default();
+        let (current, rule) = (take(self.revision_id), self.rule.rule());
+        let mut earlier: Vec<EarlierCourse> = Vec::new();
+        for one in replaced.iter().filter(|one| one.curriculum_id == self.curriculum_id) {
+            let (steps, their_rule) = (take(one.revision_id), one.rule.rule());
+            let after = earlier.last().map_or((&current, &rule), |later| (&later.steps, &later.rule));
+            // Where only words were changed, the later of the two stands for both.
+            if after != (&steps, &their_rule) {
+                let (sha256, until) = (one.sha256.clone(), one.replaced_at.to_utc());
+                earlier.push(EarlierCourse { steps, rule: their_rule, sha256, until });
+            }
+        }
+        Course { steps: current, rule, earlier }
     }
 }
 
@@ -167,8 +198,25 @@ async fn insert_entry(writer: &mut Connection, revision: RevisionId, position: i
     .map(drop)
 }
 
-/// Makes a revision the current one.
-pub async fn make_current(writer: &mut Connection, school: SchoolId, id: &str, revision: RevisionId) -> Result<()> {
+/// Makes a revision the one that is taught from a moment on, in place of the one before.
+pub async fn make_current(
+    writer: &mut Connection,
+    school: SchoolId,
+    id: &str,
+    revision: RevisionId,
+    now: Moment,
+) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO replaced_curricula (revision_id, replaced_at)
+         SELECT revision_id, $3 FROM curricula WHERE school_id = $1 AND curriculum_id = $2
+         ON CONFLICT (revision_id) DO UPDATE SET replaced_at = excluded.replaced_at",
+    )
+    .bind(school)
+    .bind(id)
+    .bind(now)
+    .execute(&mut *writer)
+    .await?;
+    sqlx::query("DELETE FROM replaced_curricula WHERE revision_id = $1").bind(revision).execute(&mut *writer).await?;
     sqlx::query(
         "INSERT INTO curricula (school_id, curriculum_id, revision_id) VALUES ($1, $2, $3)
          ON CONFLICT (school_id, curriculum_id) DO UPDATE SET revision_id = excluded.revision_id",
@@ -245,32 +293,12 @@ pub async fn exercise_ids(executor: impl Executor<'_>, revision: RevisionId) -> 
         .await
 }
 
-/// Returns the course of a curriculum: its exercises in order, with the titles of their current
-/// revisions.
-pub async fn find_course(
-    executor: impl Executor<'_>,
-    school: SchoolId,
-    curriculum: &TaughtCurriculum,
-) -> Result<Course> {
-    let rows: Vec<CurriculumStepRow> = sqlx::query_as(
-        "SELECT e.revision_id, e.exercise_id, r.title, e.prerequisites
-         FROM curriculum_entries e
-         JOIN exercises x ON x.school_id = $1 AND x.exercise_id = e.exercise_id
-         JOIN exercise_revisions r ON r.id = x.revision_id
-         WHERE e.revision_id = $2 ORDER BY e.position",
-    )
-    .bind(school)
-    .bind(curriculum.revision_id)
-    .fetch_all(executor)
-    .await?;
-    Ok(Course { steps: rows.into_iter().map(Into::into).collect(), rule: curriculum.mastery() })
-}
-
-/// Returns the steps of all curricula that a school teaches; see [`find_course`].
+/// The exercises of every revision of the curricula that a school teaches or has taught, each under its title in the revision that
+/// trainees are given.
 pub async fn list_course_steps(executor: impl Executor<'_>, school: SchoolId) -> Result<CourseSteps> {
     let rows: Vec<CurriculumStepRow> = sqlx::query_as(
         "SELECT e.revision_id, e.exercise_id, r.title, e.prerequisites
-         FROM curricula c JOIN curriculum_entries e ON e.revision_id = c.revision_id
+         FROM curriculum_revisions c JOIN curriculum_entries e ON e.revision_id = c.id
          JOIN exercises x ON x.school_id = $1 AND x.exercise_id = e.exercise_id
          JOIN exercise_revisions r ON r.id = x.revision_id
          WHERE c.school_id = $1 ORDER BY e.revision_id, e.position",
@@ -283,4 +311,16 @@ pub async fn list_course_steps(executor: impl Executor<'_>, school: SchoolId) ->
         steps.entry(row.revision_id).or_default().push(row.into());
     }
     Ok(steps)
+}
+
+/// The revisions that others have replaced, those replaced last first.
+pub async fn list_replaced_curricula(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<ReplacedCurriculum>> {
+    sqlx::query_as(
+        "SELECT r.id AS revision_id, r.curriculum_id, r.sha256, p.replaced_at, r.mastery_passes, r.mastery_of, r.mastery_curve
+         FROM curriculum_revisions r JOIN replaced_curricula p ON p.revision_id = r.id
+         WHERE r.school_id = $1 ORDER BY p.replaced_at DESC, r.id DESC",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
 }

@@ -188,7 +188,20 @@ pub async fn find_anybody(
     .await
 }
 
-/// Personal details to be changed.
+/// Whom the registrar of a school knows by a number.
+pub async fn find_number_holder(
+    executor: impl Executor<'_>,
+    school: SchoolId,
+    number: &str,
+) -> Result<Option<PersonId>> {
+    sqlx::query_scalar("SELECT id FROM people WHERE school_id = $1 AND registrar_id = $2")
+        .bind(school)
+        .bind(number)
+        .fetch_optional(executor)
+        .await
+}
+
+/// Who somebody is said to be.
 #[derive(Clone, Copy, Debug)]
 pub struct Details<'a> {
     /// Name.

@@ -185,7 +185,21 @@ pub async fn list_trainee_practice(
     Ok(attempts)
 }
 
-/// Returns the scored attempts of a cohort's trainees.
+/// Every scored attempt of the next people of a school who have any, after one of them.
+pub async fn list_school_practice(
+    executor: impl Executor<'_>,
+    PersonKey { school_id: school, person_id: after }: PersonKey,
+    most: u32,
+) -> Result<ByTrainee> {
+    let rows = sqlx::query_as(practised!(
+        "SELECT DISTINCT trainee_id AS person_id FROM practice WHERE school_id = $1 AND trainee_id > $2
+         ORDER BY trainee_id LIMIT $3 + 0",
+        ""
+    ));
+    Ok(list_practice_by_trainee(rows.bind(school).bind(after).bind(i64::from(most)).fetch_all(executor).await?))
+}
+
+/// Every scored attempt of a cohort's trainees.
 pub async fn list_cohort_practice(
     executor: impl Executor<'_>,
     school: SchoolId,

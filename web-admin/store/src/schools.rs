@@ -54,6 +54,8 @@ pub struct SchoolSettings {
     /// Number of days for which attempts at a replaced revision still count.
     #[sqlx(try_from = "i64")]
     pub replaced_grace_days: u32,
+    /// Who answers for what people tell it, where to ask, and how long it is kept; empty where it has not said.
+    pub data_notice: String,
 }
 
 /// Returns the settings of a school.
@@ -63,7 +65,7 @@ pub struct SchoolSettings {
 pub async fn find_school_settings(executor: impl Executor<'_>, id: SchoolId) -> Result<SchoolSettings> {
     sqlx::query_as(
         "SELECT name, time_zone, letter_language, mails_reminders, mails_news, shows_others,
-           replaced_grace_days
+           replaced_grace_days, data_notice
          FROM schools WHERE id = $1",
     )
     .bind(id)
@@ -75,7 +77,7 @@ pub async fn find_school_settings(executor: impl Executor<'_>, id: SchoolId) -> 
 pub async fn put_school_settings(writer: &mut Connection, id: SchoolId, settings: &SchoolSettings) -> Result<bool> {
     sqlx::query(
         "UPDATE schools SET name = $2, time_zone = $3, letter_language = $4, mails_reminders = $5, mails_news = $6,
-           shows_others = $7, replaced_grace_days = $8
+           shows_others = $7, replaced_grace_days = $8, data_notice = $9
          WHERE id = $1 AND NOT EXISTS (SELECT 1 FROM schools WHERE name = $2 AND id <> $1)",
     )
     .bind(id)
@@ -86,6 +88,7 @@ pub async fn put_school_settings(writer: &mut Connection, id: SchoolId, settings
     .bind(settings.mails_news)
     .bind(settings.shows_others)
     .bind(i64::from(settings.replaced_grace_days))
+    .bind(&settings.data_notice)
     .execute(writer)
     .await
     .map(|done| done.rows_affected() == 1)

@@ -119,7 +119,7 @@ async fn many_are_disabled_enabled_invited_and_moved_and_who_cannot_be_is_left_o
 
     let (shown, said) = do_to_many(&mut head, &with("invite", "")).await;
     assert!(shown.contains("Send 2 invitations again") && shown.contains("has chosen a password already"), "{shown}");
-    assert!(said.contains("2 invitations are on their way"), "{said}");
+    assert!(said.contains("2 invitations lie as files"), "{said}");
     let (shown, said) = do_to_many(&mut head, &with("disable", "")).await;
     assert!(
         shown.contains("nobody disables themselves") && said.contains("3 accounts were disabled"),

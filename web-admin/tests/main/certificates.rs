@@ -1,25 +1,31 @@
 //! A certificate through the front door: who has mastered a course saves a page, and anybody checks it without the service.
 //! Fails when one is issued for less, in another's language, or when what is printed or signed is not what was earned.
 
+use acts::clock::Clock;
 use acts::{certificates, publishing};
+use data_encoding::HEXLOWER;
 use model::certificate::check_certificate;
 use model::certificate_note::CertificateNote;
-use model::{PersonKey, Role};
+use model::ids::SessionId;
+use model::{Moment, PersonKey, Role};
 use pages::qr::draw_qr_code;
+use sha2::{Digest, Sha256};
 use store::people;
 use web_admin::worker;
 use words::Language;
 
-use crate::support::client::csrf_in;
+use crate::support::client::{Client, csrf_in};
 use crate::support::recordings::{Attempt, FORGED, record};
 use crate::support::{App, Member, course_folder};
 
+/// 2026-05-20 09:30 UTC; attempts begin before.
+const NOW: Moment = Moment::from_micros(1_779_269_400_000_000);
 /// A course of one exercise that is mastered with one pass, whatever the score.
 const COURSE: &str = "id = \"one-step\"\ntitle = \"One <step> & no more\"\n[mastery]\nrule = \"passes\"\npasses = 1\nof = 1\n\
                       [[exercise]]\nfile = \"only.toml\"\n";
 
 async fn school() -> (App, Member) {
-    let app = App::new().await;
+    let app = App::with(Clock::fixed(NOW), |_| {}).await;
     let school = app.school("North & Sons").await;
     let folder = app.folder.path().join("short");
     std::fs::create_dir_all(folder.join("course")).unwrap();
@@ -109,4 +115,97 @@ async fn who_has_mastered_a_course_saves_a_page_that_anybody_can_check() {
     assert_eq!(ask("supervised").await.status, 303);
     assert_eq!(browser.form(&address, &[("csrf", &csrf)]).await.status, 409);
     assert_eq!(ask("everything").await.status, 400);
+}
+
+/// A year's results are not taken back because the course grows: publishing says whom it concerns, asks, and leaves masteries as they are.
+#[tokio::test]
+async fn a_course_that_grows_takes_the_mastery_from_nobody() {
+    let (app, ada) = school().await;
+    let school = ada.person.school_id;
+    let bo = app.member(school, Role::Trainee, "bo@example.org").await;
+    let attempt = Attempt { bundle: &FORGED, ..Attempt::default() };
+    app.with_token(&ada.token).upload(&record(&attempt)).await;
+    worker::work_off_jobs(&app.state).await.unwrap();
+    app.publish(school).await;
+    let mut head = app.signed_in("head@example.org").await;
+    let csrf = csrf_in(&head.get("/admin").await.text());
+    assert_eq!(head.form("/admin/certificate-needs", &[("csrf", &csrf), ("needed", "nothing")]).await.status, 303);
+    let mut browser = app.signed_in("ada@example.org").await;
+    let address = format!("/trainees/{}/certificates/one-step", ada.person.id);
+    assert!(browser.get("/").await.text().contains(&address), "mastered");
+
+    let mut teacher = app.signed_in("teacher@example.org").await;
+    let csrf = csrf_in(&teacher.get("/account").await.text());
+    let fields = [("csrf", csrf.as_str()), ("course", "one-step")];
+    let added = teacher.form("/exercises/thick-fat/course", &fields).await;
+    assert_eq!(added.status, 303, "{}", added.text());
+    let draft = added.header("location").split('#').next().unwrap().to_owned();
+    let page = teacher.get(&draft).await;
+    let publish = async |teacher: &mut Client, seen: &str, act: &str| {
+        let document = format!("{COURSE}[[exercise]]\nfile = \"thick-fat\"\n");
+        let fields = [("csrf", csrf.as_str()), ("seen", seen), ("document", &document), ("act", act)];
+        teacher.form(&draft, &fields).await
+    };
+    let asked = publish(&mut teacher, &seen_in(&page.text()), "publish").await;
+    assert_eq!(asked.status, 422, "{}", asked.text());
+    assert!(
+        asked.text().contains("1 person has mastered it") && !asked.text().contains("under way"),
+        "{}",
+        asked.text()
+    );
+    let done = publish(&mut teacher, &seen_in(&asked.text()), "insist").await;
+    assert_eq!(done.header("location"), "/curricula?published=one-step", "{}", done.text());
+
+    let home = browser.get("/").await.text();
+    for said in ["Course mastered", "Added since:", "1</strong> of 2 exercises mastered", address.as_str()] {
+        assert!(home.contains(said), "{said} is not in {home}");
+    }
+    let csrf = csrf_in(&home);
+    let page = browser.form(&address, &[("csrf", &csrf)]).await;
+    let key = certificates::public_key(&app.state.config.keys_dir).unwrap();
+    let stated = check_certificate(page.text().as_bytes(), &key).unwrap();
+    assert_eq!(stated.exercises.len(), 1, "what was mastered is what is certified");
+    assert_eq!(stated.curriculum_sha256, sha256_of(COURSE), "by the revision under which it was");
+    let transcript = browser.get(&format!("/trainees/{}/transcript", ada.person.id)).await.text();
+    assert!(transcript.contains("Course mastered on "), "{transcript}");
+    let mut bos = app.with_token(&bo.token);
+    app.state.clock.advance(3600);
+    let started_at = app.state.clock.now().plus_s(-600).to_utc();
+    let attempt = Attempt { session_id: SessionId::random(), bundle: &FORGED, started_at, ..Attempt::default() };
+    bos.upload(&record(&attempt)).await;
+    worker::work_off_jobs(&app.state).await.unwrap();
+    let home = app.signed_in("bo@example.org").await.get("/").await.text();
+    assert!(home.contains("1</strong> of 2 exercises") && !home.contains("Course mastered"), "after it grew: {home}");
+}
+
+fn seen_in(page: &str) -> String {
+    page.split("name=\"seen\" value=\"").nth(1).and_then(|rest| rest.split('"').next()).expect("a version").to_owned()
+}
+
+fn sha256_of(text: &str) -> String {
+    HEXLOWER.encode(&Sha256::digest(text.as_bytes()))
+}
+
+/// Who has mastered one course and goes on with another has mastered the first.
+#[tokio::test]
+async fn a_cohort_counts_who_has_mastered_the_course_that_is_chosen() {
+    let (app, ada) = school().await;
+    app.publish(ada.person.school_id).await;
+    let mut trainee = app.with_token(&ada.token);
+    trainee.upload(&record(&Attempt { bundle: &FORGED, ..Attempt::default() })).await;
+    let mut teacher = app.signed_in("teacher@example.org").await;
+    let later = Attempt { session_id: SessionId::random(), ..Attempt::default() };
+    trainee.upload(&record(&later)).await;
+    worker::work_off_jobs(&app.state).await.unwrap();
+    let cohort = teacher.get("/cohorts").await.link("/cohorts/");
+    let figure = |page: &str| {
+        let rest = page.split("Mastered the course</dt><dd>").nth(1).expect("the figure");
+        rest.split('<').next().expect("a number").to_owned()
+    };
+    let page = teacher.get(&format!("{cohort}?course=one-step")).await.text();
+    assert_eq!(figure(&page), "1", "{page}");
+    assert!(page.contains("1 of 1") && page.contains("One &#60;step&#62;"), "{page}");
+    let page = teacher.get(&format!("{cohort}?course=lower-back-basics")).await.text();
+    assert_eq!(figure(&page), "0", "{page}");
+    assert!(teacher.get("/").await.text().contains("1 trainee, 1 with a course mastered"));
 }

@@ -4,10 +4,10 @@
 use std::fs;
 use std::path::Path;
 
-use acts::publishing;
 use acts::publishing::CourseRefused;
+use acts::{assignments, publishing};
 use model::Role;
-use store::{curricula, exercises};
+use store::exercises;
 
 use super::support::{App, course_folder};
 
@@ -19,9 +19,9 @@ async fn the_same_bytes_are_published_once() {
     assert_eq!(first.iter().map(|p| p.kind).filter(|kind| *kind == "exercise").count(), 7);
     assert!(first.iter().all(|published| published.new));
     assert!(app.publish(school).await.iter().all(|published| !published.new));
-    let taught = curricula::list_taught_curricula(app.state.db.reader(), school).await.unwrap();
+    let taught = assignments::taught_curricula(&app.state, school).await.unwrap();
     assert_eq!(taught.len(), 1);
-    let course = curricula::find_course(app.state.db.reader(), school, &taught[0]).await.unwrap();
+    let course = &taught[0].1;
     assert_eq!(course.steps.len(), 7);
     assert_eq!(course.steps[1].prerequisites, ["feel-the-layers"]);
 }
@@ -78,6 +78,6 @@ async fn a_wrong_document_is_refused_whole() {
     let refused = publishing::course(&mut tx, school, &course, app.state.clock.now()).await.unwrap_err();
     assert!(matches!(&refused, CourseRefused::Document(words) if words.contains("pass_mrk")), "{refused:?}");
     drop(tx);
-    assert!(curricula::list_taught_curricula(app.state.db.reader(), school).await.unwrap().is_empty());
+    assert!(assignments::taught_curricula(&app.state, school).await.unwrap().is_empty());
     app.member(school, Role::Trainee, "ada@example.org").await;
 }

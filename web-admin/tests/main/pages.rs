@@ -76,7 +76,7 @@ async fn an_instructor_sees_the_cohort_they_teach() {
     let school = School::new().await;
     let cohort = school.page("teacher@example.org", &school.cohort_path().await).await;
     assert!(
-        cohort.contains("Who is working on what")
+        cohort.contains("Everybody in this course")
             && cohort.contains(&format!("/trainees/{}", school.trainee.person.id))
     );
     let home = school.page("teacher@example.org", "/").await;
@@ -143,7 +143,7 @@ async fn what_is_not_yours_is_not_there() {
     }
     let mut abroad = school.app.signed_in("head@south.example").await;
     assert_eq!(abroad.get("/exercises/feel-the-layers").await.status, 404);
-    assert!(abroad.get("/curricula").await.text().contains("No curricula yet"));
+    assert!(abroad.get("/curricula").await.text().contains("No courses yet"));
 }
 
 #[tokio::test]

@@ -93,6 +93,9 @@ async fn a_page_and_its_file_tell_the_same() {
         let id = attempt.session_id.to_string();
         assert!(page.text().contains(&id) && file.text().contains(&id));
     }
+    assert!(page.text().contains("A stricter statistical test"), "folded, for those who teach: {}", page.text());
+    let own = app.signed_in("ada@example.org").await.get(&curve).await.text();
+    assert!(own.contains("passes among") && !own.contains("statistical test"), "what decides nothing: {own}");
 }
 
 #[tokio::test]

@@ -318,3 +318,13 @@ async fn a_rater_who_runs_a_study_with_the_trainee_is_marked() {
         .unwrap();
     assert_eq!(marked, 3, "who is asked to take part may be known to whoever asks");
 }
+
+#[tokio::test]
+async fn a_rating_that_waits_stands_on_the_raters_home_page() {
+    let school = School::new().await;
+    let mut teacher = school.teacher().await;
+    let round = school.round(&mut teacher).await;
+    let home = school.app.signed_in("far@example.org").await.get("/").await.text();
+    assert!(home.contains("asks you to rate 3 attempts: “Spring round”") && home.contains(&round), "{home}");
+    assert!(!teacher.get("/").await.text().contains("asks you to rate"), "who asks is not asked");
+}

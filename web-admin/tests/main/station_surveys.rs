@@ -74,7 +74,11 @@ async fn a_station_learns_what_to_ask_and_what_to_say_first() {
         [("en", ["under a pseudonym", "voluntary"]), ("de", ["unter einem Pseudonym", "freiwillig"])]
     {
         let told = survey["terms"][language].as_array().unwrap();
-        assert_eq!(told.len(), 5, "introduction, identity, freedom, saving, taking back: {told:#?}");
+        assert_eq!(
+            told.len(),
+            7,
+            "introduction, identity, who asks, who is responsible, freedom, saving, taking back: {told:#?}"
+        );
         let all: Vec<&str> = told.iter().map(|line| line.as_str().unwrap()).collect();
         assert!(words.iter().all(|word| all.concat().contains(word)), "{all:#?}");
     }

@@ -77,7 +77,7 @@ impl School {
     }
 
     /// The cohort's id, as the form of a new survey has it.
-    async fn cohort(&self, teacher: &mut Client) -> String {
+    pub(super) async fn cohort(&self, teacher: &mut Client) -> String {
         let page = teacher.get("/surveys/new").await.text();
         page.split("name=\"cohort\" value=\"").nth(1).unwrap().split('"').next().unwrap().to_owned()
     }

@@ -47,8 +47,11 @@ pub enum Concern {
         /// Whole days since the last attempt.
         days: i64,
     },
-    /// No attempt at all.
-    NotStarted,
+    /// No attempt at all, and something is due.
+    NotStarted {
+        /// Title of what is due first.
+        title: String,
+    },
 }
 
 impl Concern {
@@ -57,13 +60,13 @@ impl Concern {
     pub fn exercise(&self) -> Option<&str> {
         match self {
             Self::Stuck { title, .. } | Self::Declining { title, .. } | Self::Regressing { title, .. } => Some(title),
-            Self::Inactive { .. } | Self::NotStarted => None,
+            Self::Inactive { .. } | Self::NotStarted { .. } => None,
         }
     }
 }
 
 pub(super) fn concerns(course: &Course, progress: &Progress, now: OffsetDateTime) -> Vec<Concern> {
-    let Some(last_at) = progress.last_at else { return vec![Concern::NotStarted] };
+    let Some(last_at) = progress.last_at else { return Vec::new() };
     let mut concerns = Vec::new();
     concerns.extend(stuck(course, progress));
     concerns.extend(regressing(course, progress));

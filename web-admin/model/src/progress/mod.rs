@@ -52,6 +52,21 @@ pub struct Course {
     pub steps: Vec<CourseStep>,
     /// Mastery rule.
     pub rule: Mastery,
+    /// Its earlier revisions, the newest first: whoever mastered one while it was taught has mastered the course.
+    pub earlier: Vec<EarlierCourse>,
+}
+
+/// A revision of a course that is not taught any more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EarlierCourse {
+    /// Exercises in order.
+    pub steps: Vec<CourseStep>,
+    /// Mastery rule.
+    pub rule: Mastery,
+    /// SHA-256 of the document.
+    pub sha256: String,
+    /// When another revision replaced it.
+    pub until: OffsetDateTime,
 }
 
 /// State of an exercise.
@@ -143,6 +158,17 @@ pub struct Progress {
     pub concerns: Vec<Concern>,
     /// Time of the latest attempt at any exercise of the course.
     pub last_at: Option<OffsetDateTime>,
+    /// The earlier revision that was mastered while it was taught, unless the current one is mastered too.
+    pub earlier: Option<EarlierMastery>,
+}
+
+/// The mastery of an earlier revision of a course.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EarlierMastery {
+    /// Which of the course's earlier revisions.
+    pub revision: usize,
+    /// Since when each of its exercises is mastered, in its order.
+    pub exercises: Vec<OffsetDateTime>,
 }
 
 impl Progress {
@@ -155,7 +181,10 @@ impl Progress {
         lock(course, &mut steps);
         let next = next(&steps);
         let last_at = steps.iter().filter_map(|s| s.attempts.last()).map(|a| a.at).max();
-        let mut progress = Self { steps, next, concerns: Vec::new(), last_at };
+        let mut progress = Self { steps, next, concerns: Vec::new(), last_at, earlier: None };
+        if !progress.masters_all() {
+            progress.earlier = find_earlier_mastery(course, &runs);
+        }
         progress.concerns = concerns::concerns(course, &progress, now);
         progress
     }
@@ -172,14 +201,44 @@ impl Progress {
         self.steps.iter().map(|s| s.attempts.len()).sum()
     }
 
-    /// Returns whether all exercises are mastered.
+    /// The course is mastered: every exercise of it, or of an earlier revision while that one was taught.
     #[must_use]
     pub fn complete(&self) -> bool {
+        self.earlier.is_some() || self.masters_all()
+    }
+
+    /// Since when the course is mastered.
+    #[must_use]
+    pub fn completed_on(&self) -> Option<OffsetDateTime> {
+        let on = |step: &StepProgress| match step.state {
+            StepState::Mastered { on } => Some(on),
+            _ => None,
+        };
+        match &self.earlier {
+            Some(earlier) => earlier.exercises.iter().max().copied(),
+            None => self.masters_all().then(|| self.steps.iter().filter_map(on).max())?,
+        }
+    }
+
+    fn masters_all(&self) -> bool {
         !self.steps.is_empty() && self.mastered() == self.steps.len()
     }
 }
 
-/// Returns a step with its attempts, without regard to prerequisites.
+/// The newest of the earlier revisions of which every exercise was mastered before it was replaced, and still is.
+fn find_earlier_mastery(course: &Course, runs: &[&[ScoredAttempt]]) -> Option<EarlierMastery> {
+    let judged = |earlier: &EarlierCourse| {
+        let on = |step: &CourseStep| match tried(step, runs, &earlier.rule).state {
+            StepState::Mastered { on } if on < earlier.until => Some(on),
+            _ => None,
+        };
+        earlier.steps.iter().map(on).collect::<Option<Vec<_>>>().filter(|exercises| !exercises.is_empty())
+    };
+    let mut found = course.earlier.iter().enumerate();
+    found.find_map(|(revision, earlier)| Some(EarlierMastery { revision, exercises: judged(earlier)? }))
+}
+
+/// A step with its attempts, judged as if nothing had to come before it.
 fn tried(step: &CourseStep, runs: &[&[ScoredAttempt]], rule: &Mastery) -> StepProgress {
     let at_it = |run: &&&[ScoredAttempt]| run.first().is_some_and(|attempt| *attempt.exercise == step.exercise);
     let mut attempts: Vec<ScoredAttempt> = runs.iter().filter(at_it).copied().flatten().cloned().collect();

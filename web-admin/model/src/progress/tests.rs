@@ -20,6 +20,7 @@ fn course() -> Course {
     Course {
         steps: vec![step("a", &[]), step("b", &["a"]), step("c", &["b"])],
         rule: Mastery::Passes { passes: 2, of: 3 },
+        earlier: Vec::new(),
     }
 }
 
@@ -45,7 +46,7 @@ fn progress(tried: &[(&str, f64)]) -> Progress {
 fn a_newcomer_starts_with_the_first_exercise_and_has_not_started() {
     let progress = progress(&[]);
     assert_eq!(progress.next, Some(0));
-    assert_eq!(progress.concerns, [Concern::NotStarted]);
+    assert_eq!(progress.concerns, [], "not begun is no worry by itself");
     assert_eq!(progress.steps[1].state, StepState::Locked { missing: vec!["A".to_owned()] });
 }
 
@@ -143,7 +144,7 @@ fn a_change_of_revision_within_an_exercise_is_seen() {
 
 #[test]
 fn attempts_on_other_courses_change_nothing() {
-    assert_eq!(progress(&[("elsewhere", 90.0)]).concerns, [Concern::NotStarted]);
+    assert_eq!(progress(&[("elsewhere", 90.0)]).last_at, None);
 }
 
 /// The same cases apply to the simulator's progress without a school.
@@ -170,4 +171,31 @@ fn mastery_is_what_the_simulator_calls_mastered_without_a_school() {
         let locked = matches!(next.state, StepState::Locked { .. });
         assert_eq!(!locked, case["opens"] == true, "{case}: {:?}", next.state);
     }
+}
+
+/// The course, of which only the first two exercises were asked for until so many hours ago.
+fn extended(hours: i64) -> Course {
+    let course = course();
+    let before = EarlierCourse {
+        steps: course.steps[..2].to_vec(),
+        rule: course.rule,
+        sha256: "before".to_owned(),
+        until: NOW - Duration::hours(hours),
+    };
+    Course { earlier: vec![before], ..course }
+}
+
+#[test]
+fn mastery_belongs_to_the_revision_that_was_taught_when_it_was_reached() {
+    let tried = attempts(&[("a", 70.0), ("a", 70.0), ("b", 70.0), ("b", 70.0), ("a", 20.0)]);
+    let kept = Progress::of(&extended(1), &tried, NOW);
+    assert!(kept.complete() && kept.mastered() == 2 && kept.next == Some(2), "{kept:?}");
+    assert_eq!(kept.completed_on(), Some(tried[3].at));
+    let late = Progress::of(&extended(2), &tried, NOW);
+    assert!(!late.complete() && late.earlier.is_none(), "the last pass came after the course was extended");
+    let part = Progress::of(&extended(1), &tried[..3], NOW);
+    assert!(!part.complete(), "under way: goes on with the course as it is now");
+    let all = attempts(&[("a", 70.0), ("a", 70.0), ("b", 70.0), ("b", 70.0), ("c", 70.0), ("c", 70.0)]);
+    let all = Progress::of(&extended(2), &all, NOW);
+    assert!(all.complete() && all.earlier.is_none(), "the current revision comes first");
 }

@@ -13,7 +13,9 @@ pub struct BoxRow {
     pub label: String,
     /// Lower quartile, median, upper quartile.
     pub quartiles: Option<(f64, f64, f64)>,
-    /// Mean, and lower and upper end of its interval.
+    /// The least and the greatest value.
+    pub ends: Option<(f64, f64)>,
+    /// Mean and the ends of its interval.
     pub mean: Option<(f64, f64, f64)>,
 }
 
@@ -40,6 +42,13 @@ pub fn draw_boxes(rows: &[BoxRow], range: Extent, key: &str, title: &str, size: 
 fn draw_box_row(svg: &mut Svg, plot: &Plot, row: &BoxRow, top: f64) {
     svg.text("bar-name", PaperPoint::new(plot.area.x, top + 14.0), &labels::shorten_name(&row.label, plot.area.width));
     let middle = top + 27.0;
+    if let Some((least, greatest)) = row.ends {
+        let (left, right) = (plot.x.at(least), plot.x.at(greatest));
+        svg.line("interval", PaperPoint::new(left, middle), PaperPoint::new(right, middle));
+        for end in [left, right] {
+            svg.line("interval", PaperPoint::new(end, middle - 5.0), PaperPoint::new(end, middle + 5.0));
+        }
+    }
     if let Some((lower, median, upper)) = row.quartiles {
         let (left, right) = (plot.x.at(lower), plot.x.at(upper));
         svg.rect("box", Area { x: left, y: middle - 8.0, width: (right - left).max(2.0), height: 16.0 });

@@ -9,13 +9,20 @@ use super::plot::{Plot, extent_with_zero};
 use super::scale::Extent;
 use super::svg::{Area, Caption, Svg};
 
-/// Draws the insertion of an attempt over the corridor.
+/// How deep the drawing goes, in mm: as far as the attempt and the corridor.
+#[must_use]
+pub fn find_deepest(curve: &AttemptCurve, corridor: &Corridor) -> f64 {
+    let attempt = curve.points.iter().map(|point| point.advance_mm);
+    corridor.places.iter().map(|place| place.advance_mm).chain(attempt).fold(1.0, f64::max) * 1.05
+}
+
+/// Draws an attempt's way in over the corridor.
 #[must_use]
 pub fn draw_corridor(curve: &AttemptCurve, corridor: &Corridor, size: DrawingSize) -> String {
     let id = format!("corridor-{}", size.name());
     let title = tr!("Force against depth on the way in, and the experts' corridor");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe_corridor(corridor) };
-    let deepest = corridor.places.iter().map(|place| place.advance_mm).fold(1.0, f64::max) * 1.05;
+    let deepest = find_deepest(curve, corridor);
     let forces = curve.points.iter().map(|p| p.force_n).chain(corridor.places.iter().map(|p| p.high_n));
     let force = extent_with_zero(forces).unwrap_or(Extent::new(0.0, 1.0));
     let area = Area { x: 46.0, y: NAMES_HEIGHT + 3.0, width: size.width() - 58.0, height: 230.0 };
@@ -50,6 +57,7 @@ fn describe_corridor(corridor: &Corridor) -> String {
 
 #[cfg(test)]
 mod tests {
+    use attempt::CurvePoint;
     use model::corridor::corridor as of;
 
     use super::*;
@@ -61,6 +69,11 @@ mod tests {
         let made = of(&curve, &vec![curve.clone(); 5]).expect("five are enough");
         let markup = draw_corridor(&curve, &made, DrawingSize::Wide);
         assert!(markup.contains("class=\"corridor\"") && markup.matches("<polyline").count() == 2, "{markup}");
+        let far = AttemptCurve {
+            points: [curve.points.clone(), vec![CurvePoint { t_s: 30.0, advance_mm: 60.0, force_n: 1.0 }]].concat(),
+            ..curve
+        };
+        assert!(find_deepest(&far, &made) > 60.0, "what lies beyond the corridor is drawn, too");
         assert!(markup.contains("band fat") && markup.contains("class=\"target\""), "layers and target: {markup}");
     }
 }

@@ -9,6 +9,7 @@ use model::directory::{BulkAct, BulkExemption, BulkPlan};
 
 use super::{SelectOption, bulk};
 use crate::Shell;
+use crate::settings::MailWay;
 
 /// Bulk actions, in the order of the list.
 pub const BULK_ACTS: [BulkAct; 5] = [BulkAct::Invite, BulkAct::Join, BulkAct::Leave, BulkAct::Disable, BulkAct::Enable];
@@ -46,6 +47,8 @@ pub struct BulkDone {
     pub act: BulkAct,
     /// Number of people.
     pub people: i64,
+    /// Where letters go.
+    pub mail_way: MailWay,
 }
 
 /// The page that asks to confirm a bulk action.
@@ -97,6 +100,11 @@ pub fn list_bulk_acts(chosen: Option<BulkAct>) -> Vec<SelectOption> {
 pub fn say_bulk_done(done: &BulkDone) -> String {
     let n = done.people;
     match done.act {
+        BulkAct::Invite if done.mail_way == MailWay::Folder => trn!(
+            "{n} invitation lies as a file on the service’s machine: no mail server is set up, and nobody receives it.",
+            "{n} invitations lie as files on the service’s machine: no mail server is set up, and nobody receives them.",
+            n
+        ),
         BulkAct::Invite => trn!("{n} invitation is on its way.", "{n} invitations are on their way.", n),
         BulkAct::Join => trn!("{n} person joined the cohort.", "{n} people joined the cohort.", n),
         BulkAct::Leave => {

@@ -28,9 +28,11 @@ pub struct LearningPage {
     pub status: StatusWord,
     /// Scores over time.
     pub scores: String,
-    /// The learning curve: by the course's rule, or by an example rule.
+    /// The learning curve, where it is the course's rule.
     pub curve: Option<CurveFacts>,
-    /// Whether attempts on different revisions are mixed.
+    /// One by an example of a rule, which decides nothing, for those who teach.
+    pub beside: Option<CurveFacts>,
+    /// Attempts on different revisions are mixed.
     pub mixed: bool,
     /// Share of attempts passed.
     pub passed: Option<Estimate>,
@@ -49,9 +51,7 @@ pub struct CurveFacts {
     pub drawing: String,
     /// Parameters stated by the course, and the limits derived from them.
     pub rule: CurveRule,
-    /// Whether it is the course's rule; otherwise it is an example without effect.
-    pub decides: bool,
-    /// Current state of the curve.
+    /// What it says now.
     pub standing: Standing,
     /// Consecutive successes still needed.
     pub needed: u32,
@@ -60,15 +60,13 @@ pub struct CurveFacts {
 }
 
 impl CurveFacts {
-    /// Builds the facts of a step's curve. `decides` states whether the rule is the course's;
-    /// `title` is the title of the drawing.
+    /// A curve as it stands. `title` is what the drawing is called.
     #[must_use]
-    pub fn new(step: &StepProgress, rule: CurveRule, decides: bool, title: &str) -> Option<Self> {
+    pub fn new(step: &StepProgress, rule: CurveRule, title: &str) -> Option<Self> {
         let curve = step.curve.as_ref()?;
         Some(Self {
             drawing: charts::draw_learning_curve(&curve.points, &rule.rule, "own", title),
             rule,
-            decides,
             standing: curve.standing,
             needed: curve.successes_needed,
             attempts: curve.points.len(),
@@ -217,6 +215,7 @@ mod tests {
     //! The page must show the state of the curve, its parameters, and when its stated error no
     //! longer holds.
 
+    use super::*;
     use crate::progress::samples as made;
     use crate::samples;
 
@@ -230,11 +229,15 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_beside_another_rule_says_that_it_decides_nothing() {
-        let html = samples::keep_page("learning-beside", &made::learning_beside_passes(9));
-        for words in ["3 passes", "It decides nothing in this course", "stricter statistical test", "an example"] {
+    fn a_curve_beside_another_rule_is_folded_for_those_who_teach_and_absent_for_trainees() {
+        let page = made::learning_beside_passes(9);
+        let html = samples::keep_page("learning-beside", &page);
+        for words in ["3 passes", "which decides nothing in this course", "an example", "<details>"] {
             assert!(html.contains(words), "{words}: {html}");
         }
+        assert!(!html.contains("<th scope=\"col\">The curve"), "no column of what decides nothing: {html}");
+        let own = samples::keep_page("learning-own", &LearningPage { beside: None, own: true, ..page });
+        assert!(!own.contains("LC-CUSUM") && !own.contains("statistical"), "{own}");
         assert!(!samples::keep_page("learning", &made::learning_page(9)).contains("decides nothing"));
     }
 

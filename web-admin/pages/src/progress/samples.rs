@@ -63,7 +63,8 @@ pub(super) fn learning_page(attempts: usize) -> LearningPage {
         course: ("Lower back: first punctures".to_owned(), crate::trainee::rule_in_words(&rule)),
         status: StatusWord::Open,
         scores: charts::draw_scores(&score_points(&step.attempts), 60.0, "own", "Feel the layers"),
-        curve: CurveFacts::new(&step, curve, true, "Learning curve"),
+        curve: CurveFacts::new(&step, curve, "Learning curve"),
+        beside: None,
         mixed: step.mixes_revisions(),
         passed: wilson(step.passes(), step.attempts.len()).ok(),
         habits: if attempts > 0 { habits() } else { HabitsView::default() },
@@ -78,9 +79,8 @@ pub(super) fn learning_page(attempts: usize) -> LearningPage {
 /// Returns the same attempts in a course whose rule counts passes.
 pub(super) fn learning_beside_passes(attempts: usize) -> LearningPage {
     let page = learning_page(attempts);
-    let curve = page.curve.map(|curve| CurveFacts { decides: false, ..curve });
     let rule = crate::trainee::rule_in_words(&Mastery::Passes { passes: 3, of: 5 });
-    LearningPage { curve, course: (page.course.0, rule), ..page }
+    LearningPage { curve: None, beside: page.curve, course: (page.course.0, rule), ..page }
 }
 
 pub(super) fn cohort_progress_page() -> CohortProgressPage {

@@ -7,6 +7,7 @@ use model::roster::{Leaving, LineOutcome, Refusal, RosterChange, RosterColumn, R
 use serde::Deserialize;
 
 use super::form::{FilledForm, read_ticked_box, read_trimmed_text};
+use super::settings::MailWay;
 use super::{Shell, StatusWord, roster};
 
 mod columns;
@@ -67,7 +68,9 @@ pub struct RosterPreviewPage {
     pub id: RosterId,
     /// Name of the uploaded file.
     pub file_name: String,
-    /// Recognized headings, and their meaning.
+    /// Where letters go.
+    pub mail_way: MailWay,
+    /// Headings that are read, and what each tells.
     pub mapped: Vec<(String, RosterColumn)>,
     /// Headings that are ignored.
     pub ignored: Vec<String>,
@@ -196,6 +199,7 @@ mod tests {
             shell: samples::shell(Role::Administrator),
             id: RosterId::nil(),
             file_name: "spring.csv".to_owned(),
+            mail_way: MailWay::Folder,
             mapped: vec![("Mtknr".to_owned(), RosterColumn::RegistrarId)],
             ignored: vec!["colour".to_owned()],
             counts: difference.counts(),

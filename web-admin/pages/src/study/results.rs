@@ -6,13 +6,17 @@ use assessment::statistics::{Estimate, Summary};
 use model::study::{StudyComparison, StudyFindings};
 use model::survey::results::{EXPERTS, GroupValidity, ItemGroup, ItemResult, Results};
 
+use crate::charts::{self, BoxRow, Extent, MeansLine};
 use crate::survey::figures;
 use crate::{Shell, format};
 
 /// Rows shown at first: the score, and the metrics that distinguish the groups most reliably.
 const SHOWN: usize = 11;
 
-/// The page of a study's results.
+/// Metrics that are drawn, the score first.
+const DRAWN: usize = 6;
+
+/// The results of a study.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "study/results.html")]
 pub struct StudyResultsPage {
@@ -94,6 +98,53 @@ impl StudyResultsPage {
 
     fn say_validity(&self, found: &GroupValidity) -> String {
         figures::say_validity(&found.validity)
+    }
+
+    /// The score and the metrics that are drawn.
+    fn drawn(&self) -> &[StudyComparison] {
+        self.findings.comparisons.get(..DRAWN).unwrap_or(&self.findings.comparisons)
+    }
+
+    fn unit_of<'a>(&self, row: &'a StudyComparison) -> &'a str {
+        if ["1", "count"].contains(&row.unit.as_str()) { "" } else { &row.unit }
+    }
+
+    /// A metric of each group as boxes, for both widths.
+    fn draw_groups(&self, row: &StudyComparison, index: &usize) -> String {
+        let names = self.groups.iter().map(|(name, _)| name);
+        let rows: Vec<BoxRow> = names
+            .zip(&row.groups)
+            .map(|(name, found)| BoxRow {
+                label: found
+                    .as_ref()
+                    .map_or_else(|| name.clone(), |found| tr!("{group}, n = {n}", group = name, n = found.n)),
+                quartiles: found.as_ref().map(|found| (found.lower_quartile, found.median, found.upper_quartile)),
+                ends: found.as_ref().map(|found| (found.min, found.max)),
+                mean: None,
+            })
+            .collect();
+        let ends = rows.iter().filter_map(|row| row.ends).flat_map(|(least, greatest)| [least, greatest]);
+        let range = Extent::around(ends);
+        charts::draw_both_widths(|size| charts::draw_boxes(&rows, range, &format!("groups-{index}"), &row.label, size))
+    }
+
+    /// The mean score of each group at each attempt, for both widths.
+    fn draw_learning(&self) -> String {
+        let line = |((name, _), means): (&(String, usize), &Vec<Option<Estimate>>)| MeansLine {
+            label: name.clone(),
+            means: means.clone(),
+        };
+        let lines: Vec<MeansLine> = self.groups.iter().zip(&self.findings.learning).map(line).collect();
+        charts::draw_both_widths(|size| charts::draw_means(&lines, "learning", tr!("Learning over attempts"), size))
+    }
+
+    /// Which group has the larger values, where one does.
+    fn say_direction(&self, auc: &Option<Estimate>) -> String {
+        match auc.as_ref().map(|found| found.value) {
+            Some(value) if value > 0.5 => tr!("{experts}: larger", experts = self.experts()),
+            Some(value) if value < 0.5 => tr!("{experts}: smaller", experts = self.experts()),
+            _ => String::new(),
+        }
     }
 
     fn say_summary(&self, found: &Option<Summary>, row: &StudyComparison) -> String {
@@ -222,6 +273,16 @@ mod tests {
         };
         let html = samples::keep_page("study-results", &page);
         assert!(html.contains("n\u{a0}=\u{a0}3") && html.contains("0.100") && html.contains("ICC(2,1)"), "{html}");
+        for drawn in [
+            "groups-0-wide",
+            "groups-1-narrow",
+            "learning-wide",
+            "series s1",
+            "Masters: larger",
+            "0.5 where they do not differ",
+        ] {
+            assert!(html.contains(drawn), "{drawn}: {html}");
+        }
         assert!(html.contains("Masters") && html.contains("/studies/1/results/study.csv"), "{html}");
     }
 }

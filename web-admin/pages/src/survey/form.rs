@@ -13,7 +13,23 @@ use words::Language;
 use super::previewing::FormPreview;
 use crate::{assets, format};
 
-/// Maximum number of marks in a row; a finer scale becomes a number field.
+/// Units that instruments state in English, and that are said in every language.
+const UNITS: [&str; 6] = [
+    sentence!("years"),
+    sentence!("months"),
+    sentence!("weeks"),
+    sentence!("days"),
+    sentence!("hours"),
+    sentence!("minutes"),
+];
+
+/// A unit in the reader's language, where the pages have it.
+fn say_unit(unit: &str) -> String {
+    let known = UNITS.into_iter().find(|known| *known == unit);
+    known.map_or_else(|| unit.to_owned(), |known| words::say(known).to_owned())
+}
+
+/// Most places of a row of marks; a finer scale is a field for a number.
 const MOST_MARKS: f64 = 21.0;
 
 /// The page before the first question: information about the survey, and consent.
@@ -51,6 +67,28 @@ pub struct Terms {
     pub identity: Identity,
     /// Whether it is asked after an attempt.
     pub after_attempt: bool,
+    /// Who asks.
+    pub asker: SurveyAsker,
+}
+
+/// Who asks a survey, and who answers for what is told.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SurveyAsker {
+    /// The school for which it is asked.
+    pub school: String,
+    /// Name and address of whoever asks; absent where a course does, and the school's administrators own the survey.
+    pub contact: Option<SurveyContact>,
+    /// Who answers for the data, whom to ask and how long answers are kept, in the school's words; empty where it has not said.
+    pub data_notice: String,
+}
+
+/// Whoever asks a survey.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SurveyContact {
+    /// Their name.
+    pub name: String,
+    /// Their address.
+    pub email: String,
 }
 
 /// Information shown at a station before the first question, one paragraph per line.
@@ -60,6 +98,18 @@ struct StationTerms<'a> {
     terms: &'a Terms,
     /// Whether the respondent is a guest of a study, who has no page at the school.
     guest: bool,
+}
+
+impl SurveyAsker {
+    /// Who asks, for whom, and at which address, in words.
+    fn say(&self) -> String {
+        match &self.contact {
+            Some(SurveyContact { name, email }) => {
+                tr!("{name}, {email}, for {school}", name = name, email = email, school = self.school)
+            }
+            None => tr!("the administrators of {school}", school = self.school),
+        }
+    }
 }
 
 impl Terms {
@@ -86,7 +136,9 @@ pub struct FormPage {
     pub heading: Option<(String, String)>,
     /// Number of this page, from 1, and number of pages.
     pub step: (usize, usize),
-    /// Index of this page in the instrument.
+    /// Answers are sent from this page.
+    pub is_last: bool,
+    /// Place of this page in the instrument.
     pub page: usize,
     /// Questions on this page.
     pub questions: Vec<FormQuestion>,
@@ -152,17 +204,10 @@ pub enum QuestionField {
         points: Vec<AnswerChoice>,
         /// Labels of the ends.
         ends: Option<(String, String)>,
-        /// Whether no point is selected.
-        none: bool,
     },
-    /// A single selection.
-    One {
-        /// The options.
-        options: Vec<AnswerChoice>,
-        /// Whether no option is selected.
-        none: bool,
-    },
-    /// A multiple selection.
+    /// A list to choose one from.
+    One(Vec<AnswerChoice>),
+    /// A list to choose several from.
     Several(Vec<AnswerChoice>),
     /// A number.
     Number {
@@ -210,13 +255,7 @@ impl FormPage {
         self.questions.iter().filter(|question| question.refusal.is_some()).count()
     }
 
-    /// Returns whether this is the last page.
-    #[must_use]
-    pub fn is_last(&self) -> bool {
-        self.step.0 == self.step.1
-    }
-
-    /// Returns the address of the script that saves answers as they are entered.
+    /// The address of the script that saves while one answers.
     #[must_use]
     pub fn script(&self) -> String {
         assets::asset_address("survey.js")
@@ -314,9 +353,10 @@ impl AskedText<'_> {
             ScaleKind::Slider { min, max, .. } => {
                 QuestionField::Number { value: typed().unwrap_or_default(), allowed: format!("{min} – {max}") }
             }
-            ScaleKind::Number { min, max, unit } => {
-                QuestionField::Number { value: typed().unwrap_or_default(), allowed: format!("{min} – {max} {unit}") }
-            }
+            ScaleKind::Number { min, max, unit } => QuestionField::Number {
+                value: typed().unwrap_or_default(),
+                allowed: format!("{min} – {max} {}", say_unit(unit)),
+            },
             ScaleKind::Pair => {
                 let named =
                     |id: &String| self.instrument.item(id).map(|(_, item)| (id.clone(), self.read(item.short())));
@@ -348,23 +388,23 @@ impl AskedText<'_> {
             checked: chosen.is_some_and(|chosen| (chosen - mark).abs() < 1e-9),
         };
         let class = if marks.len() > 11 { "marks" } else { "points" };
-        QuestionField::Row { class, points: marks.into_iter().map(point).collect(), ends, none: chosen.is_none() }
+        QuestionField::Row { class, points: marks.into_iter().map(point).collect(), ends }
     }
 
     /// Turns points that have labels of their own into a list.
     fn labelled(&self, row: QuestionField, labels: &[Words]) -> QuestionField {
-        let QuestionField::Row { points, none, .. } = row else { return row };
+        let QuestionField::Row { points, .. } = row else { return row };
         let options = points.into_iter().zip(labels);
         let named = options
             .map(|(point, label)| AnswerChoice { label: format!("{} – {}", point.label, self.read(label)), ..point });
-        QuestionField::One { options: named.collect(), none }
+        QuestionField::One(named.collect())
     }
 }
 
 fn field_of_one(options: impl Iterator<Item = (String, String)>, given: &GivenField<'_>) -> QuestionField {
     let chosen = |id: &str| matches!(given.answer, Some(Answer::Text(text)) if text == id);
     let choice = |(value, label): (String, String)| AnswerChoice { checked: chosen(&value), value, label };
-    QuestionField::One { options: options.map(choice).collect(), none: given.answer.is_none() }
+    QuestionField::One(options.map(choice).collect())
 }
 
 /// Returns an answer as the user would enter it.

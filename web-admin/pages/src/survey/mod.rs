@@ -16,7 +16,7 @@ use model::survey::Identity;
 pub fn identity_words(identity: Identity) -> &'static str {
     match identity {
         Identity::Anonymous => tr!("Anonymous: neither names nor attempts are kept"),
-        Identity::Pseudonymous => tr!("Pseudonymous: tied to attempts, without names"),
+        Identity::Pseudonymous => tr!("Pseudonymous: without names, and with the attempt where it is asked after one"),
         Identity::Named => tr!("Named"),
     }
 }

@@ -58,6 +58,7 @@ impl FormPage {
             title: read(&instrument.title),
             heading,
             step: (page + 1, pages.len().max(1)),
+            is_last: page + 1 >= pages.len(),
             page,
             questions: items.into_iter().map(question).collect(),
             action: String::new(),

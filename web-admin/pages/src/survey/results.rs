@@ -241,6 +241,7 @@ fn draw_profile(items: &[ItemResult], key: &str, title: &str) -> String {
         rows.push(BoxRow {
             label: format!("{} · {} ({})", item.name, words::known(&group.group), group.n),
             quartiles,
+            ends: None,
             mean: None,
         });
     }
@@ -254,6 +255,7 @@ fn draw_score_boxes(groups: &[ScoreGroup], range: Extent, key: &str, title: &str
     let row = |group: &ScoreGroup| BoxRow {
         label: format!("{} ({})", words::known(&group.group), group.n),
         quartiles: group.quartiles.value().map(|q| (q.lower, q.median, q.upper)),
+        ends: None,
         mean: group.mean.value().map(|m| (m.value, m.low, m.high)),
     };
     let rows: Vec<BoxRow> = groups.iter().map(row).collect();

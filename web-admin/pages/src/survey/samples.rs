@@ -10,7 +10,9 @@ use model::survey::results::{ResponseRow, Results, correlation, score_group};
 use model::{Moment, Role};
 use words::Language;
 
-use super::form::{ConsentPage, EndPage, FormPage, FormQuestion, GivenField, SurveyEnd, Terms};
+use super::form::{
+    ConsentPage, EndPage, FormPage, FormQuestion, GivenField, SurveyAsker, SurveyContact, SurveyEnd, Terms,
+};
 use super::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
 use super::manage::{ManagePage, NewSurveyForm, NewSurveyPage, OwnSurveyRow, SurveyLinksPage, SurveyRow, SurveysPage};
 use super::results::{
@@ -38,6 +40,7 @@ fn form(instrument: &Instrument, language: &str, page: usize) -> FormPage {
         title: instrument.title.in_language(language).to_owned(),
         heading: pages[page].0.map(|s| (s.title.in_language(language).to_owned(), String::new())),
         step: (page + 1, pages.len()),
+        is_last: page + 1 >= pages.len(),
         page,
         questions: pages[page].1.iter().map(question).collect(),
         action: "/survey/secret".to_owned(),
@@ -69,6 +72,11 @@ fn terms_of(identity: Identity) -> Terms {
         questions: 10,
         identity,
         after_attempt: true,
+        asker: SurveyAsker {
+            school: "Nordklinik".to_owned(),
+            contact: Some(SurveyContact { name: "Dr Osei".to_owned(), email: "osei@example.org".to_owned() }),
+            data_notice: "Controller: Nordklinik.\nKept for 24 months.".to_owned(),
+        },
     }
 }
 
@@ -94,7 +102,15 @@ fn before_the_first_question_it_is_said_what_leads_to_a_person() {
             begun: false,
         };
         let html = keep_page(&format!("survey-consent-{}", identity.as_str()), &page);
-        assert!(html.contains(says) && html.contains("voluntary") && html.contains("Deutsch"), "{html}");
+        assert!(
+            html.contains(says)
+                && html.contains("Nordklinik")
+                && html.contains("osei@example.org")
+                && html.contains("24 months")
+                && html.contains("voluntary")
+                && html.contains("Deutsch"),
+            "{html}"
+        );
     }
 }
 

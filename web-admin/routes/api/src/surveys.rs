@@ -12,7 +12,7 @@ use model::ids::{PersonId, SchoolId, SessionId, SurveyId};
 use model::survey::{Identity, ResponseState, Survey};
 use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
-use routes_base::surveys::{TermsOf, open_attempts, terms_of_survey};
+use routes_base::surveys::{TermsOf, find_asker, open_attempts, terms_of_survey};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use store::sessions::{self, Session};
@@ -82,7 +82,8 @@ async fn is_guest(state: &AppState, person: PersonId) -> Result<bool, Error> {
 async fn questions_of_survey(state: &AppState, survey: Survey, guest: bool) -> Result<Questions, Error> {
     let found = asking::document(state, survey.school_id, survey.revision_id).await?;
     let (instrument, document) = found.ok_or(Error::NotFound)?;
-    let of = TermsOf { survey: &survey, instrument: &instrument, after_attempt: true };
+    let asker = &find_asker(state, &survey).await?;
+    let of = TermsOf { survey: &survey, instrument: &instrument, after_attempt: true, asker };
     let told = |code: &String| (code.clone(), terms_of_survey(&of, code).at_a_station(guest));
     Ok(Questions {
         terms: instrument.languages.iter().map(told).collect(),

@@ -7,9 +7,9 @@ use axum::http::header::ACCEPT_LANGUAGE;
 use model::ids::PersonId;
 use model::survey::Survey;
 use model::{CurrentPerson, PersonKey};
-use pages::survey::form::Terms;
+use pages::survey::form::{SurveyAsker, SurveyContact, Terms};
 use store::surveys::Practised;
-use store::{sessions, studies, surveys};
+use store::{people, schools, sessions, studies, surveys};
 use words::Language;
 
 use crate::AppState;
@@ -76,6 +76,7 @@ pub fn terms_of_survey(answering: &TermsOf<'_>, wanted: &str) -> Terms {
         questions: answering.instrument.items.len(),
         identity: answering.survey.identity,
         after_attempt: answering.after_attempt,
+        asker: answering.asker.clone(),
         language,
     }
 }
@@ -89,4 +90,20 @@ pub struct TermsOf<'a> {
     pub instrument: &'a documents::Instrument,
     /// Whether it is asked after an attempt.
     pub after_attempt: bool,
+    /// Who asks.
+    pub asker: &'a SurveyAsker,
+}
+
+/// Who asks a survey, and who answers for what is told.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find_asker(state: &AppState, survey: &Survey) -> Result<SurveyAsker, Error> {
+    let settled = schools::find_school_settings(state.db.reader(), survey.school_id).await?;
+    let owner = match survey.owner_id {
+        Some(owner) => people::find_person(state.db.reader(), owner).await?,
+        None => None,
+    };
+    let contact = owner.map(|owner| SurveyContact { name: owner.display_name, email: owner.email });
+    Ok(SurveyAsker { school: settled.name, contact, data_notice: settled.data_notice })
 }

@@ -131,7 +131,12 @@ async fn compare_with_experts(
 ) -> Result<Option<ExpertsBeside>, Error> {
     let experts = experts::list_expert_curves(state.db.reader(), session.school_id, &session.exercise_id).await?;
     Ok(corridor::corridor(curve, &experts).map(|made| ExpertsBeside {
-        shown: BesideExperts::new(curve, &made, &expert_way::compare_by_layer(curve, &experts)),
+        shown: BesideExperts::new(
+            curve,
+            &made,
+            &expert_way::compare_by_layer(curve, &experts),
+            expert_way::find_overreach(curve, &experts).as_ref(),
+        ),
         ghost: expert_way::median_way(curve, &experts),
     }))
 }
@@ -207,7 +212,7 @@ pub(super) async fn add_comment(
     match Comment::parse(&typed, session.duration_s) {
         Ok(comment) => {
             let made = said::add_comment(&state, &person, &session, &comment).await?;
-            Ok(FormAnswer::Answered(redirect_to_comment(id, made)))
+            Ok(FormAnswer::Answered(redirect_to_comment(id, made, comment.from_s)))
         }
         Err(refused) => {
             let form = CommentForm { fields: FilledForm::refused(typed, refused.to_string()), answers: None };
@@ -242,7 +247,9 @@ pub(super) async fn answer_comment(
         }
     };
     let made = said::answer_comment(&state, &person, &session, comment, &body).await?;
-    Ok(FormAnswer::Answered(redirect_to_comment(id, made)))
+    let said = comments::list_session_comments(state.db.reader(), session.key()).await?;
+    let from_s = said.iter().find(|said| said.id == comment).and_then(|said| said.from_s);
+    Ok(FormAnswer::Answered(redirect_to_comment(id, made, from_s.unwrap_or_default())))
 }
 
 /// Withdraws a comment or an answer of the visitor's own.
@@ -258,8 +265,9 @@ pub(super) async fn withdraw_comment(
     Ok(Redirect::to(&format!("/sessions/{id}/replay#comments")).into_response())
 }
 
-fn redirect_to_comment(session: SessionId, comment: CommentId) -> Response {
-    Redirect::to(&format!("/sessions/{session}/replay#comment-{comment}")).into_response()
+/// The replay at the moment of a comment.
+fn redirect_to_comment(session: SessionId, comment: CommentId, from_s: f64) -> Response {
+    Redirect::to(&format!("/sessions/{session}/replay?t={from_s:.2}#comment-{comment}")).into_response()
 }
 
 async fn make_commented_page(

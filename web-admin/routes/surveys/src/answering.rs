@@ -19,7 +19,7 @@ use pages::survey::form::{
 use routes_base::auth::OpenForm;
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
-use routes_base::surveys::{TermsOf, preferred_languages, terms_of_survey};
+use routes_base::surveys::{TermsOf, find_asker, preferred_languages, terms_of_survey};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
 
@@ -44,15 +44,32 @@ async fn show_survey_page(
     let answering = answering::open(&state, &token).await?;
     let wanted = query.lang.unwrap_or_else(|| preferred_languages(&headers));
     Ok(match answering.response.state {
-        ResponseState::Invited => show_consent(&answering, &token, &wanted, false),
+        ResponseState::Invited => {
+            show_consent(&state, &answering, &token, ConsentShown { wanted: &wanted, refused: false }).await?
+        }
         ResponseState::Begun => show_form(&answering, &token, query.page, &Refusals::default()),
         ResponseState::Submitted => show_end(&answering, &token, SurveyEnd::Sent),
         ResponseState::Withdrawn => show_end(&answering, &token, SurveyEnd::Withdrawn),
     })
 }
 
-fn show_consent(answering: &Answering, token: &str, wanted: &str, refused: bool) -> Response {
-    let of = TermsOf { survey: &answering.survey, instrument: &answering.instrument, after_attempt: false };
+/// How a survey's terms are shown.
+struct ConsentShown<'a> {
+    /// Languages, the one that is wanted most first.
+    wanted: &'a str,
+    /// The box was not ticked.
+    refused: bool,
+}
+
+async fn show_consent(
+    state: &AppState,
+    answering: &Answering,
+    token: &str,
+    ConsentShown { wanted, refused }: ConsentShown<'_>,
+) -> Result<Response, Error> {
+    let (survey, instrument) = (&answering.survey, &answering.instrument);
+    let asker = &find_asker(state, survey).await?;
+    let of = TermsOf { survey, instrument, after_attempt: false, asker };
     let href = |code: &String| (code.clone(), format!("/survey/{token}?lang={code}"));
     let page = ConsentPage {
         terms: terms_of_survey(&of, wanted),
@@ -62,7 +79,7 @@ fn show_consent(answering: &Answering, token: &str, wanted: &str, refused: bool)
         refused,
         begun: false,
     };
-    respond_in_language(&page.terms.language.clone(), page)
+    Ok(respond_in_language(&page.terms.language.clone(), page))
 }
 
 fn show_end(answering: &Answering, token: &str, end: SurveyEnd) -> Response {
@@ -91,7 +108,8 @@ fn show_form(answering: &Answering, token: &str, page: Option<usize>, refusals: 
     let page = speak_language(&language, || FormPage {
         title: answering.survey.title.clone(),
         heading,
-        step: (step + 1, asked.len().max(1)),
+        step: (at + 1, pages.len().max(1)),
+        is_last: step + 1 >= asked.len(),
         page: at,
         questions: questions.map(|item| make_question(answering, item, &language, refusals)).collect(),
         action: format!("/survey/{token}"),
@@ -168,7 +186,8 @@ async fn begin_answers(
     language: &str,
 ) -> Result<FormAnswer<Response>, PageError> {
     if !agreed {
-        return Ok(FormAnswer::Refused(show_consent(&answering, token, language, true)));
+        let shown = ConsentShown { wanted: language, refused: true };
+        return Ok(FormAnswer::Refused(show_consent(state, &answering, token, shown).await?));
     }
     answering.response.language = answering.instrument.language_for(language).to_owned();
     answering.save(state).await?;

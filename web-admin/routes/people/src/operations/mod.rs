@@ -9,7 +9,7 @@ mod backups;
 mod logo;
 mod origins;
 mod retention;
-mod settings;
+pub(crate) mod settings;
 
 /// Returns the routes of these pages.
 pub(crate) fn operation_routes() -> Routes {

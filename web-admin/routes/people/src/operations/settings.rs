@@ -50,14 +50,19 @@ pub(super) async fn make_settings_page(
         zones: model::due::list_zones(&settled.time_zone),
         form: sent.unwrap_or_else(|| FilledForm::new(form_of_settings(settled))),
         done: None,
-        mail_way: match state.config.mail {
-            MailTo::Smtp(_) => MailWay::Server,
-            MailTo::Folder(_) => MailWay::Folder,
-        },
+        mail_way: find_mail_way(state),
         own_email: own.email,
         needed: schools::certificate_needs(reader, school).await?,
         factor_rule: second_factors::find_factor_rule(reader, school).await?,
     })
+}
+
+/// Where the service's letters go.
+pub(crate) fn find_mail_way(state: &AppState) -> MailWay {
+    match state.config.mail {
+        MailTo::Smtp(_) => MailWay::Server,
+        MailTo::Folder(_) => MailWay::Folder,
+    }
 }
 
 fn form_of_settings(settled: SchoolSettings) -> SettingsForm {
@@ -69,10 +74,20 @@ fn form_of_settings(settled: SchoolSettings) -> SettingsForm {
         mails_news,
         shows_others,
         replaced_grace_days,
+        data_notice,
     } = settled;
     let letter_language = letter_language.unwrap_or_else(|| Language::ENGLISH.code().to_owned());
     let replaced_grace_days = replaced_grace_days.to_string();
-    SettingsForm { name, time_zone, letter_language, mails_reminders, mails_news, shows_others, replaced_grace_days }
+    SettingsForm {
+        name,
+        time_zone,
+        letter_language,
+        mails_reminders,
+        mails_news,
+        shows_others,
+        replaced_grace_days,
+        data_notice,
+    }
 }
 
 /// Sets the school's name, time zone and mail settings.
@@ -97,6 +112,7 @@ pub(super) async fn put_settings(
         mails_news: form.mails_news,
         shows_others: form.shows_others,
         replaced_grace_days,
+        data_notice: form.data_notice.clone(),
     };
     match split_refusal(settling::settle_school(&state, &person, &settings).await)? {
         Ok(()) => Ok(FormAnswer::lead_to("/admin/settings?saved=true")),

@@ -8,7 +8,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use model::directory::{AccountState, BulkAct, DirectoryEntry, PeopleKey, PeopleOrder};
 use model::email::{is_email, normalize_email};
 use model::folding::split_search_words;
-use model::ids::{CohortId, PersonId};
+use model::ids::{CohortId, PersonId, SchoolId};
 use model::roster::is_name;
 use model::{CurrentPerson, PersonKey, Role};
 use pages::form::FilledForm;
@@ -26,7 +26,9 @@ use serde::Deserialize;
 use store::directory::{Details, Filter};
 use store::{cohorts, directory, mails, retention, second_factors};
 
-/// People per page.
+use crate::operations::settings::find_mail_way;
+
+/// People on one page.
 const PER_PAGE: u32 = 50;
 const DAY_S: i64 = 86_400;
 
@@ -138,6 +140,7 @@ pub(super) async fn make_directory_page(
     )?;
     let more = rows.len() > PER_PAGE as usize;
     rows.truncate(PER_PAGE as usize);
+    let mail_way = find_mail_way(state);
     let choices = |chosen: Option<CohortId>| -> Vec<SelectOption> {
         let choice = |c: &cohorts::Cohort| SelectOption {
             value: c.id.to_string(),
@@ -154,7 +157,8 @@ pub(super) async fn make_directory_page(
         by_name: query.heading(PeopleKey::Name),
         by_email: query.heading(PeopleKey::Email),
         by_number: query.heading(PeopleKey::Number),
-        done: query.done.zip(query.to).map(|(act, people)| BulkDone { act, people }),
+        done: query.done.zip(query.to).map(|(act, people)| BulkDone { act, people, mail_way }),
+        mail_way,
         bulk: FilledForm::new(BulkForm { acts: list_bulk_acts(None), cohorts: choices(None), ..BulkForm::default() }),
         next: rows.last().filter(|_| more).map(|last| query.after(last)),
         later: filter.after.is_some(),
@@ -170,6 +174,7 @@ pub(super) async fn make_directory_page(
                 cohorts: choices(typed.cohort.parse().ok()),
                 name: typed.name,
                 email: typed.email,
+                number: typed.number,
             },
             refused,
         },
@@ -185,6 +190,8 @@ pub(super) struct NewPersonForm {
     email: String,
     role: String,
     #[serde(default)]
+    number: String,
+    #[serde(default)]
     cohort: String,
 }
 
@@ -194,12 +201,30 @@ impl NewPersonForm {
     }
 }
 
-/// Checks a name and an address, and returns the reason if one of them is refused.
-fn refusal_of_person(name: &str, email: &str) -> Option<PersonRefused> {
-    if !is_name(name) {
-        return Some(PersonRefused::Name);
+/// What is wrong with what was typed of somebody; `own` is who they are, where they are known.
+async fn find_refusal(
+    state: &AppState,
+    school: SchoolId,
+    own: Option<PersonId>,
+    details: Details<'_>,
+) -> Result<Option<PersonRefused>, Error> {
+    if !is_name(details.name) {
+        return Ok(Some(PersonRefused::Name));
     }
-    (!is_email(&normalize_email(email))).then_some(PersonRefused::Email)
+    if !is_email(&normalize_email(details.email)) {
+        return Ok(Some(PersonRefused::Email));
+    }
+    let Some(number) = details.registrar_id else { return Ok(None) };
+    if !is_name(number) {
+        return Ok(Some(PersonRefused::Number));
+    }
+    let holder = directory::find_number_holder(state.db.reader(), school, number).await?;
+    Ok(holder.filter(|holder| Some(*holder) != own).map(|_| PersonRefused::NumberTaken))
+}
+
+/// Who somebody is said to be, as it was typed.
+fn typed_details<'a>(name: &'a str, email: &'a str, number: &'a str) -> Details<'a> {
+    Details { name: name.trim(), email: email.trim(), registrar_id: Some(number.trim()).filter(|n| !n.is_empty()) }
 }
 
 pub(super) async fn add_person(
@@ -208,14 +233,14 @@ pub(super) async fn add_person(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewPersonForm>,
 ) -> Result<FormAnswer<PeoplePage>, PageError> {
-    let (name, email) = (form.name.trim(), form.email.trim());
-    let refused = match refusal_of_person(name, email) {
+    let details = typed_details(&form.name, &form.email, &form.number);
+    let refused = match find_refusal(&state, person.school_id, None, details).await? {
         Some(refused) => refused,
         None => {
             let role = form.role().ok_or_else(|| Error::BadRequest(format!("role: \"{}\"", form.role)))?;
             // An administrator neither teaches nor learns.
             let cohort = form.cohort.parse().ok().filter(|_| role != Role::Administrator);
-            match accounts::add(&state, &person, &NewAccount { name, email, role, cohort }).await? {
+            match accounts::add(&state, &person, &NewAccount { details, role, cohort }).await? {
                 Some(id) => return Ok(FormAnswer::lead_to(&format!("/people/{id}?done=added"))),
                 None => PersonRefused::Taken,
             }
@@ -239,8 +264,13 @@ pub(super) async fn show_person(
     Query(DoneQuery { done }): Query<DoneQuery>,
 ) -> Result<PersonPage, PageError> {
     let person = find_person(&state, &visitor, id).await?;
-    let form = PersonForm { name: person.name.clone(), email: person.email.clone(), ..PersonForm::default() };
-    let form = FilledForm::new(PersonForm { roles: SelectOption::roles(Some(person.role)), ..form });
+    let form = FilledForm::new(PersonForm {
+        name: person.name.clone(),
+        email: person.email.clone(),
+        number: person.registrar_id.clone().unwrap_or_default(),
+        roles: SelectOption::roles(Some(person.role)),
+        cohorts: Vec::new(),
+    });
     Ok(PersonPage { done, ..make_person_page(&state, Visit::new(&visitor, &csrf), person, form).await? })
 }
 
@@ -264,6 +294,7 @@ async fn make_person_page(
         shell: Shell::new(visitor, csrf.token(), NavPlace::People),
         own: visitor.id == person.id,
         done: None,
+        mail_way: find_mail_way(state),
         second_factor: second_factors::is_second_factor_on(state.db.reader(), key).await?,
         held: retention::find_hold_time(state.db.reader(), visitor.school_id, person.id).await?.is_some(),
         trouble: mails::find_mail_trouble(state.db.reader(), visitor.school_id, person.id).await?,
@@ -277,6 +308,9 @@ async fn make_person_page(
 pub(super) struct PersonChangeForm {
     name: String,
     email: String,
+    /// Empty: it stays as it is.
+    #[serde(default)]
+    number: String,
     role: Role,
 }
 
@@ -291,12 +325,12 @@ pub(super) async fn change_person(
     if person.state == AccountState::Erased {
         return Err(Error::Conflict(tr!("whoever was made anonymous stays so").to_owned()).into());
     }
-    let (name, email) = (form.name.trim(), form.email.trim());
+    let details = typed_details(&form.name, &form.email, &form.number);
     let own_role = visitor.id == id && form.role != Role::Administrator;
-    let refused = match refusal_of_person(name, email).or(own_role.then_some(PersonRefused::OwnRole)) {
+    let refused = find_refusal(&state, visitor.school_id, Some(id), details).await?;
+    let refused = match refused.or(own_role.then_some(PersonRefused::OwnRole)) {
         Some(refused) => refused,
         None => {
-            let details = Details { name, email, registrar_id: None };
             if accounts::change(&state, &visitor, &person, details, form.role).await? {
                 return Ok(FormAnswer::Answered(redirect_to_person(id, "changed")));
             }
@@ -304,7 +338,7 @@ pub(super) async fn change_person(
         }
     };
     let roles = SelectOption::roles(Some(form.role));
-    let typed = PersonForm { name: form.name, email: form.email, roles, ..PersonForm::default() };
+    let typed = PersonForm { name: form.name, email: form.email, number: form.number, roles, cohorts: Vec::new() };
     let (visit, form) = (Visit::new(&visitor, &csrf), FilledForm::refused(typed, refused));
     Ok(FormAnswer::Refused(make_person_page(&state, visit, person, form).await?))
 }

@@ -26,7 +26,9 @@ use routes_base::forms::{FormAnswer, split_refusal};
 use serde::Deserialize;
 use store::cohorts;
 
-/// Maximum file size, in bytes.
+use crate::operations::settings::find_mail_way;
+
+/// Largest file taken, in bytes.
 pub(super) const MAX_BYTES: usize = 8_000_000;
 
 pub(super) async fn show_new_roster(
@@ -122,6 +124,7 @@ async fn make_preview_page(
     Ok(Some(RosterPreviewPage {
         shell,
         id,
+        mail_way: find_mail_way(state),
         file_name,
         mapped: mapped.collect(),
         ignored,

@@ -21,7 +21,7 @@ use routes_base::addresses::PathId;
 use routes_base::auth::{Csrf, CsrfForm, PageHead, Visitor};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
-use routes_base::surveys::{TermsOf, preferred_languages, terms_of_survey};
+use routes_base::surveys::{TermsOf, find_asker, preferred_languages, terms_of_survey};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
 use store::surveys::Practised;
@@ -146,7 +146,8 @@ async fn make_consent_page(
     wanted: &str,
 ) -> Result<ConsentPage, Error> {
     let instrument = instrument_of(state, survey).await?;
-    let of = TermsOf { survey, instrument: &instrument, after_attempt: session.is_some() };
+    let asker = &find_asker(state, survey).await?;
+    let of = TermsOf { survey, instrument: &instrument, after_attempt: session.is_some(), asker };
     let session = session.map(|id| id.to_string());
     let attempt = session.as_ref().map_or_else(String::new, |id| format!("&session={id}"));
     let href = |code: &String| (code.clone(), format!("/surveys/{}?lang={code}{attempt}", survey.id));

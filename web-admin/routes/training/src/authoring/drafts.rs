@@ -4,7 +4,7 @@ use acts::authoring::{NewDocument, SeenDraft};
 use acts::drafting::{Checked, SaveOutcome};
 use acts::error::Error;
 use acts::surveys::list_titled_instruments;
-use acts::{authoring, drafting};
+use acts::{authoring, course_changes, drafting};
 use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::http::header::RETRY_AFTER;
@@ -12,7 +12,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use documents::metrics::SceneNames;
 use model::CurrentPerson;
 use model::authoring::EditedDocument;
-use model::draft::DraftVerdict;
+use model::draft::{CourseChange, DraftVerdict};
 use model::ids::{DraftId, SchoolId};
 use pages::authoring::{
     CourseContext, CourseExercise, DocumentForm, ExerciseContext, make_course_form, make_exercise_form,
@@ -235,8 +235,8 @@ fn answer_with_draft(checked: &Checked, body: impl IntoResponse) -> Response {
     }
 }
 
-/// Saves a draft, and publishes it if that was requested and there are no problems; if there is
-/// advice, only when the author confirms after seeing it.
+/// Saves what was written, and publishes it when that is asked for and nothing is wrong; where there is advice, or people have begun the
+/// course, once its author has seen it and insists.
 pub(super) async fn write_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -278,18 +278,18 @@ pub(super) async fn write_draft(
     if let (DraftAct::Look(language), Checked::Instrument(_)) = (&sent.act, &checked) {
         return Ok(FormAnswer::lead_to(&questions_href(id, language)));
     }
-    let is_held = match (&sent.act, &checked) {
-        (_, Checked::Refused(_) | Checked::Waiting(_)) => true,
-        (_, Checked::Exercise(verdict)) if !verdict.problems.is_empty() => true,
-        (DraftAct::Publish, Checked::Exercise(verdict)) => !verdict.advice.is_empty(),
-        _ => false,
-    };
     let is_save = matches!(sent.act, DraftAct::Save | DraftAct::Look(_));
-    if is_save || is_held {
+    let change = match (&sent.act, &checked) {
+        (DraftAct::Publish, Checked::Course(course)) => {
+            course_changes::find_course_change(&state, person.school_id, course).await?
+        }
+        _ => CourseChange::default(),
+    };
+    if is_save || !change.is_empty() || is_held(&sent.act, &checked) {
         let page =
             show_as(&state, sent.view.of(person.school_id), &draft.clone(), make_draft_page(shell, draft, &checked))
                 .await?;
-        return Ok(answer_held(&checked, DraftPage { refused: !is_save, saved: is_save, ..page }));
+        return Ok(answer_held(&checked, DraftPage { refused: !is_save, saved: is_save, change, ..page }));
     }
     match drafting::publish(&state, &person, &draft, &checked).await? {
         true => Ok(FormAnswer::lead_to(&published_moment(&draft))),
@@ -297,7 +297,17 @@ pub(super) async fn write_draft(
     }
 }
 
-/// Returns the page of a draft that was saved but not published.
+/// Whether a draft is not published because of what it comes to.
+fn is_held(act: &DraftAct, checked: &Checked) -> bool {
+    match (act, checked) {
+        (_, Checked::Refused(_) | Checked::Waiting(_)) => true,
+        (_, Checked::Exercise(verdict)) if !verdict.problems.is_empty() => true,
+        (DraftAct::Publish, Checked::Exercise(verdict)) => !verdict.advice.is_empty(),
+        _ => false,
+    }
+}
+
+/// The page of a draft that was saved and not published.
 fn answer_held(checked: &Checked, page: DraftPage) -> FormAnswer<DraftPage> {
     match checked {
         Checked::Waiting(_) => FormAnswer::Answered(answer_with_draft(checked, page)),
@@ -389,6 +399,7 @@ pub(super) fn make_draft_page(shell: Shell, draft: DocumentDraft, checked: &Chec
         seen: draft.version,
         conflict: None,
         refused: false,
+        change: CourseChange::default(),
         verdict: verdict_of_draft(checked),
         form: None,
         scenes: Vec::new(),

@@ -14,7 +14,7 @@ use routes_base::auth::{Administrator, Csrf, CsrfForm, NoFields, PageHead};
 use routes_base::error::PageError;
 use store::reports::SchoolCounts;
 use store::stations::{self, Station};
-use store::{cohorts as cohort_storage, reports, retention};
+use store::{cohorts as cohort_storage, reports, retention, schools};
 
 use crate::training::{cohorts, news};
 
@@ -31,8 +31,10 @@ pub(super) async fn make_admin_home(
 ) -> Result<AdminHomePage, Error> {
     let counts = count_people(state, person.school_id).await?;
     let (cohorts, more) = cohorts::list_cohorts_in_short(state, person, "", FEW).await?;
+    let time_zone = schools::find_time_zone(state.db.reader(), person.school_id).await?;
     Ok(AdminHomePage {
         shell,
+        clock_open: time_zone == "UTC" && counts.attempts == 0,
         news: news::list_news(state, person).await?,
         queue: queue_figures(state, person.school_id, &counts).await?,
         counts: vec![

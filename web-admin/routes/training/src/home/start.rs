@@ -4,7 +4,7 @@ use acts::error::Error;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Response};
 use model::{CurrentPerson, Role};
-use pages::cohort::CohortCard;
+use pages::cohort::{CohortCard, CohortPage};
 use pages::instructor::InstructorPage;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
@@ -39,17 +39,26 @@ async fn make_instructor_home(state: &AppState, shell: Shell, person: &CurrentPe
     let courses = standing::taught_courses(state, person.school_id).await?;
     let taught = standing::judged_courses(&courses);
     let mut cards = Vec::new();
-    let (mut help, mut due) = (Vec::new(), Vec::new());
+    let (mut help, mut due, mut helped) = (Vec::new(), Vec::new(), 0);
     for practised in standing::practice_of_cohorts(state, person).await? {
-        let (cohort, standing) = (&practised.cohort, practised.standing(&taught, state.clock.now()));
+        let (cohort, now) = (&practised.cohort, state.clock.now());
+        let standing = practised.standing(&taught, now);
         let assigned = standing.assignments(state, person.school_id).await?;
-        due.extend(gradebook::list_pressing_assignments(&assigned, &cohort.name, state.clock.now()));
-        cards.push(CohortCard::new(cohorts::cohort_href(cohort), cohort.name.clone(), standing.main()));
-        let rows = standing.rows(&courses, |progress| !progress.concerns.is_empty());
-        help.extend(rows.into_iter().map(|row| (cohort.name.clone(), row)));
+        due.extend(gradebook::list_pressing_assignments(&assigned, &cohort.name, now));
+        let everybody = standing.concerned(&assigned, now);
+        let need_help = standing::sort_help(&everybody);
+        helped += need_help.len();
+        cards.push(CohortCard {
+            complete: standing.count_complete(courses.len()),
+            help: need_help.len(),
+            ..CohortCard::new(cohorts::cohort_href(cohort), cohort.name.clone(), standing.main())
+        });
+        let shown = need_help.into_iter().take(CohortPage::HELP_SHOWN).filter_map(|one| one.row(&courses, None));
+        help.extend(shown.map(|row| (cohort.name.clone(), row)));
     }
+    let more_help = helped - help.len();
     let recent = rows::mixed_rows(reports::latest_taught(reader, person).await?);
     let news = news::list_news(state, person).await?;
     let now = state.clock.now().to_utc();
-    Ok(InstructorPage { shell, news, cohorts: cards, help, due_lines: due, recent, now })
+    Ok(InstructorPage { shell, news, cohorts: cards, help, more_help, due_lines: due, recent, now })
 }

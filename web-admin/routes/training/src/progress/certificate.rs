@@ -1,5 +1,6 @@
 //! Certificates of mastered courses.
 
+use acts::assignments::find_taught_curriculum;
 use acts::certificates;
 use acts::error::Error;
 use askama::Template;
@@ -11,7 +12,7 @@ use model::certificate::{Certificate, Statement, sign_statement};
 use model::certificate_note::CertificateNote;
 use model::ids::{PersonId, SchoolId};
 use model::progress::{Course, Mastery, Progress, StepState};
-use model::{CurrentPerson, Needed, PersonKey};
+use model::{Needed, PersonKey};
 use pages::certificate::CertificatePage;
 use pages::format;
 use pages::trainee::{needed_in_words, rule_in_words};
@@ -20,7 +21,7 @@ use routes_base::auth::{CsrfForm, NoFields, Visitor};
 use routes_base::error::PageError;
 use store::curricula::TaughtCurriculum;
 use store::reports::NamedItem;
-use store::{curricula, logos, people, practice, reports, schools};
+use store::{logos, people, practice, reports, schools};
 use time::OffsetDateTime;
 use words::Language;
 
@@ -38,9 +39,9 @@ pub(super) async fn issue_certificate(
 ) -> Result<Response, PageError> {
     let id: PersonId = id.parse().map_err(|_| Error::NotFound)?;
     let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
-    let taught = curricula::list_taught_curricula(state.db.reader(), person.school_id).await?;
-    let curriculum = taught.into_iter().find(|c| c.curriculum_id == course).ok_or(Error::NotFound)?;
-    let earned = earned_by_trainee(&state, &person, &trainee, &curriculum).await?;
+    let (curriculum, course) = find_taught_curriculum(&state, person.school_id, &course).await?;
+    let certified = CertifiedCourse { school: person.school_id, curriculum: &curriculum, course };
+    let earned = earned_by_trainee(&state, &trainee, certified).await?;
     let key = certificates::signing_key(&state.config.keys_dir)?;
     let certificate = sign_statement(&key, &earned.statement)?;
     let query = earned.note().signed_query(&key).map_err(anyhow::Error::from)?;
@@ -50,7 +51,7 @@ pub(super) async fn issue_certificate(
             .await?;
     let language = theirs.unwrap_or_else(words::current);
     let file = format!("certificate-{}.html", curriculum.curriculum_id);
-    let page = words::within(language, || earned.page(&certificate, &file, check_href))?;
+    let page = words::within(language, || earned.page(&certificate, check_href))?;
     certificates::note_issued(&state, &person, trainee.id, &curriculum).await?;
     let disposition = format!("attachment; filename=\"{file}\"");
     Ok(([(CONTENT_TYPE, "text/html; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)], page)
@@ -80,8 +81,8 @@ impl Earned {
         }
     }
 
-    /// Renders the page, in the current language.
-    fn page(self, certificate: &Certificate, file: &str, check_href: String) -> anyhow::Result<String> {
+    /// The page, in the language that is spoken here.
+    fn page(self, certificate: &Certificate, check_href: String) -> anyhow::Result<String> {
         let page = CertificatePage {
             logo: self.logo,
             rule: rule_in_words(&self.rule),
@@ -89,7 +90,6 @@ impl Earned {
             statement: self.statement,
             mastered: self.mastered,
             issued_at: self.issued_at,
-            file: file.to_owned(),
             key: certificate.public_key.clone(),
             json: certificate.in_page()?,
             check_href,
@@ -104,14 +104,19 @@ async fn logo_of_school(state: &AppState, school: SchoolId) -> Result<Option<Str
     Ok(logo.map(|logo| format!("data:{};base64,{}", logo.media_type, BASE64.encode(&logo.bytes))))
 }
 
+/// A course for which a certificate is asked.
+struct CertifiedCourse<'a> {
+    school: SchoolId,
+    curriculum: &'a TaughtCurriculum,
+    course: Course,
+}
+
 async fn earned_by_trainee(
     state: &AppState,
-    person: &CurrentPerson,
     trainee: &NamedItem<PersonId>,
-    curriculum: &TaughtCurriculum,
+    CertifiedCourse { school, curriculum, course }: CertifiedCourse<'_>,
 ) -> Result<Earned, Error> {
-    let (reader, school) = (state.db.reader(), person.school_id);
-    let course = curricula::find_course(reader, school, curriculum).await?;
+    let reader = state.db.reader();
     let attempts = practice::list_trainee_practice(reader, school, trainee.id).await?;
     let (needed, proved) = standing::proved_attempts(state, school, trainee.id, &attempts).await?;
     let now = state.clock.now();
@@ -123,28 +128,47 @@ async fn earned_by_trainee(
         );
         return Err(Error::Conflict(why));
     }
-    let mastered = mastered_steps(&course, &progress);
+    let mastered = MasteredRevision::of(&course, &progress);
     let statement = Statement {
         format: Statement::FORMAT,
         school: schools::find_school_name(reader, school).await?,
         trainee: trainee.name.clone(),
+        registrar_id: people::find_registrar_id(reader, school, trainee.id).await?,
         curriculum_id: curriculum.curriculum_id.clone(),
         course: curriculum.title.clone(),
-        curriculum_sha256: curriculum.sha256.clone(),
-        rule: words::within(Language::ENGLISH, || rule_in_words(&course.rule)),
+        curriculum_sha256: mastered.sha256.unwrap_or(&curriculum.sha256).to_owned(),
+        rule: words::within(Language::ENGLISH, || rule_in_words(mastered.rule)),
         attempts: Some(words::within(Language::ENGLISH, || needed_in_words(needed)).to_owned()),
-        exercises: mastered.iter().map(|(title, on)| (title.clone(), format::format_machine_time(on))).collect(),
+        exercises: mastered.steps.iter().map(|(title, on)| (title.clone(), format::format_machine_time(on))).collect(),
         issued_at: now.to_string(),
         scope: SCOPE.to_owned(),
     };
     let logo = logo_of_school(state, school).await?;
-    Ok(Earned { logo, statement, rule: course.rule, needed, mastered, issued_at: now.to_utc() })
+    let MasteredRevision { steps, rule, .. } = mastered;
+    Ok(Earned { logo, statement, rule: *rule, needed, mastered: steps, issued_at: now.to_utc() })
 }
 
-fn mastered_steps(course: &Course, progress: &Progress) -> Vec<(String, OffsetDateTime)> {
-    let mastered = course.steps.iter().zip(&progress.steps).filter_map(|(step, done)| match done.state {
-        StepState::Mastered { on } => Some((step.title.clone(), on)),
-        _ => None,
-    });
-    mastered.collect()
+/// The revision of a course that somebody has mastered.
+struct MasteredRevision<'a> {
+    /// SHA-256 of its document, where it is an earlier one.
+    sha256: Option<&'a str>,
+    rule: &'a Mastery,
+    /// Titles of its exercises, and since when each is mastered.
+    steps: Vec<(String, OffsetDateTime)>,
+}
+
+impl<'a> MasteredRevision<'a> {
+    fn of(course: &'a Course, progress: &Progress) -> Self {
+        if let Some(mastery) = &progress.earlier {
+            let earlier = &course.earlier[mastery.revision];
+            let titles = earlier.steps.iter().map(|step| step.title.clone());
+            let steps = titles.zip(mastery.exercises.iter().copied()).collect();
+            return Self { sha256: Some(&earlier.sha256), rule: &earlier.rule, steps };
+        }
+        let mastered = course.steps.iter().zip(&progress.steps).filter_map(|(step, done)| match done.state {
+            StepState::Mastered { on } => Some((step.title.clone(), on)),
+            _ => None,
+        });
+        Self { sha256: None, rule: &course.rule, steps: mastered.collect() }
+    }
 }

@@ -55,11 +55,17 @@ async fn find_trainee_step(
     Ok(TraineeStep { trainee, taught, index, step })
 }
 
-/// Returns the learning curve that an exercise is drawn with, and whether it decides on mastery.
-fn rule_of_curve(taught: &TaughtCourse) -> Option<(CurveRule, bool)> {
+/// The learning curve that decides in the course, or one by an example, which decides nothing, for those who teach.
+fn draw_curves(
+    viewer: &CurrentPerson,
+    taught: &TaughtCourse,
+    step: &StepProgress,
+    title: &str,
+) -> [Option<CurveFacts>; 2] {
     match taught.course.rule {
-        Mastery::Curve(rule) => Some((rule, true)),
-        Mastery::Passes { .. } => CurveRule::example().map(|rule| (rule, false)),
+        Mastery::Curve(rule) => [CurveFacts::new(step, rule, title), None],
+        Mastery::Passes { .. } if viewer.role == Role::Trainee => [None, None],
+        Mastery::Passes { .. } => [None, CurveRule::example().and_then(|rule| CurveFacts::new(step, rule, title))],
     }
 }
 
@@ -78,6 +84,7 @@ pub(super) async fn show_trainee_step(
     };
     let TraineeStep { trainee, taught, index, step } = found;
     let step_of = &taught.course.steps[index];
+    let [curve, beside] = draw_curves(&person, &taught, &step, &step_of.title);
     Ok(LearningPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Elsewhere),
         own: person.id == trainee.id,
@@ -91,7 +98,8 @@ pub(super) async fn show_trainee_step(
             "own",
             &step_of.title,
         ),
-        curve: rule_of_curve(&taught).and_then(|(rule, decides)| CurveFacts::new(&step, rule, decides, &step_of.title)),
+        curve,
+        beside,
         mixed: step.mixes_revisions(),
         passed: wilson(step.passes(), step.attempts.len()).ok(),
         habits: trainees::habits_of_attempts(&latest),

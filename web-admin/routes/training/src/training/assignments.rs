@@ -1,11 +1,13 @@
 //! `/assignments`: a trainee's own assignments; for teachers, assignments and their completion.
 
+use std::collections::BTreeMap;
+
 use acts::assignments::LockedTrainees;
 use acts::error::Error;
 use acts::{assignments as teaching, deadlines, notices};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
-use model::assignment::AssignmentTask;
+use model::assignment::{AssignmentTally, AssignmentTask};
 use model::due::{self, local};
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
 use model::notice::NoticePlace;
@@ -14,6 +16,7 @@ use pages::assignments::{
     AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,
 };
 use pages::form::{FilledForm, read_ticked_box};
+use pages::listed::ListPart;
 use pages::people::SelectOption;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
@@ -26,7 +29,10 @@ use store::assignments::{ManagedAssignment, NewAssignment};
 use store::reports::NamedItem;
 use store::{assignments, curricula, exercises, people, reports, schools};
 
-/// Maximum number of assignments on the page of teachers.
+use super::gradebook;
+use super::rows::PeopleOnPage;
+
+/// Assignments on the page of those who make them.
 const LATEST: u32 = 100;
 
 /// The preselected task of a new assignment.
@@ -78,20 +84,40 @@ async fn managed_page(
         mailed: typed.mailed,
         time_zone: schools::find_time_zone(state.db.reader(), person.school_id).await?,
     };
-    let rows = rows.into_iter().map(make_managed_row).collect();
+    let mut tallies = match person.role {
+        Role::Instructor => gradebook::tally_assignments(state, person).await?,
+        _ => BTreeMap::new(),
+    };
+    let row = |listed: ManagedAssignment| {
+        let tally = tallies.remove(&listed.id);
+        ManagedRow { tally, ..make_managed_row(listed) }
+    };
+    let rows = rows.into_iter().map(row).collect();
     Ok(ManagedAssignmentsPage { shell, rows, form: FilledForm { typed: form, refused } })
 }
 
-/// Returns courses, then exercises, as options.
+/// Each course with its exercises in order, then the exercises of no course; one of them chosen.
 async fn task_options(state: &AppState, school: SchoolId, chosen: &str) -> Result<Vec<SelectOption>, Error> {
-    let reader = state.db.reader();
     let choice = |value: String, label: String| SelectOption { chosen: value == chosen, value, label };
-    let courses = curricula::list_taught_curricula(reader, school).await?.into_iter();
-    let courses =
-        courses.map(|c| choice(format!("course:{}", c.curriculum_id), tr!("Course: {title}", title = c.title)));
-    let exercises = exercises::list_current_exercises(reader, school).await?.into_iter();
-    let exercises = exercises.map(|e| choice(format!("exercise:{}", e.exercise_id), e.title));
-    Ok(courses.chain(exercises).collect())
+    let exercise = |id: &str, title: &str| choice(format!("exercise:{id}"), title.to_owned());
+    let mut options: Vec<SelectOption> = Vec::new();
+    for (curriculum, course) in teaching::taught_curricula(state, school).await? {
+        let title = tr!("Course: {title}", title = curriculum.title);
+        options.push(choice(format!("course:{}", curriculum.curriculum_id), title));
+        for step in &course.steps {
+            let option = exercise(&step.exercise, &step.title);
+            if !options.contains(&option) {
+                options.push(option);
+            }
+        }
+    }
+    for alone in exercises::list_current_exercises(state.db.reader(), school).await? {
+        let option = exercise(&alone.exercise_id, &alone.title);
+        if !options.contains(&option) {
+            options.push(option);
+        }
+    }
+    Ok(options)
 }
 
 fn make_managed_row(listed: ManagedAssignment) -> ManagedRow {
@@ -103,6 +129,7 @@ fn make_managed_row(listed: ManagedAssignment) -> ManagedRow {
         limit: listed.attempt_limit,
         supervised: listed.supervised,
         since_only: listed.since_only,
+        tally: None,
     }
 }
 
@@ -272,20 +299,24 @@ pub(super) async fn show_assignment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId<AssignmentId>,
+    Query(query): Query<PeopleOnPage>,
     csrf: Csrf,
 ) -> Result<AssignmentPage, PageError> {
     let listed = find_assignment(&state, &person, id).await?;
     let trainees = trainees_of_assignment(&state, &person, &listed).await?;
     let ids: Vec<PersonId> = trainees.iter().map(|trainee| trainee.id).collect();
     let standings = teaching::standings_at(&state, person.school_id, id, &ids).await?;
+    let tally = AssignmentTally::of(standings.iter());
     let row_of = |(trainee, standing): (NamedItem<PersonId>, _)| {
         let href = format!("/trainees/{}", trainee.id);
         AssignmentRow::new(standing, trainee.name, href, trainee.id.to_string())
     };
-    let rows = trainees.into_iter().zip(standings).map(row_of).collect();
+    let mut rows: Vec<AssignmentRow> = trainees.into_iter().zip(standings).map(row_of).collect();
+    rows.sort_by_key(|row| !row.overdue);
+    let (rows, list) = ListPart::of(query.into(), rows, |row| &row.title);
     let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
     let gradebook = listed.cohort_id.map(|cohort| format!("/cohorts/{cohort}/gradebook"));
-    Ok(AssignmentPage { shell, id, assignment: make_managed_row(listed), rows, gradebook })
+    Ok(AssignmentPage { shell, id, assignment: make_managed_row(listed), tally, rows, list, gradebook })
 }
 
 async fn trainees_of_assignment(

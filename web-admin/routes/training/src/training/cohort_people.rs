@@ -4,13 +4,14 @@
 use acts::cohorts::{self as membership, RequestKey};
 use acts::error::Error;
 use axum::extract::rejection::PathRejection;
-use axum::extract::{Path, State};
+use axum::extract::{Path, Query, State};
 use axum::response::Redirect;
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::roster::is_name;
 use model::{CurrentPerson, Role};
 use pages::form::FilledForm;
-use pages::people::{CohortPeoplePage, UnknownAddress};
+use pages::listed::ListPart;
+use pages::people::{CohortMember, CohortPeoplePage, UnknownAddress};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
@@ -21,6 +22,8 @@ use serde::Deserialize;
 use store::cohorts::{self};
 use store::reports;
 use store::reports::NamedItem;
+
+use super::rows::PeopleOnPage;
 
 #[derive(Deserialize)]
 pub(super) struct CohortForm {
@@ -59,26 +62,36 @@ pub(super) async fn show_cohort_people(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId<CohortId>,
+    Query(query): Query<PeopleOnPage>,
     csrf: Csrf,
 ) -> Result<CohortPeoplePage, PageError> {
     let cohort = find_taught_cohort(&state, &person, id).await?;
-    Ok(make_people_page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort).await?)
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Cohorts);
+    Ok(make_people_page(&state, shell, ShownCohort { school: person.school_id, cohort }, query).await?)
+}
+
+/// A cohort of a school.
+struct ShownCohort {
+    school: SchoolId,
+    cohort: NamedItem<CohortId>,
 }
 
 async fn make_people_page(
     state: &AppState,
     shell: Shell,
-    school: SchoolId,
-    cohort: NamedItem<CohortId>,
+    ShownCohort { school, cohort }: ShownCohort,
+    query: PeopleOnPage,
 ) -> Result<CohortPeoplePage, Error> {
     let mut members = Vec::new();
     for role in [Role::Instructor, Role::Trainee] {
         let named = reports::members(state.db.reader(), school, cohort.id, role).await?;
-        members.extend(named.into_iter().map(|person| (person.id.to_string(), person.name, role)));
+        let member = |person: NamedItem<PersonId>| CohortMember { id: person.id.to_string(), name: person.name, role };
+        members.extend(named.into_iter().map(member));
     }
+    let (members, list) = ListPart::of(query.into(), members, |one| &one.name);
     let href = format!("/cohorts/{}", cohort.id);
     let requests = cohorts::list_membership_requests(state.db.reader(), school, Some(cohort.id), None).await?;
-    Ok(CohortPeoplePage { shell, href, name: cohort.name, members, requests, email: FilledForm::default() })
+    Ok(CohortPeoplePage { shell, href, name: cohort.name, members, list, requests, email: FilledForm::default() })
 }
 
 #[derive(Deserialize)]
@@ -97,9 +110,9 @@ pub(super) async fn add_to_cohort(
 ) -> Result<FormAnswer<CohortPeoplePage>, PageError> {
     let cohort = find_taught_cohort(&state, &person, id).await?;
     if !membership::add_member(&state, &person, id, form.email.trim()).await? {
-        let page =
-            make_people_page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort)
-                .await?;
+        let shell = Shell::new(&person, csrf.token(), NavPlace::Cohorts);
+        let shown = ShownCohort { school: person.school_id, cohort };
+        let page = make_people_page(&state, shell, shown, PeopleOnPage::default()).await?;
         let email = FilledForm::refused(form.email, UnknownAddress);
         return Ok(FormAnswer::Refused(CohortPeoplePage { email, ..page }));
     }

@@ -3,8 +3,11 @@
 use acts::error::Error;
 use axum::extract::{Query, State};
 use model::ids::CohortId;
+use model::progress::Progress;
 use model::{CurrentPerson, Role, count_u32};
-use pages::cohort::{CohortLine, CohortPage, CohortsPage, CourseShare};
+use pages::cohort::{CohortFigures, CohortLine, CohortPage, CohortsPage, CourseShare};
+use pages::listed::{ListPart, ListQuery};
+use pages::people::SelectOption;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::{PathId, encode_in_query};
@@ -62,10 +65,32 @@ pub(crate) async fn list_cohorts(
     })
 }
 
+/// What of a cohort is to be shown.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct CohortQuery {
+    /// A course, by its id.
+    course: String,
+    /// `help`: only those who may need it.
+    show: String,
+    q: String,
+    page: Option<u32>,
+}
+
+impl CohortQuery {
+    /// What is looked for among its people.
+    fn into_list(self, course: &str) -> ListQuery {
+        let Self { show, q, page, .. } = self;
+        let kept = [("course", course.to_owned()), ("show", show)];
+        ListQuery { q, page, kept: kept.into_iter().filter(|(_, value)| !value.is_empty()).collect() }
+    }
+}
+
 pub(crate) async fn show_cohort(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId<CohortId>,
+    Query(query): Query<CohortQuery>,
     csrf: Csrf,
 ) -> Result<CohortPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
@@ -73,22 +98,47 @@ pub(crate) async fn show_cohort(
     let courses = standing::taught_courses(&state, school).await?;
     let practised = standing::practice_of_cohort(&state, school, cohort).await?;
     let taught = standing::judged_courses(&courses);
-    let standing = practised.standing(&taught, state.clock.now());
+    let now = state.clock.now();
+    let standing = practised.standing(&taught, now);
     let assigned = standing.assignments(&state, school).await?;
     let cohort = &practised.cohort;
     let instructors = reports::members(reader, school, id, Role::Instructor).await?;
-    let share = |(i, taught): (usize, &TaughtCourse)| CourseShare::new(&taught.facts(None), &standing.in_course(i));
-    let (begun, others): (Vec<CourseShare>, Vec<CourseShare>) =
-        courses.iter().enumerate().map(share).partition(CourseShare::is_begun);
+    let everybody = standing.concerned(&assigned, now);
+    let help = standing::sort_help(&everybody);
+    let asked = courses.iter().position(|taught| taught.id == query.course);
+    let chosen = asked.or_else(|| standing.find_begun_course(courses.len()));
+    let in_course = chosen.map(|course| standing.in_course(course)).unwrap_or_default();
+    let progress: Vec<&Progress> = in_course.iter().map(|(_, progress)| *progress).collect();
+    let figures = CohortFigures { trainees: everybody.len(), ..CohortFigures::new(&progress, help.len()) };
+    let listed = match query.show.as_str() {
+        "help" => help.clone(),
+        _ => everybody.iter().collect(),
+    };
+    let course_id = chosen.map_or("", |course| courses[course].id.as_str());
+    let (listed, list) = ListPart::of(query.into_list(course_id), listed, |one| one.name());
+    let shown = help.iter().take(CohortPage::HELP_SHOWN);
     Ok(CohortPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
         href: cohort_href(cohort),
         due_lines: gradebook::list_assignments_of_cohort(&assigned, &cohort.name),
         name: cohort.name.clone(),
         instructors: instructors.into_iter().map(|i| i.name).collect(),
-        courses: begun,
-        others: others.into_iter().map(|course| course.title).collect(),
-        trainees: standing.rows(&courses, |_| true),
-        now: state.clock.now().to_utc(),
+        figures,
+        help: shown.filter_map(|one| one.row(&courses, None)).collect(),
+        courses: list_course_options(&courses, chosen),
+        course: chosen.map(|course| CourseShare::new(&courses[course].facts(None), &in_course)),
+        trainees: listed.into_iter().filter_map(|one| one.row(&courses, chosen)).collect(),
+        list,
+        now: now.to_utc(),
     })
+}
+
+/// The courses of a school to choose from.
+fn list_course_options(courses: &[TaughtCourse], chosen: Option<usize>) -> Vec<SelectOption> {
+    let option = |(at, taught): (usize, &TaughtCourse)| SelectOption {
+        value: taught.id.clone(),
+        label: taught.title.clone(),
+        chosen: chosen == Some(at),
+    };
+    courses.iter().enumerate().map(option).collect()
 }

@@ -6,13 +6,14 @@ use acts::assignments::{self as teaching, CohortStandings};
 use acts::error::Error;
 use axum::extract::{Query, State};
 use axum::response::Response;
-use model::assignment::{Assigned, AssignmentStage, AssignmentStanding, AssignmentTally};
+use model::assignment::{Assigned, AssignmentStage, AssignmentStanding, AssignmentTally, SOON_S};
 use model::due::{self, local};
 use model::folding::family_sort_key;
-use model::ids::{CohortId, PersonId};
+use model::ids::{AssignmentId, CohortId, PersonId};
 use model::{CurrentPerson, Moment};
 use pages::assignments::{AssignmentRow, DueLine};
 use pages::gradebook::{GradebookColumn, GradebookPage, GradebookRow};
+use pages::listed::ListPart;
 use pages::{NavPlace, Shell, format};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
@@ -23,10 +24,8 @@ use serde::Deserialize;
 use store::reports;
 use store::reports::NamedItem;
 
+use super::rows::PeopleOnPage;
 use super::{cohorts, standing};
-
-/// Period before the due date in which an assignment is due soon, in s.
-const SOON_S: i64 = 7 * 86_400;
 
 fn href_of(assigned: &Assigned) -> String {
     format!("/assignments/{}", assigned.id)
@@ -75,7 +74,22 @@ pub(crate) fn list_pressing_assignments(found: &CohortStandings, cohort: &str, n
     tallied(found, cohort).filter(is_pressing).map(|(assigned, to, tally)| due_line(assigned, to, tally)).collect()
 }
 
-/// The data of both the page and its file.
+/// How those stand to whom something was assigned in the cohorts that somebody teaches, by assignment.
+pub(crate) async fn tally_assignments(
+    state: &AppState,
+    person: &CurrentPerson,
+) -> Result<BTreeMap<AssignmentId, AssignmentTally>, Error> {
+    let taught = teaching::taught(state, person.school_id).await?;
+    let mut tallies = BTreeMap::new();
+    for practised in standing::practice_of_cohorts(state, person).await? {
+        let standing = practised.standing(&taught, state.clock.now());
+        let found = standing.assignments(state, person.school_id).await?;
+        tallies.extend(tallied(&found, "").map(|(assigned, _, tally)| (assigned.id, tally)));
+    }
+    Ok(tallies)
+}
+
+/// What both the page and its file are made of.
 struct CohortGradebook {
     cohort: NamedItem<CohortId>,
     found: CohortStandings,
@@ -97,6 +111,7 @@ pub(crate) async fn show_gradebook(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId<CohortId>,
+    Query(query): Query<PeopleOnPage>,
     csrf: Csrf,
 ) -> Result<GradebookPage, PageError> {
     let CohortGradebook { cohort, found, mut registrar_ids } = find_gradebook(&state, &person, id).await?;
@@ -107,7 +122,8 @@ pub(crate) async fn show_gradebook(
     });
     let columns = columns.collect();
     let alone = list_assignments_of_cohort(&found, &cohort.name).split_off(found.assigned.len());
-    let rows = found.trainees.into_iter().map(|of| GradebookRow {
+    let (trainees, list) = ListPart::of(query.into(), found.trainees, |of| &of.trainee.name);
+    let rows = trainees.into_iter().map(|of| GradebookRow {
         href: format!("/trainees/{}", of.trainee.id),
         registrar_id: registrar_ids.remove(&of.trainee.id),
         name: of.trainee.name,
@@ -119,6 +135,7 @@ pub(crate) async fn show_gradebook(
         name: cohort.name,
         columns,
         rows: rows.collect(),
+        list,
         alone,
     })
 }

@@ -4,14 +4,14 @@ use acts::error::Error;
 use acts::notices as told;
 use axum::extract::State;
 use axum::response::Redirect;
-use model::CurrentPerson;
 use model::notice::NoticePlace;
-use pages::news::NewsItem;
+use model::{CurrentPerson, Role};
+use pages::news::{NewsItem, say_waiting_ratings};
 use routes_base::AppState;
 use routes_base::auth::{CsrfForm, NoFields, Visitor};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::{notices, studies};
+use store::{notices, ratings, studies, surveys};
 
 /// Maximum number of news items on the home page.
 const SHOWN: u32 = 20;
@@ -22,6 +22,20 @@ pub(crate) async fn list_news(state: &AppState, person: &CurrentPerson) -> Resul
     let asked = studies::list_study_requests(reader, person.into()).await?;
     let mut items: Vec<NewsItem> =
         asked.iter().map(|study| NewsItem::of_study(&study.owner, &study.title, study.created_at.to_utc())).collect();
+    if person.role == Role::Trainee {
+        for survey in surveys::of_person(reader, person.school_id, person.id, state.clock.now()).await? {
+            if !surveys::answered(reader, &survey, person.id, None).await? {
+                items.push(NewsItem::of_survey(&survey));
+            }
+        }
+    } else {
+        let rounds = ratings::all(reader, person).await?;
+        items.extend(rounds.iter().filter(|round| round.own_open > 0).map(|round| NewsItem {
+            words: say_waiting_ratings(&round.by, &round.title, round.own_open),
+            href: format!("/ratings/{}", round.id),
+            at: round.made_at.to_utc(),
+        }));
+    }
     if person.news > 0 {
         items.extend(NewsItem::list(&notices::list_unread_notices(reader, person.into(), SHOWN).await?));
     }

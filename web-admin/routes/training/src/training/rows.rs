@@ -1,7 +1,9 @@
 //! Converts stored attempts to rows of a list.
 
+use pages::listed::ListQuery;
 use pages::trainee::OwnAttemptRow;
 use pages::{StatusWord, metric};
+use serde::Deserialize;
 use store::reports::ListedAttempt;
 use store::sessions::SessionState;
 
@@ -41,10 +43,27 @@ fn note_of_attempt(attempt: &ListedAttempt) -> String {
     if let Some(refusal) = &attempt.refusal {
         return refusal.clone();
     }
+    if attempt.computed.is_some() {
+        return tr!("an instructor has put another score in place").to_owned();
+    }
     if let Some(failure) = attempt.hard_fails.as_ref().and_then(|fails| fails.0.first()) {
         return metric::say_failure(failure);
     }
     let deductions = attempt.deductions.as_ref().map_or(&[][..], |json| &json.0);
     let dearest = deductions.iter().filter(|d| d.points > 0.0).max_by(|a, b| a.points.total_cmp(&b.points));
     dearest.map_or_else(String::new, metric::short_deduction_reason)
+}
+
+/// Whom of a long list of people a page shows.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct PeopleOnPage {
+    q: String,
+    page: Option<u32>,
+}
+
+impl From<PeopleOnPage> for ListQuery {
+    fn from(PeopleOnPage { q, page }: PeopleOnPage) -> Self {
+        Self { q, page, kept: Vec::new() }
+    }
 }

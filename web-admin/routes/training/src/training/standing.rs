@@ -1,12 +1,12 @@
 //! Progress of trainees in the courses of their school.
 
-use acts::assignments::{self as teaching, CohortStandings, PractisedTrainee};
+use acts::assignments::{self as teaching, CohortStandings, PractisedTrainee, TraineeStandings};
 use acts::error::Error;
-use model::assignment::{AttemptHistory, TaughtCourse as JudgedCourse};
+use model::assignment::{AttemptHistory, TaughtCourse as JudgedCourse, find_not_started};
 use model::ids::{CohortId, PersonId, SchoolId};
-use model::progress::{Course, Progress, ScoredAttempt};
+use model::progress::{Concern, Course, Progress, ScoredAttempt};
 use model::{CurrentPerson, Moment, Needed, Role};
-use pages::cohort::TraineeRow;
+use pages::cohort::{NamedTrainee, TraineeRow};
 use pages::trainee::CourseFacts;
 use routes_base::AppState;
 use store::curricula::TaughtCurriculum;
@@ -152,19 +152,67 @@ impl CohortStanding<'_> {
         self.trainees.iter().map(|of| (of.trainee.name.as_str(), of.history.in_course(course))).collect()
     }
 
-    /// Returns the rows of trainees whose progress in their current course satisfies `wanted`.
-    pub fn rows(&self, courses: &[TaughtCourse], wanted: impl Fn(&Progress) -> bool) -> Vec<TraineeRow> {
-        let row = |of: &PractisedTrainee<'_>| {
-            let course = of.history.main_course()?;
-            let main = of.history.in_course(course);
-            let href = || format!("/trainees/{}", of.trainee.id);
-            wanted(main).then(|| TraineeRow::new(href(), of.trainee.name.clone(), &courses[course].facts(None), main))
+    /// How many have mastered a course of the school.
+    pub fn count_complete(&self, courses: usize) -> usize {
+        let mastered = |of: &&PractisedTrainee<'_>| (0..courses).any(|course| of.history.in_course(course).complete());
+        self.trainees.iter().filter(mastered).count()
+    }
+
+    /// The course that most have begun, the first where none is.
+    pub fn find_begun_course(&self, courses: usize) -> Option<usize> {
+        let begun =
+            |course: &usize| self.trainees.iter().filter(|of| of.history.in_course(*course).attempts() > 0).count();
+        (0..courses).min_by_key(|course| std::cmp::Reverse(begun(course)))
+    }
+
+    /// Everybody with the reasons for which they may need help: those of the course that they are on, or that something is due.
+    pub fn concerned<'b>(&'b self, assigned: &'b CohortStandings, now: Moment) -> Vec<ConcernedTrainee<'b>> {
+        let concerned = |(of, standings): (&'b PractisedTrainee<'_>, &'b TraineeStandings)| {
+            let main = of.history.main_course();
+            let begun = main.map(|course| of.history.in_course(course)).filter(|main| main.last_at.is_some());
+            let concerns = match begun {
+                Some(main) => main.concerns.clone(),
+                None => {
+                    find_not_started(standings.with_cohort.iter().chain(&standings.alone), now).into_iter().collect()
+                }
+            };
+            ConcernedTrainee { of, concerns }
         };
-        self.trainees.iter().filter_map(row).collect()
+        self.trainees.iter().zip(&assigned.trainees).map(concerned).collect()
     }
 
     /// Returns the trainees' progress with their assignments.
     pub async fn assignments(&self, state: &AppState, school: SchoolId) -> Result<CohortStandings, Error> {
         teaching::cohort_standings(state, school, self.cohort, &self.trainees).await
     }
+}
+
+/// A trainee, and why they may need help.
+pub(crate) struct ConcernedTrainee<'a> {
+    of: &'a PractisedTrainee<'a>,
+    /// The most pressing first.
+    pub concerns: Vec<Concern>,
+}
+
+impl ConcernedTrainee<'_> {
+    /// Their name.
+    pub fn name(&self) -> &str {
+        &self.of.trainee.name
+    }
+
+    /// Their row in a course, or in the one that they are on.
+    pub fn row(&self, courses: &[TaughtCourse], course: Option<usize>) -> Option<TraineeRow> {
+        let course = course.or_else(|| self.of.history.main_course())?;
+        let who =
+            NamedTrainee { href: format!("/trainees/{}", self.of.trainee.id), name: self.of.trainee.name.clone() };
+        let progress = self.of.history.in_course(course);
+        Some(TraineeRow::new(who, &courses[course].facts(None), progress, &self.concerns))
+    }
+}
+
+/// Those who may need help, the most reasons first.
+pub(crate) fn sort_help<'a, 'b>(all: &'a [ConcernedTrainee<'b>]) -> Vec<&'a ConcernedTrainee<'b>> {
+    let mut help: Vec<_> = all.iter().filter(|one| !one.concerns.is_empty()).collect();
+    help.sort_by_key(|one| std::cmp::Reverse(one.concerns.len()));
+    help
 }
