@@ -197,7 +197,9 @@ fn unsound_issues(
     let mut issues = match findings {
         Ok(findings) => findings.iter().map(|finding| document_issue(&doc, scene, finding)).collect(),
         Err(why) => {
-            let allowed = phrase!("allowed: a tissue that a model can be made of");
+            let allowed = phrase!(
+                "allowed: a tissue that a model can be made of, to its tolerance; coupling = \"none\" lets the hand feel the layers alone"
+            );
             vec![doc.issue("tissue.coupling", why.in_words(), allowed)]
         }
     };

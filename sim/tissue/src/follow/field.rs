@@ -27,6 +27,14 @@ pub enum FollowError {
     /// The planner rejects the tissue.
     #[error(transparent)]
     Plan(#[from] PlanError),
+    /// The hand would feel a field that is not known well enough.
+    #[error("the field of a coupled tissue is known to {error} of what it does, at a tolerance of {tolerance}")]
+    Uncertain {
+        /// Estimated relative error.
+        error: f64,
+        /// Relative error that the tissue allows.
+        tolerance: f64,
+    },
 }
 
 impl FollowError {
@@ -36,6 +44,11 @@ impl FollowError {
         match self {
             Self::Param(error) => Phrase::data(error),
             Self::Plan(error) => error.in_words(),
+            Self::Uncertain { error, tolerance } => phrase!(
+                "the hand would feel a field whose error is estimated at {error} %, with {tolerance} % allowed",
+                error = Phrase::number(100.0 * error, 0),
+                tolerance = Phrase::number(100.0 * tolerance, 0)
+            ),
         }
     }
 }
@@ -96,7 +109,15 @@ impl Field {
     pub fn new(tissue: &TissueSpec) -> Result<Self, FollowError> {
         tissue.check()?;
         if !tissue.is_even() {
-            return Self::by_the_change(tissue);
+            let field = Self::by_the_change(tissue)?;
+            let (error, tolerance) = (field.plan.expected_relative_error, tissue.tolerance);
+            // Earlier recordings were made with whatever came of it.
+            let is_felt = tissue.coupled && tissue.judging >= Judging::Fourth;
+            return if is_felt && error > tolerance {
+                Err(FollowError::Uncertain { error, tolerance })
+            } else {
+                Ok(field)
+            };
         }
         match tissue.judging {
             Judging::First => Self::by_the_skin(tissue),
