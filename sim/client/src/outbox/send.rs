@@ -62,7 +62,7 @@ pub struct Patience {
 /// The result of sending an entry.
 #[derive(Debug, Serialize)]
 pub struct Delivery {
-    /// The file, as named on the command line or when it was added.
+    /// Name of the recording's file when it was added; for answers, a description.
     pub recording: String,
     /// Its id in the outbox.
     pub id: String,
