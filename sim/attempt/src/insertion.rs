@@ -27,7 +27,7 @@ impl Insertion {
 }
 
 /// Returns the needle's +z in the patient frame, unit length; straight down if the recorded
-/// orientation is not finite or zero.
+/// orientation is zero or not finite.
 #[must_use]
 pub fn needle_axis(sample: &Sample) -> Vector3<f64> {
     let [x, y, z, w] = sample.orientation;

@@ -12,8 +12,8 @@ use crate::trajectory::{self, AxialSample, NumberColumn, TrajectoryError, Trajec
 /// mistake.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 
-/// Poses at times, played back with linear interpolation of the position and shortest-arc interpolation of the
-/// orientation. The first row is the first tick.
+/// Poses at times, played back with linear interpolation of the position and shortest-arc
+/// interpolation of the orientation. The first row is the first tick.
 pub struct Playback {
     rows: Vec<(f64, Isometry3<f64>)>,
     next: usize,

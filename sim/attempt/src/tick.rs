@@ -31,7 +31,8 @@ impl TickInput {
     #[must_use]
     pub fn new(t_s: f64, motion: &Motion) -> Self {
         let pose = &motion.patient_from_needle;
-        // A recording does not keep the sign of a zero. Adding 0 clears it before the force law can see it.
+        // A recording does not keep the sign of a zero. Adding 0 clears it before the force law can
+        // see it.
         Self {
             t_s,
             position_m: pose.translation.vector.map(|c| c + 0.0).into(),

@@ -11,11 +11,10 @@ use crate::tick::{TickInput, TickedAttempt};
 /// The deviations of a recording from its re-simulation.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Verification {
+    /// Number of ticks compared.
+    pub ticks: u64,
     /// Largest deviation of any force channel, in N, after rounding to f32; the largest f64 if only
     /// one side is a finite number.
-    pub ticks: u64,
-    /// Largest deviation of any force channel, in N, after rounding to f32. The largest f64 where only one side is a
-    /// number.
     pub largest_deviation_n: f64,
     /// Its time, in s.
     pub at_s: f64,

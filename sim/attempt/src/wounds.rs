@@ -50,14 +50,14 @@ struct WoundedTissue {
     skin: Skin,
     /// Depth of every boundary below the skin, along its normal, in m.
     tops_m: Vec<f64>,
-    /// Whether the needle's hub can be opened, by drawing its stylet or removing its syringe. A
-    /// trocar keeps its tip.
+    /// Whether each layer is fluid.
     fluid: Vec<bool>,
-    /// Which structures are vessels.
+    /// Whether each structure is a vessel.
     vessels: Vec<bool>,
     target_depth_m: f64,
     needle_length_m: f64,
-    /// The needle's hub can be opened: its stylet is drawn, or its syringe taken off. A trocar keeps its tip.
+    /// Whether the needle's hub can be opened, by drawing its stylet or removing its syringe. A
+    /// trocar keeps its tip.
     opens: bool,
 }
 

@@ -115,7 +115,7 @@ impl Shelf {
         }
     }
 
-    /// Adds an exercise, unless it is there already.
+    /// Adds an exercise. If it is there already, only a missing place in a course is filled in.
     fn offer(&mut self, offer: Offer) {
         let is_it = |known: &&mut Offer| known.bundle.exercise.sha256 == offer.bundle.exercise.sha256;
         match self.exercises.iter_mut().find(is_it) {

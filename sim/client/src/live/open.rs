@@ -72,7 +72,7 @@ impl DeviceChoice {
     }
 }
 
-/// What moves the device.
+/// Source of a device's motion.
 pub enum Steered {
     /// A person's hand on the device, or a virtual operator.
     Itself,
@@ -88,7 +88,7 @@ pub struct OpenedDevice {
     pub driven: Driven,
     /// Mapping from the device to the patient.
     pub mapping: Mapping,
-    /// What moves the device.
+    /// Source of the device's motion.
     pub steered: Steered,
     /// Reasons why other devices were not used.
     pub passed_over: Vec<String>,

@@ -1,6 +1,6 @@
 //! The recorder: repeats each tick of the servo with the same law, and writes the recording.
 //!
-//! The servo passes on its inputs bit by bit, so the recorder computes the same forces; unlike the
+//! The servo passes on its inputs bit for bit, so the recorder computes the same forces; unlike the
 //! servo it can take its time, allocate and wait for the disk. All ticks stay in memory until they
 //! are saved, so that a disk error loses nothing.
 

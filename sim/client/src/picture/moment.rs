@@ -43,7 +43,7 @@ struct Hit {
 /// How the picture is viewed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Look {
-    /// The view.
+    /// The selected view.
     pub view: View,
     /// The user's rotation and zoom.
     pub orbit: Orbit,

@@ -63,7 +63,7 @@ pub struct Station {
     pub history: History,
     /// The school that this station has joined.
     pub pairing: Option<Pairing>,
-    /// The key that signs the attempts of persons at it.
+    /// The key that signs the attempts of signed-in trainees.
     pub key: Option<Arc<StationKey>>,
     /// The choice of a device.
     pub device: open::DeviceChoice,
@@ -133,7 +133,7 @@ struct Window {
 /// Opens a window to practise in.
 ///
 /// # Errors
-/// When there is no display or no graphics adapter.
+/// If there is no display or no graphics adapter.
 pub fn play(station: Station) -> Outcome {
     let screen = match (station.shelf.exercises.as_slice(), station.shelf.broken.as_slice()) {
         ([_], []) => Screen::Briefing { at: 0, error: None },

@@ -246,7 +246,7 @@ impl Survey {
 }
 
 impl OpenAnswers {
-    /// Copies the answers to the questions that apply to the sheet.
+    /// Updates the sheet with the answers to the questions that apply.
     fn write_down(&mut self, asked: &AskedSurvey) {
         let asked_items = asked_pages(&asked.instrument, &self.answers).into_iter().flat_map(|(_, items)| items);
         let given =
