@@ -18,8 +18,8 @@ use crate::tick::{TickInput, TickedAttempt};
 
 /// A source of motion of the needle.
 pub trait MotionSource {
-    /// Returns the motion after `dt_s`, given the hand's last sensation. A first call with `dt_s` =
-    /// 0 returns the initial pose.
+    /// Returns the motion after `dt_s`, given the forces that the hand felt last. A first call with
+    /// `dt_s` = 0 returns the initial pose.
     fn step(&mut self, dt_s: f64, felt: &Felt) -> Motion;
 }
 

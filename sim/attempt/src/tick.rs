@@ -68,7 +68,7 @@ pub struct Tick {
     pub events: Vec<Event>,
     /// The field, if a step of it was due.
     pub tent: Option<Tent>,
-    /// The hand's sensation.
+    /// The forces that the hand feels.
     pub felt: Felt,
     /// Force on the hand along the latched axis, in N: layers, bone, walls and the hub.
     pub hand_n: f64,
