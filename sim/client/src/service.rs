@@ -94,6 +94,7 @@ impl Reply {
     /// Converts an unexpected response to an error.
     pub fn trouble(&self) -> Trouble {
         let outlook = match self.status {
+            // 460 is a checksum mismatch in tus.
             408 | 423 | 425 | 429 | 460 | 500.. => Outlook::Soon,
             409 | 413 | 415 | 422 => Outlook::Never,
             451 => Outlook::Unwanted,

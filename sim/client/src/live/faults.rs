@@ -34,6 +34,7 @@ pub struct Faults {
 
 impl Default for Faults {
     fn default() -> Self {
+        // Minus infinity, so that the first occurrence of a fault is reported.
         Self { last_s: [f64::NEG_INFINITY; TROUBLES.len()], missed_s: None }
     }
 }

@@ -254,6 +254,7 @@ fn input(record: &Record) -> TickInput {
 }
 
 fn sent(record: &Record) -> Sent {
+    // The recorded flag covers scaling and every intervention of the safety chain.
     let scaled = record.flags & (servo_flags::SCALED | safety::flags::ALL) != 0;
     let scaled = if scaled { flags::SCALED } else { 0 };
     Sent { device_n: record.device_n, flags: record.flags | scaled, lateness_us: record.lateness_us }

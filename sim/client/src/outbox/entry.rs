@@ -113,6 +113,7 @@ impl Entry {
         note.tries = note.tries.saturating_add(1);
         note.last_error = Some(trouble.detail.clone());
         note.refused = trouble.outlook == Outlook::Never;
+        // The shift is bounded, so that it does not overflow after many tries.
         let wait = FIRST_WAIT.saturating_mul(1 << (note.tries - 1).min(16)).min(LONGEST_WAIT);
         note.next_try_at = (!note.refused).then(|| clock::now() + wait);
         self.save()

@@ -40,6 +40,7 @@ pub fn begin_upload(service: &Service, name: &str, length: u64) -> Result<String
     id.ok_or_else(|| strange_answer(&reply, 201, "without an upload"))
 }
 
+/// Whether an id is safe as a part of an address's path.
 fn is_plain(id: &str) -> bool {
     !id.is_empty() && id.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_')
 }

@@ -160,7 +160,7 @@ fn dermis(uv: vec2f) -> Tile {
 }
 
 struct Painted {
-    // The square root of the colour, which needs fewer bits; openness.
+    // The square root of the colour, which eight bits represent more precisely; openness.
     @location(0) colour: vec4f,
     // Height in widths of the tile, roughness.
     @location(1) height: vec4f,
