@@ -1,10 +1,11 @@
-//! Tells the program, and the Python package, from which revision it is built, for the recordings it makes: the commit that is checked out, with `-dirty`
-//! where the simulator's sources differ from it; nothing where there is no git, unless `STYLET_GIT_REVISION` says it.
+//! Sets `STYLET_GIT_REVISION` for the program and the Python package, which store it in their
+//! recordings: the commit that is checked out, with `-dirty` appended if the simulator's sources
+//! differ from it. An environment variable of the same name overrides it; without git it is empty.
 
 use std::path::Path;
 use std::process::Command;
 
-/// What the simulator is made of, from here.
+/// The simulator's sources, relative to this crate.
 const SOURCES: [&str; 2] = ["../../sim", "../../Cargo.lock"];
 
 fn main() {
@@ -14,9 +15,10 @@ fn main() {
     println!("cargo:rustc-env=STYLET_GIT_REVISION={}", given.or_else(checked_out).unwrap_or_default());
 }
 
-/// The revision that git has checked out here, if this folder is one of its own.
+/// Returns the commit that git has checked out, if this folder belongs to that repository.
 fn checked_out() -> Option<String> {
-    // A release that was unpacked inside somebody else's repository is not of their revision.
+    // A release that was unpacked inside another repository does not have that repository's
+    // revision.
     let here = std::env::var("CARGO_MANIFEST_DIR").ok()?;
     let here = Path::new(&here).canonicalize().ok()?;
     let own = Path::new(&git(&["rev-parse", "--show-toplevel"])?).join("sim").join(here.file_name()?);
@@ -29,8 +31,9 @@ fn checked_out() -> Option<String> {
     Some(if changed.is_empty() { revision } else { revision + "-dirty" })
 }
 
-/// Builds again when another commit is checked out. The branch's own file goes when git packs it, and comes back with the next
-/// commit, so all the files that could tell are watched that are there.
+/// Reruns this script when another commit is checked out. Git deletes the branch's own file when it
+/// packs refs and recreates it with the next commit, so every file that may change is watched if it
+/// exists.
 fn watch() {
     let branch = git(&["symbolic-ref", "-q", "HEAD"]);
     for name in ["HEAD", "logs/HEAD", "packed-refs"].into_iter().chain(branch.as_deref()) {
@@ -39,7 +42,7 @@ fn watch() {
     }
 }
 
-/// What git answers, where it answers.
+/// Returns the trimmed output of a git command, or `None` if it fails.
 fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").args(arguments).output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())

@@ -1,7 +1,8 @@
-//! The curve of an attempt: what a picture of it draws.
+//! The curve of an attempt, as a picture draws it.
 //!
-//! Reading a whole recording for each page view would cost far more than the page itself. A few hundred points keep
-//! the shape: of each stretch of ticks the one of least and the one of greatest force survive, so no peak is lost.
+//! Reading a whole recording for each page view would cost far more than the page itself. A few
+//! hundred points preserve the shape: of each stretch of ticks the one with the least and the one
+//! with the greatest force are kept, so no peak is lost.
 
 use documents::ExerciseBundle;
 use recording::{Event, EventKind, Recording, Sample};
@@ -11,10 +12,10 @@ use crate::force::HandForces;
 use crate::layers::{LayerSpan, span_layers};
 use crate::stages::{StageSpan, span_stages};
 
-/// Most points that a curve keeps.
+/// Maximum number of points of a curve.
 pub const MAX_CURVE_POINTS: usize = 800;
 
-/// One moment.
+/// A point of the curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurvePoint {
     /// Time since the start, in s.
@@ -26,7 +27,7 @@ pub struct CurvePoint {
     pub force_n: f64,
 }
 
-/// What a mark stands for.
+/// Kind of a mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MarkKind {
@@ -46,41 +47,41 @@ pub enum MarkKind {
     Confirm,
 }
 
-/// An event on the curve.
+/// A mark of an event on the curve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurveMark {
-    /// What happened.
+    /// Kind of the event.
     pub kind: MarkKind,
-    /// When, in s since the start.
+    /// Time since the start, in s.
     pub t_s: f64,
-    /// Where the tip was, in mm along its axis from the skin.
+    /// Advance of the tip along its axis from the skin, in mm.
     #[serde(alias = "depth_mm")]
     pub advance_mm: f64,
     /// Force on the hand along the needle just before, in N: the height of the mark on the curve.
     pub axial_n: f64,
-    /// The layer or structure concerned, or empty.
+    /// Name of the layer or structure concerned, or empty.
     pub name: String,
 }
 
-/// Everything that a page draws of an attempt.
+/// All data of an attempt that a page draws.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AttemptCurve {
     /// Layers from the surface down.
     pub bands: Vec<LayerSpan>,
-    /// Moments in order of time, at most [`MAX_CURVE_POINTS`].
+    /// Points in order of time, at most [`MAX_CURVE_POINTS`].
     pub points: Vec<CurvePoint>,
-    /// Events in order of time.
+    /// Marks in order of time.
     pub marks: Vec<CurveMark>,
     /// Stages of each boundary along the deepest track.
     pub stages: Vec<StageSpan>,
-    /// Depth asked for, in mm along the needle.
+    /// Planned depth, in mm along the needle.
     pub target_depth_mm: f64,
-    /// Length of the attempt, in s.
+    /// Duration of the attempt, in s.
     pub duration_s: f64,
 }
 
 impl AttemptCurve {
-    /// Makes the curve of a recorded attempt.
+    /// Computes the curve of a recorded attempt.
     #[must_use]
     pub fn draw(recording: &Recording, bundle: &ExerciseBundle) -> Self {
         let bands = span_layers(recording, bundle);
@@ -105,7 +106,8 @@ fn curve_point((sample, force_n): (&Sample, f64)) -> CurvePoint {
     }
 }
 
-/// Four decimals: a tenth of a micrometre and of a millinewton, far below a pixel, and a third of the bytes.
+/// Rounds to four decimals: a tenth of a micrometre and of a millinewton, far below a pixel, in a
+/// third of the bytes.
 fn round_to_micro(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }

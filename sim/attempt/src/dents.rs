@@ -1,8 +1,9 @@
-//! How every boundary stands at any moment of an attempt, for a picture of it: the one place from which each picture takes it.
+//! The displacement of every boundary at any moment of an attempt, for pictures: all of them take
+//! it from here.
 //!
-//! A recording says 120 times a second how the field stands, and 1000 times a second where the needle is. A picture is drawn at neither, so
-//! each takes the last of both and has the boundaries settled to where its needle is. The same makes right what recordings of before say, whose
-//! field followed the force law's forces.
+//! A recording contains the field 120 times a second, and the needle's pose 1000 times a second. A
+//! picture is drawn at neither rate, so it takes the last of both and settles the boundaries to its
+//! needle. The same corrects older recordings, whose field followed the force law's forces.
 
 use law::Skin;
 use law::stance::{Intrusion, settle_dents};
@@ -12,7 +13,7 @@ use recording::{Event, EventKind, Tent};
 
 use crate::insertion::needle_axis;
 
-/// The boundaries of an attempt's tissue, as far as it has been told.
+/// The boundaries of an attempt's tissue, by the events and field steps added so far.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Dents {
     skin: Skin,
@@ -22,11 +23,11 @@ pub struct Dents {
     tracks: Vec<Opened>,
     /// The track that the needle is in.
     track: Option<usize>,
-    /// Last displacement of each boundary that the field had, in m.
+    /// Last displacement of each boundary in the field, in m.
     field_m: Vec<f32>,
 }
 
-/// Boundaries that are open along a track.
+/// Numbers of boundaries that are open along a track.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Opened {
     tip: usize,
@@ -34,14 +35,14 @@ struct Opened {
 }
 
 impl Dents {
-    /// Of a tissue that nothing has touched, from its skin and the thickness of each layer from there down, in m, under a needle whose rim is
-    /// so far behind its tip, in m.
+    /// Untouched tissue with a skin and layers of given thickness from there down, in m, under a
+    /// needle whose rim is `tip_to_rim_m` behind its tip.
     #[must_use]
     pub fn new(skin: Skin, thicknesses_m: impl IntoIterator<Item = f64>, tip_to_rim_m: f64) -> Self {
         Self { skin, thicknesses_m: thicknesses_m.into_iter().collect(), tip_to_rim_m, ..Self::default() }
     }
 
-    /// Tells of an event.
+    /// Adds an event.
     pub fn event(&mut self, event: &Event) {
         match event.kind {
             EventKind::Contact => {
@@ -69,19 +70,21 @@ impl Dents {
         *open = count.max(*open);
     }
 
-    /// Tells how the field stands.
+    /// Updates the field.
     pub fn tent(&mut self, tent: &Tent) {
         self.field_m.clone_from(&tent.tent_m);
     }
 
-    /// Displacement of every boundary that the field had last, in m, wherever the needle is.
+    /// Returns the last displacement of every boundary in the field, in m, not settled to the
+    /// needle.
     #[must_use]
     pub fn field_m(&self) -> &[f32] {
         &self.field_m
     }
 
-    /// Displacement of every boundary along the needle, where its line meets it, in m, positive into the body, with the needle where a sample
-    /// has it. Events and field up to the sample are to be told before.
+    /// Returns the displacement of every boundary along the needle, where its line meets it, in m,
+    /// positive into the body, with the needle at the pose of `sample`. Events and field steps up
+    /// to the sample must be added before.
     #[must_use]
     pub fn at(&self, sample: &Sample) -> Vec<f32> {
         let rest_m = self.rest_m(sample);
@@ -91,9 +94,10 @@ impl Dents {
         dents_m.into_iter().map(|dent_m| dent_m as f32).collect()
     }
 
-    /// How far a picture with these dents, in m, is off what the law knows, with the needle where a sample has it, in m: the largest distance
-    /// of a pressed boundary from what presses it, of an opened one beyond the tip, of a closed one behind it, and of two that have passed each
-    /// other. 0 is a picture that agrees.
+    /// Returns the difference between a picture with these dents and the law, in m, with the needle
+    /// at the pose of `sample`: the largest distance of a pressed boundary from the contactor that
+    /// presses it, of an opened one beyond the tip, of a closed one behind it, and of two that have
+    /// passed each other. 0 means that they agree.
     #[must_use]
     pub fn disagreement_m(&self, sample: &Sample, dents_m: &[f32]) -> f64 {
         let rest_m = self.rest_m(sample);
@@ -118,17 +122,19 @@ impl Dents {
         passed_m.chain(beside).fold(0.0, f64::max)
     }
 
-    /// The layer that the tip is in, from the skin down, with the needle where a sample has it; none at or above the skin. Tissue that only
-    /// gives way is not entered.
+    /// Returns the layer that the tip is in, from the skin down, with the needle at the pose of
+    /// `sample`; `None` at or above the skin. Tissue that only deforms is not entered.
     #[must_use]
     pub fn layer(&self, sample: &Sample) -> Option<usize> {
-        /// More than single precision loses of a depth, and far less than anything that is seen, in m.
+        /// More than the rounding error of a depth in single precision, and far less than is
+        /// visible, in m.
         const ROUNDING_M: f64 = 1e-7;
         let depth_m = f64::from(sample.depth_m) - ROUNDING_M;
         self.rest_m(sample).iter().take_while(|&&top_m| top_m < depth_m).count().checked_sub(1)
     }
 
-    /// Way along the needle from where its line meets the skin to each resting boundary, in m.
+    /// Returns the distance along the needle from the point where its line meets the skin to each
+    /// resting boundary, in m.
     fn rest_m(&self, sample: &Sample) -> Vec<f64> {
         let axis = needle_axis(sample);
         let entry_m = Point3::from(sample.tip_m()) - axis * self.way_m(sample);
@@ -138,12 +144,12 @@ impl Dents {
         rest_m
     }
 
-    /// Way along the needle from there to the tip, in m.
+    /// Returns the distance along the needle from that point to the tip, in m.
     fn way_m(&self, sample: &Sample) -> f64 {
         self.skin.displacement_m(&Point3::from(sample.tip_m()), &needle_axis(sample))
     }
 
-    /// How far the needle has come; none in the air.
+    /// Returns the intrusion of the needle; `None` in the air.
     fn needle(&self, sample: &Sample) -> Option<Intrusion> {
         let inside = self.track.filter(|_| sample.flags & flags::INSIDE != 0);
         inside.and_then(|track| self.tracks.get(track)).map(|opened| Intrusion {
@@ -157,7 +163,7 @@ impl Dents {
 
 #[cfg(test)]
 mod tests {
-    //! A picture whose skin is not where the tip presses it shows what did not happen, whatever the field has said.
+    //! Fails if the skin of a picture is not where the tip presses it, even if the field differs.
 
     use super::*;
 

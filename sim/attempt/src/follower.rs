@@ -1,4 +1,4 @@
-//! The field of the tissue as it follows the needle.
+//! The tissue's field, which follows the needle.
 
 use law::puncture::{PunctureParams, PunctureScratch, PunctureState, held_incidence, measure_intrusion, write_loads};
 use law::stance::settle_dents;
@@ -7,14 +7,14 @@ use recording::{Follows, Tent};
 use tissue::Specimen;
 use tissue::follow::{self, FIELD_HZ, Field, FollowState, Responses, press_loads};
 
-/// The field behind a force law: takes its latest state, [`FIELD_HZ`] times a second.
+/// The field behind a force law: updated from the law's latest state, [`FIELD_HZ`] times a second.
 #[derive(Debug)]
 pub struct FieldFollower<'a> {
     law: &'a PunctureParams,
     field: &'a Field,
-    /// Responses at the angle at which the needle went in last; at that of the exercise before it has.
+    /// Responses at the angle of the last insertion; before the first one, at that of the exercise.
     on_axis: Responses,
-    /// Cosine of that angle to the normal; none before.
+    /// Cosine of that angle to the normal; `None` before the first insertion.
     cosine: Option<f64>,
     follows: Follows,
     state: FollowState,
@@ -28,7 +28,7 @@ pub struct FieldFollower<'a> {
 }
 
 impl<'a> FieldFollower<'a> {
-    /// Tissue that nothing has touched; none where the scene has no field.
+    /// Untouched tissue; `None` if the scene has no field.
     pub fn new(specimen: &'a Specimen, follows: Follows) -> Option<Self> {
         let (law, field) = (specimen.law(), specimen.field()?);
         let state = FollowState::new(field.follow());
@@ -49,7 +49,8 @@ impl<'a> FieldFollower<'a> {
         })
     }
 
-    /// Follows a tick of the force law at a time in s; the tent, where a step of the field is due.
+    /// Follows a tick of the force law at a time in s; returns the tent if a step of the field is
+    /// due.
     pub fn tick(&mut self, t_s: f64, state: &PunctureState, scratch: &PunctureScratch) -> Option<Tent> {
         if !self.steps.due(nanoseconds(t_s)) {
             return None;
@@ -59,7 +60,7 @@ impl<'a> FieldFollower<'a> {
         let needle = measure_intrusion(self.law, state).filter(|_| self.follows == Follows::Needle);
         let rest_m = scratch.boundaries_m();
         if self.follows == Follows::Needle {
-            // What presses is found below, from how far it has pressed.
+            // The contactors' loads are computed below, from the displacements that they impose.
             self.latest_n[..self.dents_m.len()].fill(0.0);
         }
         follow::step(self.field.follow(), &mut self.state, t_s - self.last_s, &self.latest_n);
@@ -76,7 +77,7 @@ impl<'a> FieldFollower<'a> {
         Some(self.tent(t_s))
     }
 
-    /// Takes the responses at the angle at which the needle is held to its line.
+    /// Updates the responses to the angle at which tissue holds the needle to its line.
     fn lean(&mut self, state: &PunctureState) {
         let cosine = held_incidence(state).map(|incidence| incidence.cosine());
         if cosine.is_some() && cosine != self.cosine {

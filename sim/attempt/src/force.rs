@@ -1,4 +1,5 @@
-//! The force on the hand along the needle, of a recorded attempt: of layers, bone, walls and the hub together.
+//! The force on the hand along the needle in a recorded attempt: the sum of layers, bone, walls and
+//! the hub.
 
 use law::axial::Contactor;
 use nalgebra::Vector3;
@@ -6,8 +7,9 @@ use recording::{Event, Recording, Sample, keep_extremes};
 
 use crate::insertion::find_insertions;
 
-/// Force on the hand along the latched axis at a sample, in N, positive outwards: the recorded force without its lateral part. Unlike
-/// [`Sample::axial_n`] it includes bone, walls and the hub.
+/// Returns the force on the hand along the latched axis at a sample, in N, positive outwards: the
+/// recorded force without its lateral part. Unlike [`Sample::axial_n`] it includes bone, walls and
+/// the hub.
 #[must_use]
 pub fn hand_force_n(sample: &Sample, axis: &Vector3<f64>) -> f64 {
     let force = |i: usize| f64::from(sample.force_n[i]) - f64::from(sample.lateral_n[i]);
@@ -22,7 +24,7 @@ pub struct HandForces<'a> {
 }
 
 impl<'a> HandForces<'a> {
-    /// Measures them. Before the needle first meets the skin they are 0.
+    /// Computes the forces. They are 0 before the needle first meets the skin.
     #[must_use]
     pub fn measure(recording: &'a Recording) -> Self {
         let samples = &recording.samples;
@@ -37,13 +39,14 @@ impl<'a> HandForces<'a> {
         Self { samples, forces_n: samples.iter().map(force_n).collect() }
     }
 
-    /// Each sample with its force in N.
+    /// Returns each sample with its force in N.
     pub fn iter(&self) -> impl Iterator<Item = (&'a Sample, f64)> {
         self.samples.iter().zip(self.forces_n.iter().copied())
     }
 
-    /// The samples of least and of greatest force in each of `most / 2` even stretches, with their forces in N. A sample whose time,
-    /// displacement or force is not a number is left out.
+    /// Returns the samples with the least and the greatest force in each of `most / 2` even
+    /// stretches, with their forces in N. A sample whose time, displacement or force is not finite
+    /// is left out.
     #[must_use]
     pub fn thin(&self, most: usize) -> Vec<(&'a Sample, f64)> {
         let is_finite = |(sample, force_n): &(&Sample, f64)| {
@@ -53,8 +56,9 @@ impl<'a> HandForces<'a> {
         keep_extremes(&finite, most, |(_, force_n)| *force_n).into_iter().copied().collect()
     }
 
-    /// Force just before an event, in N. At a rupture the contactor counts with its own force as the event states it, and the other
-    /// parts as last recorded: without that a pop would be lower the slower the recording.
+    /// Returns the force just before an event, in N. At a rupture the contactor's own force is that
+    /// of the event, and the other parts are as last recorded: otherwise a peak would be lower the
+    /// slower the recording.
     #[must_use]
     pub fn before_n(&self, event: &Event) -> f64 {
         let after = self.samples.partition_point(|sample| sample.t_s < event.t_s);
@@ -67,8 +71,9 @@ impl<'a> HandForces<'a> {
     }
 }
 
-/// A force along the needle at the last sample before a rupture, in N, with the contactor's part as the rupture states it: `rupture_n`.
-/// Unchanged where the contactor did not press yet: it was moved there within one tick, and no hand felt its force.
+/// Returns a force along the needle at the last sample before a rupture, in N, with the contactor's
+/// part replaced by `rupture_n`, its force at the rupture. Unchanged if the contactor did not press
+/// yet: it was moved there within one tick, and the hand did not feel its force.
 #[must_use]
 pub fn raise_to_rupture_n(force_n: f64, sample: &Sample, contactor: Contactor, rupture_n: f64) -> f64 {
     let own_n = f64::from(match contactor {
@@ -80,7 +85,7 @@ pub fn raise_to_rupture_n(force_n: f64, sample: &Sample, contactor: Contactor, r
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a curve loses a peak, or shows the layers' share where bone pushes on the tip.
+    //! Fails if a curve loses a peak, or shows the layers' share where bone pushes on the tip.
 
     use law::axial::ForceLaw;
     use recording::{EventKind, Session};

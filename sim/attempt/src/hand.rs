@@ -1,4 +1,4 @@
-//! Who moves the needle in a simulation, by name.
+//! Sources of motion in a simulation, by name.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -9,10 +9,10 @@ use crate::playback::Playback;
 use crate::simulate::MotionSource;
 use crate::trajectory::TrajectoryError;
 
-/// Who moves the needle.
+/// A source of motion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum HandChoice {
-    /// A virtual operator of a preset, by its name.
+    /// A virtual operator with a preset of skill, by its name.
     Preset(&'static str, Skill),
     /// A perfectly stiff hand at a constant speed, in mm/s.
     Constant(f64),
@@ -47,7 +47,7 @@ fn constant(speed: &str) -> Result<f64, String> {
 }
 
 impl HandChoice {
-    /// The hand's name as the recording keeps it.
+    /// Returns the name of the device, as stored in the recording.
     pub fn device(&self) -> String {
         match self {
             Self::Preset(name, _) => format!("operator:{name}"),
@@ -56,10 +56,10 @@ impl HandChoice {
         }
     }
 
-    /// The hand at work on an exercise.
+    /// Creates the source of motion for an exercise's plan.
     ///
     /// # Errors
-    /// When its file is refused.
+    /// If its file is rejected.
     pub fn source(&self, plan: &Plan, seed: u64) -> Result<Box<dyn MotionSource>, TrajectoryError> {
         Ok(match self {
             Self::Preset(_, skill) => Box::new(Operator::skilled(skill, plan, seed)),

@@ -1,32 +1,33 @@
-//! Where the needle met the skin, and the axis that the law latched there.
+//! The needle's contacts with the skin, and the axes that the law latches there.
 
 use law::{Incidence, Skin};
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use recording::sample::flags;
 use recording::{Event, EventKind, Recording, Sample};
 
-/// The needle met the skin: from here on its axis is latched.
+/// A contact of the needle with the skin, which latches its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Insertion {
-    /// When, in s.
+    /// Time of the contact, in s.
     pub from_s: f64,
-    /// Where, in m, patient frame.
+    /// Entry point, in m, patient frame.
     pub entry_m: Point3<f64>,
-    /// Along which axis, unit length, from hub to tip.
+    /// Latched axis from hub to tip, unit length.
     pub axis: Vector3<f64>,
-    /// In which puncture track.
+    /// Index of the puncture track.
     pub track: u32,
 }
 
 impl Insertion {
-    /// How the needle met the layers under a skin, as the law has it.
+    /// Returns the needle's incidence on the layers under a skin, as in the law.
     #[must_use]
     pub fn incidence(&self, skin: &Skin) -> Incidence {
         skin.incidence(&self.entry_m, &self.axis)
     }
 }
 
-/// The needle's +z in the patient frame, unit length; straight down where the recorded orientation is none.
+/// Returns the needle's +z in the patient frame, unit length; straight down if the recorded
+/// orientation is zero or not finite.
 #[must_use]
 pub fn needle_axis(sample: &Sample) -> Vector3<f64> {
     let [x, y, z, w] = sample.orientation;
@@ -34,14 +35,14 @@ pub fn needle_axis(sample: &Sample) -> Vector3<f64> {
     if axis.iter().all(|c| c.is_finite()) { axis } else { -Vector3::z() }
 }
 
-/// The tip is in the body.
+/// Whether the tip is in the body.
 #[must_use]
 pub fn is_inserted(sample: &Sample) -> bool {
     sample.depth_m > 0.0 || sample.flags & flags::INSIDE != 0
 }
 
-/// One insertion for each contact with the skin, in order of time; without any, one from the first sample in the body. `samples` are in
-/// order of time, with finite times.
+/// Returns one insertion for each contact with the skin, in order of time; without contacts, one
+/// from the first sample in the body. `samples` must be in order of time, with finite times.
 pub fn find_insertions<'a>(events: &[Event], samples: impl Iterator<Item = &'a Sample> + Clone) -> Vec<Insertion> {
     let mut contacts: Vec<&Event> = events.iter().filter(|event| is_contact(event)).collect();
     contacts.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
@@ -50,7 +51,7 @@ pub fn find_insertions<'a>(events: &[Event], samples: impl Iterator<Item = &'a S
         while let Some(before) = rest.next_if(|sample| sample.t_s < contact.t_s) {
             last = Some(before);
         }
-        // The axis is latched by the tick of the contact itself.
+        // The tick of the contact itself latches the axis.
         let Some(latched) = rest.peek().copied().or(last) else { break };
         let (entry_m, track) = (Point3::from(contact.position_m), contact.track.unwrap_or(0));
         insertions.push(Insertion { from_s: contact.t_s, entry_m, axis: needle_axis(latched), track });
@@ -72,7 +73,8 @@ fn begin_inside(sample: &Sample) -> Insertion {
     Insertion { from_s: sample.t_s, entry_m, axis, track: 0 }
 }
 
-/// The insertion that went furthest along its axis, and how far in m; none where the needle never met the skin.
+/// Returns the insertion that went furthest along its axis, and its advance in m; `None` if the
+/// needle never met the skin.
 #[must_use]
 pub fn deepest_insertion(recording: &Recording) -> Option<(Insertion, f64)> {
     let samples = || recording.samples.iter().filter(|sample| sample.t_s.is_finite());
@@ -84,12 +86,13 @@ pub fn deepest_insertion(recording: &Recording) -> Option<(Insertion, f64)> {
 
 #[cfg(test)]
 mod tests {
-    //! Fails when an insertion takes the axis of another moment than its contact's, or a broken orientation turns a page into nonsense.
+    //! Fails if an insertion has the axis of another moment than its contact's, or if a broken
+    //! orientation is used.
 
     use super::*;
 
     fn sample(t_s: f64, lean_rad: f64) -> Sample {
-        // Half a turn about x points the needle down; a turn about y before it leans it.
+        // Half a turn about x points the needle down; a turn about y before it tilts it.
         let (sin, cos) = (libm::sin(lean_rad / 2.0), libm::cos(lean_rad / 2.0));
         Sample { t_s, orientation: [cos, 0.0, sin, 0.0], x_m: t_s, depth_m: 0.001, ..Sample::default() }
     }

@@ -1,4 +1,4 @@
-//! Where the layers lie along the needle.
+//! The layers' positions along the needle.
 
 use documents::ExerciseBundle;
 use recording::Recording;
@@ -11,16 +11,16 @@ use crate::insertion::deepest_insertion;
 pub struct LayerSpan {
     /// The layer's name.
     pub name: String,
-    /// The layer's texture, which chooses its colour.
+    /// The layer's texture, which determines its colour.
     pub texture: String,
-    /// Where it begins, in mm along the needle.
+    /// Its beginning, in mm along the needle.
     pub top_mm: f64,
-    /// Where it ends, in mm along the needle.
+    /// Its end, in mm along the needle.
     pub bottom_mm: f64,
 }
 
-/// Thickness of each layer of the patient along the surface normal, in m: the drawn one, or the scene's own where the recording has none
-/// that fits.
+/// Returns the thickness of each layer of the patient along the surface normal, in m: the recorded
+/// one, or the scene's own if the recording has no valid one.
 #[must_use]
 pub fn patient_thicknesses_m(recording: &Recording, bundle: &ExerciseBundle) -> Vec<f64> {
     let drawn = &recording.session.patient_thickness_mm;
@@ -33,14 +33,16 @@ pub fn patient_thicknesses_m(recording: &Recording, bundle: &ExerciseBundle) -> 
     }
 }
 
-/// Depth of every boundary below the skin, straight down, in m, from the thickness of each layer from the skin down.
+/// Returns the depth of every boundary below the skin, straight down, in m, for layers of given
+/// thickness from the skin down, in m.
 pub(crate) fn tops_of_layers_m(thicknesses_m: impl IntoIterator<Item = f64>) -> Vec<f64> {
     let top_m = |depth_m: &mut f64, thickness_m: f64| Some(std::mem::replace(depth_m, *depth_m + thickness_m));
     thicknesses_m.into_iter().scan(0.0, top_m).collect()
 }
 
-/// Where each layer lies along the needle of the deepest insertion, from the skin down, by the axis that the law latched at its contact;
-/// along the planned one where the needle never met the skin.
+/// Returns the position of each layer along the needle of the deepest insertion, from the skin
+/// down, by the axis that the law latched at its contact; along the planned one if the needle never
+/// met the skin.
 #[must_use]
 pub fn span_layers(recording: &Recording, bundle: &ExerciseBundle) -> Vec<LayerSpan> {
     let skin = &bundle.scene.skin_shape;

@@ -1,9 +1,12 @@
-//! What an attempt is. Performing it: a hand moves a needle in a [`tissue::Specimen`], tick by tick, into a recording or into memory, and a
-//! recording's input is simulated anew. And what it was, from its recording alone: where the needle went in and along which axis, where
-//! the layers lie along it, what was felt at each event, how every boundary stood, and the curve of it all.
+//! Attempts: simulation and analysis. A hand moves a needle in a [`tissue::Specimen`], tick by
+//! tick, into a recording or into memory, and a recording's input is simulated again. From a
+//! recording alone the analysis finds where the needle entered and along which axis, the layers
+//! along it, the force at each event, the displacement of every boundary, and the curve of the
+//! attempt.
 //!
-//! Window, page, replay, corridor and metrics ask here, so that they cannot answer differently. *Advance* is the way of the tip along the
-//! needle's axis from the skin; *depth* is how much of the needle is in material.
+//! Window, page, replay, corridor and metrics all use this crate, so that their results agree.
+//! *Advance* is the distance of the tip along the needle's axis from the skin; *depth* is the
+//! length of the needle in material.
 
 mod curve;
 mod dents;

@@ -1,4 +1,5 @@
-//! A needle that the force law alone holds, on a motion that is known beforehand: what `stylet force` computes.
+//! A needle under the force law alone, on a motion that is known beforehand: the computation of
+//! `stylet force`.
 
 use documents::force_case::ForceCase;
 use law::Incidence;
@@ -7,7 +8,7 @@ use law::soundness::{self, Unsound};
 
 use crate::trajectory::AxialSample;
 
-/// A needle, and the layers that it meets, without a field behind them.
+/// A needle and the layers that it meets, without a field behind them.
 #[derive(Debug)]
 pub struct LoneNeedle {
     params: AxialParams,
@@ -16,10 +17,10 @@ pub struct LoneNeedle {
 }
 
 impl LoneNeedle {
-    /// Of a case.
+    /// Creates the needle of a case.
     ///
     /// # Errors
-    /// The first number that the law does not allow.
+    /// The first number that the law rejects.
     pub fn new(case: ForceCase) -> Result<Self, ParamError> {
         let edge = [libm::cos(case.edge_rad), libm::sin(case.edge_rad)];
         Ok(Self {
@@ -29,16 +30,17 @@ impl LoneNeedle {
         })
     }
 
-    /// Ruptures that would create energy.
+    /// Returns the ruptures that would create energy.
     #[must_use]
     pub fn find_unsound_ruptures(&self) -> Vec<Unsound> {
         soundness::find_unsound_ruptures(self.params.spec())
     }
 
-    /// Pushes a new needle along a trajectory, and tells of every sample what the law answers and what gave way.
+    /// Pushes a new needle along a trajectory, and calls back for every sample with the law's
+    /// output and ruptures.
     ///
     /// # Errors
-    /// The first of whoever is told; nothing is computed after it.
+    /// The first error of the callback; nothing is computed after it.
     pub fn push_along<E>(
         &self,
         trajectory: impl IntoIterator<Item = AxialSample>,

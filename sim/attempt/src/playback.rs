@@ -1,4 +1,4 @@
-//! A motion that is known beforehand: read from a file, or given row by row.
+//! A motion that is known beforehand: read from a file, or given as columns in memory.
 
 use std::path::Path;
 
@@ -8,11 +8,12 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use crate::simulate::MotionSource;
 use crate::trajectory::{self, AxialSample, NumberColumn, TrajectoryError, TrajectoryTable, check_columns};
 
-/// How far a quaternion's length may be from 1: rounding in a file, but not a mistake.
+/// Tolerance of a quaternion's length around 1: allows for rounding in a file, but not for a
+/// mistake.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 
-/// Poses at times, played back with linear interpolation of the position and shortest-arc interpolation of the
-/// orientation. The first row is the first tick.
+/// Poses at times, played back with linear interpolation of the position and shortest-arc
+/// interpolation of the orientation. The first row is the first tick.
 pub struct Playback {
     rows: Vec<(f64, Isometry3<f64>)>,
     next: usize,
@@ -20,10 +21,11 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// Reads `t_s,x_m` along the planned axis, or `t_s,px_m,py_m,pz_m` with optional `qx,qy,qz,qw` in the patient frame.
+    /// Reads `t_s,x_m` along the planned axis, or `t_s,px_m,py_m,pz_m` with optional `qx,qy,qz,qw`
+    /// in the patient frame.
     ///
     /// # Errors
-    /// When the file is no such table.
+    /// If the file is no such table.
     pub fn read(path: &Path, plan: &Plan) -> Result<Self, TrajectoryError> {
         let table = TrajectoryTable::read(path)?;
         let rows = match (table.column("x_m")?, table.column("px_m")?) {
@@ -38,11 +40,11 @@ impl Playback {
         Ok(Self::new(rows))
     }
 
-    /// The same of columns in memory: times, then either the way along the planned axis, or the position's three components and
-    /// optionally the orientation's four.
+    /// Builds the same from columns in memory: times, then either the advance along the planned
+    /// axis, or the position's three components and optionally the orientation's four.
     ///
     /// # Errors
-    /// When there are not 2, 4 or 8 columns, or a number among them is not allowed.
+    /// If there are not 2, 4 or 8 columns, or one of their numbers is not allowed.
     pub fn of_columns(columns: &[NumberColumn<'_>], plan: &Plan) -> Result<Self, TrajectoryError> {
         check_columns(columns)?;
         let row = |columns: &[NumberColumn<'_>], at: usize| columns.iter().map(|c| c.values[at]).collect::<Vec<_>>();
@@ -67,7 +69,7 @@ impl Playback {
         Self { rows, next: 0, elapsed_s: 0.0 }
     }
 
-    /// Length of the motion, in s.
+    /// Duration of the motion, in s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         match (self.rows.first(), self.rows.last()) {
@@ -76,7 +78,7 @@ impl Playback {
         }
     }
 
-    /// The pose at a time after the first row, in s. Times must not decrease between calls.
+    /// Returns the pose at a time after the first row, in s. Times must not decrease between calls.
     fn pose(&mut self, elapsed_s: f64) -> Isometry3<f64> {
         let t_s = self.rows[0].0 + elapsed_s;
         while self.next + 1 < self.rows.len() && self.rows[self.next].0 < t_s {
@@ -103,7 +105,8 @@ impl MotionSource for Playback {
     }
 }
 
-/// Normalised linear interpolation along the shorter arc. Only products and sums, so the same bits on every platform.
+/// Normalised linear interpolation along the shorter arc. It uses only products and sums, so that
+/// every platform yields the same bits.
 fn nlerp(before: &UnitQuaternion<f64>, after: &UnitQuaternion<f64>, share: f64) -> UnitQuaternion<f64> {
     let after = if before.coords.dot(&after.coords) < 0.0 { -after.into_inner() } else { after.into_inner() };
     UnitQuaternion::new_normalize(before.into_inner().lerp(&after, share))
@@ -143,7 +146,10 @@ fn quaternions(table: &TrajectoryTable) -> Result<Vec<UnitQuaternion<f64>>, Traj
     rotations.collect()
 }
 
-/// A rotation of its components x, y, z, w; or why they are none.
+/// Builds a rotation from its components x, y, z, w.
+///
+/// # Errors
+/// If their length is not 1.
 fn unit_quaternion([x, y, z, w]: [f64; 4]) -> Result<UnitQuaternion<f64>, String> {
     let quaternion = Quaternion::new(w, x, y, z);
     let length = quaternion.norm();

@@ -1,4 +1,4 @@
-//! An attempt on its way into a recording, tick by tick: what a simulation and a servo's recorder both do.
+//! Records an attempt, tick by tick: shared by the simulation and the servo's recorder.
 
 use std::io::Write;
 
@@ -14,7 +14,7 @@ use crate::tick::{Tick, TickInput, TickedAttempt};
 /// Rate of the ledger, in Hz; it is also recorded at each rupture and at the end.
 const LEDGER_HZ: u32 = 10;
 
-/// What an attempt came to.
+/// Summary of an attempt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Simulated {
     /// Simulated time, in s.
@@ -25,30 +25,30 @@ pub struct Simulated {
     pub ruptures: u64,
 }
 
-/// What a servo did with a tick besides the force law.
+/// Data of a tick that come from the servo, not from the force law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sent {
     /// Force sent to the device after scaling and safety chain, in N, patient frame.
     pub device_n: [f32; 3],
-    /// What the servo's own flags add to [`recording::sample::flags`].
+    /// The servo's own flags, in addition to [`recording::sample::flags`].
     pub flags: u32,
     /// Lateness of the tick, in µs.
     pub lateness_us: f32,
 }
 
-/// The ticks of an attempt, each with what is recorded of it.
+/// Steps the ticks of an attempt, and returns the data to record of each.
 pub(crate) struct RecordedAttempt<'a> {
     attempt: TickedAttempt<'a>,
     ledgers: Ticker,
-    /// The last tick's ledger has not been recorded.
+    /// Whether the last tick's ledger is still to be recorded.
     owed: bool,
     so_far: Simulated,
 }
 
-/// What is recorded of a tick.
+/// The data to record of a tick.
 pub(crate) struct RecordedTick {
     pub tick: Tick,
-    /// The ledger, where one is due.
+    /// The ledger, if one is due.
     energy: Option<Energy>,
 }
 
@@ -75,7 +75,7 @@ impl<'a> RecordedAttempt<'a> {
         self.so_far
     }
 
-    /// Asks the law. Without a servo the device takes the whole force.
+    /// Steps the law. Without a servo the device takes the whole force.
     pub fn tick(&mut self, input: &TickInput, sent: Option<&Sent>) -> RecordedTick {
         let mut tick = self.attempt.step(input);
         if let Some(&Sent { device_n, flags, lateness_us }) = sent {
@@ -93,39 +93,40 @@ impl<'a> RecordedAttempt<'a> {
         RecordedTick { tick, energy }
     }
 
-    /// The ledger after the last tick, where it has not been recorded.
+    /// Takes the ledger after the last tick, unless it has been recorded.
     pub fn take_energy(&mut self) -> Option<Energy> {
         std::mem::take(&mut self.owed).then(|| self.attempt.energy(self.so_far.duration_s))
     }
 }
 
-/// An attempt on its way into a recording.
+/// An attempt that is being recorded.
 pub struct Run<'a, W: Write> {
     attempt: RecordedAttempt<'a>,
     writer: &'a mut Writer<W>,
-    /// What the disk has said. Once it has refused it is not asked again, and the attempt goes on without it.
+    /// Result of writing. After the first error nothing more is written, and the attempt continues
+    /// without a recording.
     written: Result<(), WriteError>,
 }
 
 impl<'a, W: Write> Run<'a, W> {
-    /// Nothing has been recorded yet.
+    /// Starts before the first tick.
     pub fn new(specimen: &'a Specimen, writer: &'a mut Writer<W>) -> Self {
         Self { attempt: RecordedAttempt::new(specimen), writer, written: Ok(()) }
     }
 
-    /// What it has come to so far.
+    /// Returns the summary so far.
     #[must_use]
     pub fn so_far(&self) -> Simulated {
         self.attempt.so_far()
     }
 
-    /// Why nothing is written any more, if the disk has refused.
+    /// Returns the error after which nothing more was written, if there is one.
     #[must_use]
     pub fn refused(&self) -> Option<&WriteError> {
         self.written.as_ref().err()
     }
 
-    /// Asks the law and records the tick. Without a servo the device takes the whole force.
+    /// Steps the law and records the tick. Without a servo the device takes the whole force.
     pub fn tick(&mut self, input: &TickInput, sent: Option<&Sent>) -> Tick {
         let recorded = self.attempt.tick(input, sent);
         if self.written.is_ok() {
@@ -134,7 +135,8 @@ impl<'a, W: Write> Run<'a, W> {
         recorded.tick
     }
 
-    /// Records an event that comes from outside the force law, a coaching message or a fault, at the last tick.
+    /// Records an event from outside the force law, such as a coaching message or a fault, at the
+    /// last tick.
     pub fn note(&mut self, kind: EventKind, tick: &Tick, text: &str) {
         let Tick { sample, .. } = tick;
         let event = Event {
@@ -154,10 +156,10 @@ impl<'a, W: Write> Run<'a, W> {
         }
     }
 
-    /// Ends it with its last ledger.
+    /// Finishes with the last ledger.
     ///
     /// # Errors
-    /// When the disk has refused.
+    /// If writing has failed.
     pub fn finish(mut self) -> Result<Simulated, WriteError> {
         self.written?;
         self.attempt.take_energy().iter().try_for_each(|energy| self.writer.energy(energy))?;

@@ -1,4 +1,5 @@
-//! The loop of a headless attempt: a source of motion meets the tissue, and every tick is recorded, in a file or in memory.
+//! The loop of a headless attempt: a source of motion moves the needle in the tissue, and every
+//! tick is recorded, in a file or in memory.
 
 use std::io::Write;
 use std::panic::resume_unwind;
@@ -15,9 +16,10 @@ pub use crate::run::Simulated;
 use crate::run::{RecordedAttempt, RecordedTick};
 use crate::tick::{TickInput, TickedAttempt};
 
-/// Anything that moves the needle.
+/// A source of motion of the needle.
 pub trait MotionSource {
-    /// The motion after `dt_s`, under what the hand has felt last. A first call with `dt_s` = 0 asks for the pose to start from.
+    /// Returns the motion after `dt_s`, given the forces that the hand felt last. A first call with
+    /// `dt_s` = 0 returns the initial pose.
     fn step(&mut self, dt_s: f64, felt: &Felt) -> Motion;
 }
 
@@ -27,16 +29,16 @@ impl MotionSource for law::operator::Operator {
     }
 }
 
-/// Ticks are handed over in batches of so many, of which so many may wait to be written.
+/// Number of ticks per batch for the writer, and of batches that may wait.
 const BATCH: usize = 256;
 const WAITING: usize = 4;
 
-/// Rate and length of an attempt.
+/// Rate and maximum duration of an attempt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
     /// Servo rate, in Hz.
     pub tick_hz: f64,
-    /// Longest simulated time, in s.
+    /// Maximum simulated time, in s.
     pub time_limit_s: f64,
 }
 
@@ -45,7 +47,7 @@ impl Clock {
         self.tick_hz > 0.0 && self.tick_hz.is_finite()
     }
 
-    /// Asks the source for its motion, tick by tick, until it is done, the time is up or a tick answers nothing that was felt.
+    /// Steps the source, tick by tick, until it is done, the time is up, or `tick` returns `None`.
     fn drive(&self, source: &mut dyn MotionSource, mut tick: impl FnMut(&TickInput) -> Option<Felt>) {
         let mut felt = Felt::default();
         for i in 0_u64.. {
@@ -62,11 +64,12 @@ impl Clock {
     }
 }
 
-/// Runs until the source is done or `time_limit_s` has passed, at `tick_hz`. The first sample is the start, at 0 s. What is recorded is
-/// packed and written on a thread of its own, which takes as long as the simulation.
+/// Simulates at `tick_hz` until the source is done or `time_limit_s` has passed. The first sample
+/// is the start, at 0 s. A second thread packs and writes the data, which takes as long as the
+/// simulation.
 ///
 /// # Errors
-/// When the clock has no rate, or the disk refuses.
+/// If the clock has no rate, or writing fails.
 pub fn simulate<W: Write + Send>(
     specimen: &Specimen,
     source: &mut dyn MotionSource,
@@ -90,7 +93,7 @@ pub fn simulate<W: Write + Send>(
                 batch.len() < BATCH || ticks.send(std::mem::replace(&mut batch, Vec::with_capacity(BATCH))).is_ok();
             is_taken.then_some(felt)
         });
-        // Fails where the disk has refused; the join below returns that error.
+        // Fails if writing has failed; the join below returns that error.
         let _ = ticks.send(batch);
         drop(ticks);
         writing.join().unwrap_or_else(|panic| resume_unwind(panic))
@@ -99,7 +102,8 @@ pub fn simulate<W: Write + Send>(
     Ok(attempt.so_far())
 }
 
-/// The same in memory, at the session's rate: samples, events and the last ledger. Without a rate above 0 Hz nothing happens.
+/// Simulates in memory, at the session's rate: samples, events, tents and the last ledger. Without
+/// a finite rate above 0 Hz the recording stays empty.
 #[must_use]
 pub fn rehearse(specimen: &Specimen, source: &mut dyn MotionSource, session: Session, time_limit_s: f64) -> Recording {
     let clock = Clock { tick_hz: session.tick_hz, time_limit_s };

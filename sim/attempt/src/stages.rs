@@ -1,4 +1,4 @@
-//! How far each boundary came along the needle's way.
+//! The stages of each boundary along the needle's path.
 
 use recording::{Event, EventKind, Recording};
 use serde::{Deserialize, Serialize};
@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 use crate::insertion::deepest_insertion;
 use crate::layers::LayerSpan;
 
-/// How far a boundary has come, as the paper names it.
+/// Stage of a boundary, as named in the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum BoundaryStage {
     /// The tip tents the boundary.
     I,
-    /// The tip is through, the rim not yet there.
+    /// The tip is through, the rim has not reached the boundary.
     II,
     /// The rim tents the boundary.
     III,
@@ -23,7 +23,7 @@ impl BoundaryStage {
     /// All four, in order.
     pub const ALL: [Self; 4] = [Self::I, Self::II, Self::III, Self::IV];
 
-    /// Roman numeral.
+    /// Returns the Roman numeral.
     #[must_use]
     pub fn numeral(self) -> &'static str {
         match self {
@@ -34,7 +34,7 @@ impl BoundaryStage {
         }
     }
 
-    /// The stage as a class of drawings.
+    /// Returns the name of the stage's class in drawings.
     #[must_use]
     pub fn class(self) -> &'static str {
         match self {
@@ -46,20 +46,20 @@ impl BoundaryStage {
     }
 }
 
-/// A stage of a boundary over a stretch of the needle's way.
+/// A stage of a boundary over a section of the needle's path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StageSpan {
     /// The boundary, from 0: the upper face of that layer.
     pub boundary: usize,
     /// The stage.
     pub stage: BoundaryStage,
-    /// Where it began, in mm along the needle.
+    /// Its beginning, in mm along the needle.
     pub from_mm: f64,
-    /// Where it ended, in mm along the needle.
+    /// Its end, in mm along the needle.
     pub to_mm: f64,
 }
 
-/// The track that went deepest: the one whose stages are told.
+/// The deepest track, whose stages are reported.
 struct DeepestTrack<'a> {
     ruptures: Vec<&'a Event>,
     deepest_mm: f64,
@@ -76,14 +76,15 @@ impl<'a> DeepestTrack<'a> {
         Self { ruptures, deepest_mm: deepest.map_or(0.0, |(_, x_m)| x_m * 1e3) }
     }
 
-    /// Where the first rupture of a kind opened a boundary, in mm along the needle.
+    /// Returns the advance at which the first rupture of a kind opened a boundary, in mm along the
+    /// needle.
     fn opened_mm(&self, kind: EventKind, boundary: usize) -> Option<f64> {
         let opened = self.ruptures.iter().find(|e| e.kind == kind && e.boundary.map(|b| b as usize) == Some(boundary));
         opened.map(|e| e.x_m * 1e3)
     }
 }
 
-/// The stages of every boundary along the deepest track.
+/// Returns the stages of every boundary along the deepest track.
 pub(crate) fn span_stages(recording: &Recording, layers: &[LayerSpan], tip_to_rim_mm: f64) -> Vec<StageSpan> {
     let track = DeepestTrack::find(recording);
     let mut spans = Vec::new();
@@ -93,8 +94,9 @@ pub(crate) fn span_stages(recording: &Recording, layers: &[LayerSpan], tip_to_ri
     spans
 }
 
-/// The stages of one boundary, each from where the one before ended. Stage II is empty where the rim already tents
-/// when the tip breaks through, and II and III are absent on a needle without a rim.
+/// Adds the stages of one boundary, each from the end of the one before. Stage II is empty if the
+/// rim already tents when the tip breaks through, and II and III are absent on a needle without a
+/// rim.
 fn span_boundary(boundary: usize, top_mm: f64, track: &DeepestTrack<'_>, rim_mm: f64, spans: &mut Vec<StageSpan>) {
     let end_mm = track.deepest_mm;
     let tip_mm = track.opened_mm(EventKind::TipRupture, boundary);
@@ -118,7 +120,7 @@ fn span_boundary(boundary: usize, top_mm: f64, track: &DeepestTrack<'_>, rim_mm:
 
 #[cfg(test)]
 mod tests {
-    //! It could fail by mixing two tracks, or by a gap between stages.
+    //! Fails if two tracks are mixed, or if there is a gap between stages.
 
     use super::*;
 

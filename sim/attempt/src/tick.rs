@@ -1,7 +1,7 @@
-//! One tick of an attempt: a pose goes in, a sample and its events come out.
+//! One tick of an attempt: converts a pose to a sample and its events.
 //!
-//! The only place where forces become a recording. A simulation and its verification both come through here, so that
-//! they can differ in nothing but their input.
+//! The only place where forces become recorded values. A simulation and its verification both use
+//! it, so that they can differ in their input only.
 
 use law::axial::Contactor;
 use law::operator::{Felt, Motion};
@@ -13,7 +13,7 @@ use tissue::Specimen;
 
 use crate::follower::FieldFollower;
 
-/// What drives a tick.
+/// Input of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TickInput {
     /// Time since the start, in s.
@@ -22,16 +22,17 @@ pub struct TickInput {
     pub position_m: [f64; 3],
     /// Orientation patient_from_needle as a unit quaternion x, y, z, w.
     pub orientation: [f64; 4],
-    /// The confirm button is down.
+    /// Whether the confirm button is down.
     pub confirm: bool,
 }
 
 impl TickInput {
-    /// The input that a motion makes at a time in s.
+    /// Returns the input for a motion at a time in s.
     #[must_use]
     pub fn new(t_s: f64, motion: &Motion) -> Self {
         let pose = &motion.patient_from_needle;
-        // A recording does not keep the sign of a zero. Adding 0 clears it before the force law can see it.
+        // A recording does not keep the sign of a zero. Adding 0 clears it before the force law can
+        // see it.
         Self {
             t_s,
             position_m: pose.translation.vector.map(|c| c + 0.0).into(),
@@ -41,7 +42,7 @@ impl TickInput {
     }
 
     fn pose(&self) -> Isometry3<f64> {
-        // Unchecked, because normalising again would change the last bit of what was recorded.
+        // Unchecked, because normalising again would change the last bit of the recorded values.
         let rotation = UnitQuaternion::new_unchecked(Quaternion::from(self.orientation));
         Isometry3::from_parts(Translation3::from(self.position_m), rotation)
     }
@@ -58,22 +59,22 @@ impl From<&Sample> for TickInput {
     }
 }
 
-/// What a tick came to.
+/// The result of a tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
     /// The sample, with the whole force sent to the device and no lateness.
     pub sample: Sample,
-    /// What happened, in order. Empty in almost every tick.
+    /// Events, in order. Empty in almost every tick.
     pub events: Vec<Event>,
-    /// How the field stands, where a step of it was due.
+    /// The field, if a step of it was due.
     pub tent: Option<Tent>,
-    /// What the hand feels.
+    /// The forces that the hand feels.
     pub felt: Felt,
     /// Force on the hand along the latched axis, in N: layers, bone, walls and the hub.
     pub hand_n: f64,
 }
 
-/// The tissue of one attempt, as it is being punctured.
+/// The tissue of one attempt, while it is punctured.
 #[derive(Debug)]
 pub struct TickedAttempt<'a> {
     specimen: &'a Specimen,
@@ -87,13 +88,13 @@ pub struct TickedAttempt<'a> {
 }
 
 impl<'a> TickedAttempt<'a> {
-    /// Nothing has been touched yet.
+    /// Untouched tissue.
     #[must_use]
     pub fn new(specimen: &'a Specimen) -> Self {
         Self::following(specimen, Follows::Needle)
     }
 
-    /// As [`TickedAttempt::new`], with a field that follows what that of a recording does.
+    /// As [`TickedAttempt::new`], with a field that follows the same quantity as a recording's.
     #[must_use]
     pub fn following(specimen: &'a Specimen, follows: Follows) -> Self {
         let law = specimen.law();
@@ -119,7 +120,7 @@ impl<'a> TickedAttempt<'a> {
         Tick { sample, events, tent, felt: Felt::from(&output), hand_n: output.hand_n }
     }
 
-    /// The ledger after the last tick, at a time in s.
+    /// Returns the ledger after the last tick, at a time in s.
     #[must_use]
     pub fn energy(&self, t_s: f64) -> Energy {
         Energy { t_s, ledger: self.state.ledger().clone() }
@@ -167,7 +168,7 @@ impl<'a> TickedAttempt<'a> {
         events
     }
 
-    /// An event of a kind, as it is without anything of its own.
+    /// Returns an event of a kind, without data of its own.
     fn plain(&self, kind: EventKind, input: &TickInput, output: &PunctureOutput) -> Event {
         Event {
             t_s: input.t_s,
@@ -220,7 +221,7 @@ fn single(v: &Vector3<f64>) -> [f32; 3] {
     v.map(|c| c as f32).into()
 }
 
-/// An index as the recording keeps it.
+/// Converts an index to the recording's type.
 #[expect(clippy::expect_used, reason = "documents limit the boundaries and structures of a scene to far fewer")]
 fn number(index: usize) -> u32 {
     u32::try_from(index).expect("a scene has far fewer than 2³² of anything")

@@ -1,4 +1,5 @@
-//! Trajectories: in CSV, a header naming the columns, then one row per sample; or columns of numbers in memory. Both are checked alike.
+//! Trajectories: CSV with a header that names the columns and one row per sample, or columns of
+//! numbers in memory. Both are checked alike.
 
 use std::fmt::{self, Display};
 use std::path::Path;
@@ -6,24 +7,25 @@ use std::{fs, io};
 
 use csv::{ReaderBuilder, StringRecord, Trim};
 
-/// Positions farther than this from the skin are refused, in m: the likeliest cause is a column in millimetres.
+/// Maximum distance of a position from the skin, in m; a larger one most likely comes from a column
+/// in millimetres.
 const FARTHEST_M: f64 = 10.0;
 
 /// Why a trajectory cannot be used.
 #[derive(Debug)]
 pub enum TrajectoryError {
-    /// Its file cannot be read.
+    /// The file cannot be read.
     Unreadable {
         /// The file.
         file: String,
-        /// What the system says.
+        /// Error of the operating system.
         error: io::Error,
     },
-    /// It is refused.
+    /// The content is rejected.
     Refused {
         /// File and line, or column and row.
         place: String,
-        /// What stands there, and what is allowed.
+        /// The value found, and the values allowed.
         why: String,
     },
 }
@@ -63,7 +65,7 @@ impl TrajectoryTable {
     /// Reads a file with a header and at least one row; lines that start with # are comments.
     ///
     /// # Errors
-    /// When it cannot be read or is no table.
+    /// If it cannot be read or is no table.
     pub fn read(path: &Path) -> Result<Self, TrajectoryError> {
         let file = path.display().to_string();
         let bytes = fs::read(path).map_err(|error| TrajectoryError::Unreadable { file: file.clone(), error })?;
@@ -82,10 +84,10 @@ impl TrajectoryTable {
         Ok(Self { file, header, rows })
     }
 
-    /// The column of a name, if the header has it.
+    /// Returns the index of a column, if the header has it.
     ///
     /// # Errors
-    /// When the header has it twice.
+    /// If the header has it twice.
     pub fn column(&self, name: &str) -> Result<Option<usize>, TrajectoryError> {
         let mut found = self.header.iter().enumerate().filter(|(_, title)| *title == name);
         let first = found.next().map(|(index, _)| index);
@@ -95,10 +97,10 @@ impl TrajectoryTable {
         }
     }
 
-    /// The columns of several names, all of which the header must have.
+    /// Returns the indices of columns, all of which the header must have.
     ///
     /// # Errors
-    /// Naming the first that is missing.
+    /// Names the first that is missing.
     pub fn columns<const N: usize>(&self, names: [&str; N]) -> Result<[usize; N], TrajectoryError> {
         let mut columns = [0; N];
         for (column, name) in columns.iter_mut().zip(names) {
@@ -110,10 +112,12 @@ impl TrajectoryTable {
         Ok(columns)
     }
 
-    /// The rows, each with its times checked to increase and the chosen columns as numbers.
+    /// Returns the rows, each with its time, checked to increase, and the chosen columns as
+    /// numbers.
     ///
     /// # Errors
-    /// Naming the line, value and unit of the first bad number, or the first time that does not increase.
+    /// Names the line, value and unit of the first bad number, or the first time that does not
+    /// increase.
     pub fn numbers<const N: usize>(&self, columns: [usize; N]) -> Result<Vec<(f64, [f64; N])>, TrajectoryError> {
         let [time] = self.columns(["t_s"])?;
         let mut previous = f64::NEG_INFINITY;
@@ -130,10 +134,10 @@ impl TrajectoryTable {
             .collect()
     }
 
-    /// The chosen columns as numbers, row by row.
+    /// Returns the chosen columns as numbers, row by row.
     ///
     /// # Errors
-    /// Naming the line, value and unit of the first bad number.
+    /// Names the line, value and unit of the first bad number.
     pub fn rows<const N: usize>(&self, columns: [usize; N]) -> Result<Vec<[f64; N]>, TrajectoryError> {
         self.rows.iter().map(|row| self.values(row, columns)).collect()
     }
@@ -169,23 +173,23 @@ impl TrajectoryTable {
         }
     }
 
-    /// An error in a line of this file.
+    /// Creates an error in a line of this file.
     pub fn wrong(&self, line: u64, why: impl Display) -> TrajectoryError {
         refused(format_args!("{}:{line}", self.file), why)
     }
 
-    /// An error in the header of this file.
+    /// Creates an error in the header of this file.
     pub fn wrong_header(&self, why: impl Display) -> TrajectoryError {
         self.wrong(line_of(&self.header), why)
     }
 
-    /// The line in the file of a row, counted from 0.
+    /// Returns the number of the line on which a row stands; `row` counts from 0.
     pub fn line(&self, row: usize) -> u64 {
         self.rows.get(row).map_or(1, line_of)
     }
 }
 
-/// What is allowed where a number is not; the unit with a space before it.
+/// Returns the allowed values if a number is not allowed. `unit` starts with a space.
 fn find_fault(value: f64, unit: &str) -> Option<&'static str> {
     if !value.is_finite() {
         Some("a finite number is allowed")
@@ -203,18 +207,18 @@ fn late_time(name: &str, t_s: f64, previous_s: f64) -> String {
 /// A column of numbers in memory.
 #[derive(Clone, Copy, Debug)]
 pub struct NumberColumn<'a> {
-    /// What whoever made it calls it.
+    /// Its name, as given by the caller.
     pub name: &'a str,
-    /// Its unit, with a space before it; empty for a number without.
+    /// Its unit, with a space before it; empty for a number without one.
     pub unit: &'static str,
     /// A value for each row.
     pub values: &'a [f64],
 }
 
-/// Refuses columns that a file of them would be refused for. The first holds the times.
+/// Rejects columns that would be rejected in a file. The first holds the times.
 ///
 /// # Errors
-/// Naming column, row, value and what is allowed.
+/// Names column, row, value and the allowed values.
 pub fn check_columns(columns: &[NumberColumn<'_>]) -> Result<(), TrajectoryError> {
     let Some(times) = columns.first() else { return Ok(()) };
     let rows = times.values.len();
@@ -247,14 +251,14 @@ pub fn check_columns(columns: &[NumberColumn<'_>]) -> Result<(), TrajectoryError
 /// Reads `t_s` and `x_m`; other columns are ignored.
 ///
 /// # Errors
-/// When the file is no such table; see [`TrajectoryTable::numbers`].
+/// If the file is no such table; see [`TrajectoryTable::numbers`].
 pub fn read_axial(path: &Path) -> Result<Vec<AxialSample>, TrajectoryError> {
     let table = TrajectoryTable::read(path)?;
     let columns = table.columns(["x_m"])?;
     Ok(table.numbers(columns)?.into_iter().map(|(t_s, [x_m])| AxialSample { t_s, x_m }).collect())
 }
 
-/// What parts the columns of a header that commas do not part.
+/// Returns the name of the separator of a header whose columns are not separated by commas.
 fn other_separator(header: &StringRecord) -> Option<&'static str> {
     let whole = header.get(0).filter(|_| header.len() == 1)?;
     [(';', "semicolons"), ('\t', "tabs")]
@@ -267,7 +271,7 @@ fn line_of(row: &StringRecord) -> u64 {
     row.position().map_or(1, csv::Position::line)
 }
 
-/// A row that knows the line it stands on.
+/// Sets a row's line to the one on which it stands in the file.
 fn placed(bytes: &[u8], mut row: StringRecord) -> StringRecord {
     let position = row.position().cloned().map(|mut position| {
         position.set_line(line_at(bytes, &position));
@@ -277,7 +281,8 @@ fn placed(bytes: &[u8], mut row: StringRecord) -> StringRecord {
     row
 }
 
-/// The line of what was read from a position on: to the csv crate, comments and empty lines are a part of the row below them.
+/// Returns the line of the data read from a position on: the csv crate counts comments and empty
+/// lines as part of the row below them.
 fn line_at(bytes: &[u8], position: &csv::Position) -> u64 {
     let from = usize::try_from(position.byte()).ok();
     let lines = from.and_then(|from| bytes.get(from..)).unwrap_or_default().split(|&byte| byte == b'\n');
@@ -292,7 +297,7 @@ fn refuse_table(file: &str, bytes: &[u8], error: &csv::Error) -> TrajectoryError
     }
 }
 
-/// What is wrong, in words without the csv crate's own account of the place.
+/// Describes an error without the position that the csv crate includes.
 fn explain(error: &csv::Error) -> String {
     match error.kind() {
         csv::ErrorKind::Io(error) => error.to_string(),

@@ -8,44 +8,45 @@ use tissue::Specimen;
 
 use crate::tick::{TickInput, TickedAttempt};
 
-/// The largest deviation found.
+/// The deviations of a recording from its re-simulation.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Verification {
-    /// Ticks compared.
+    /// Number of ticks compared.
     pub ticks: u64,
-    /// Largest deviation of any force channel, in N, after rounding to f32. The largest f64 where only one side is a
-    /// number.
+    /// Largest deviation of any force channel, in N, after rounding to f32; the largest f64 if only
+    /// one side is a finite number.
     pub largest_deviation_n: f64,
-    /// Time of it, in s.
+    /// Its time, in s.
     pub at_s: f64,
-    /// Channel of it, for example `friction_n`; empty when there is none.
+    /// Its channel, for example `friction_n`; empty without a deviation.
     pub channel: String,
     /// Largest deviation of the tip's axial displacement, depth and bend, in m.
     pub largest_depth_deviation_m: f64,
-    /// Events of the re-simulation that the recording lacks, or the other way round.
+    /// Number of events that only one of the two has, recording or re-simulation.
     pub event_differences: u64,
-    /// Steps of the field compared: 0 in a scene without one, and for a file that is older than the field's topic.
+    /// Number of field steps compared: 0 in a scene without a field, and for a file that is older
+    /// than the field's topic.
     pub tents: u64,
     /// Largest deviation of the field's displacements, in m.
     pub largest_tent_deviation_m: f64,
-    /// Steps of the field that the recording lacks, or the other way round.
+    /// Number of field steps from the first one on that does not match in time or shape.
     pub tent_differences: u64,
-    /// Ledgers of the recording that the re-simulation has otherwise or at no such moment; one more where a signed recording does not end
-    /// with one.
+    /// Number of the recording's ledgers that differ in the re-simulation or have no tick there;
+    /// one more if a signed recording does not end with a ledger.
     pub ledger_differences: u64,
-    /// Ticks that only one of the two has inside the body.
+    /// Number of ticks that are inside the body in only one of the two.
     pub inside_differences: u64,
 }
 
 impl Verification {
-    /// The recording is, to the bit, what its input makes of this scene.
+    /// Whether the recording is bit-identical to the simulation of its input in this scene.
     #[must_use]
     pub fn exact(&self) -> bool {
         let largest = self.largest_deviation_n.max(self.largest_depth_deviation_m).max(self.largest_tent_deviation_m);
         largest <= 0.0 && self.count_differences() == 0
     }
 
-    /// Events, steps of the field, ledgers and ticks in which the recording is not what its input makes of this scene.
+    /// Returns the number of events, field steps, ledgers and ticks in which the two differ.
     #[must_use]
     pub fn count_differences(&self) -> u64 {
         self.event_differences + self.tent_differences + self.ledger_differences + self.inside_differences
@@ -54,8 +55,9 @@ impl Verification {
 
 /// Compares a recording with its own re-simulation.
 ///
-/// The force sent to the device is compared where the device takes any force; elsewhere it is what the safety chain
-/// made of it. Coaching and faults are not compared: they come from outside the force law.
+/// The force sent to the device is compared if the device takes any force; otherwise the safety
+/// chain has changed it. Coaching, faults and interruptions are not compared: they come from
+/// outside the force law.
 #[must_use]
 pub fn verify_recording(recording: &Recording, specimen: &Specimen) -> Verification {
     let device_takes_all = recording.session.device_max_force_n.is_infinite();
@@ -114,7 +116,7 @@ impl Verification {
         self.largest_depth_deviation_m = self.largest_depth_deviation_m.max(depth_m).max(x_m).max(bend_m);
     }
 
-    /// Notes the deviation of a force, in N, if it is the largest so far.
+    /// Stores the deviation of a force, in N, if it is the largest so far.
     fn note(&mut self, deviation_n: f64, at_s: f64, channel: &str) {
         if deviation_n > self.largest_deviation_n {
             self.largest_deviation_n = deviation_n;
@@ -123,8 +125,8 @@ impl Verification {
         }
     }
 
-    /// Compares the steps of the field one by one. One at another time, or of another scene, is a difference and ends it: what
-    /// follows has nothing to be compared with.
+    /// Compares the steps of the field one by one. The first with another time, shape or followed
+    /// quantity ends the comparison: the steps after it have no counterpart.
     fn compare_field(&mut self, recorded: &[Tent], again: &[Tent]) {
         let alike = |a: &Tent, b: &Tent| {
             a.t_s.total_cmp(&b.t_s).is_eq() && tent_shape(a) == tent_shape(b) && a.follows == b.follows
@@ -140,19 +142,20 @@ impl Verification {
     }
 }
 
-/// The metrics of energy are those of the last ledger. One that was cut ends before it, and is not signed.
+/// Whether a recording does not end with a ledger. The energy metrics are those of the last ledger.
+/// A truncated recording ends before it, and is not signed.
 fn ends_without_ledger(recording: &Recording) -> bool {
     let last = recording.samples.last().map(|sample| sample.t_s);
     last.is_some() && recording.energies.last().map(|energy| energy.t_s) != last
 }
 
-/// Whether two ledgers have the same time and the same energies in each layer. The totals are not compared: no metric uses them, and earlier
-/// programs did not record all of them.
+/// Whether two ledgers have the same time and the same energies in each layer. The totals are not
+/// compared: no metric uses them, and earlier programs did not record all of them.
 fn is_same_ledger(recorded: &Energy, again: &Energy) -> bool {
     recorded.t_s.total_cmp(&again.t_s).is_eq() && recorded.ledger.layers == again.ledger.layers
 }
 
-/// Every force of a sample, in N.
+/// Returns every force of a sample, in N.
 fn force_channels(s: &Sample) -> [(&'static str, f32); 14] {
     [
         ("tip_n", s.tip_n),
@@ -172,19 +175,19 @@ fn force_channels(s: &Sample) -> [(&'static str, f32); 14] {
     ]
 }
 
-/// How many boundaries and layers a step of the field knows.
+/// Returns the numbers of boundaries and loads of a field step.
 fn tent_shape(tent: &Tent) -> [usize; 3] {
     [tent.tent_m.len(), tent.contactor_n.len(), tent.drag_n.len()]
 }
 
-/// The largest deviation between two lists.
+/// Returns the largest deviation between two lists.
 fn largest_deviation(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).map(|(&a, &b)| force_deviation(a.into(), b.into())).fold(0.0, f64::max)
 }
 
 #[expect(clippy::float_cmp, reason = "verification asks for the very same number")]
 fn force_deviation(a: f64, b: f64) -> f64 {
-    // Comparing first, because the difference of two equal infinities is no number.
+    // Compares first, because the difference of two equal infinities is NaN.
     let same = a == b || (a.is_nan() && b.is_nan());
     let difference = (a - b).abs();
     match (same, difference.is_finite()) {
@@ -199,12 +202,12 @@ fn is_comparable(event: &Event) -> bool {
     !matches!(event.kind, EventKind::Coaching | EventKind::Fault | EventKind::Interrupted)
 }
 
-/// Events that only one of two lists in order of time holds.
+/// Counts the events that only one of two lists in order of time contains.
 fn count_event_differences(recorded: &[&Event], again: &[Event]) -> u64 {
     let (mut i, mut j, mut count) = (0, 0, 0);
     while let (Some(&a), Some(b)) = (recorded.get(i), again.get(j)) {
         let order = if a == b { Ordering::Equal } else { a.t_s.total_cmp(&b.t_s) };
-        // Two that differ at the same time are one too many on either side.
+        // Two that differ at the same time count once for each list.
         let differ = a != b;
         if order != Ordering::Greater {
             i += 1;

@@ -1,5 +1,5 @@
-//! What an attempt lets out of the body: blood at each entry, by what was hit, and what stands in the needle's hub. A picture, not a
-//! measurement, and the one place from which window and browser take it.
+//! Blood at each entry, which depends on the structures hit, and the state of the needle's hub. It
+//! is for pictures, not a measurement; window and browser both take it from here.
 
 use documents::ExerciseBundle;
 use law::structures::StructureKind;
@@ -11,27 +11,30 @@ use recording::{Event, EventKind};
 use crate::insertion::needle_axis;
 use crate::layers::tops_of_layers_m;
 
-/// Blood at an entry where no vessel was hit, at most: a dot. 1 is as much as there can be.
+/// Maximum blood at an entry if no vessel was hit: a dot. 1 is the overall maximum.
 const DOT: f64 = 0.16;
-/// What a vessel adds while the needle is still in and plugs it; the rest comes after the needle is out.
+/// Blood that a vessel adds while the needle is still in and plugs it; the rest follows after the
+/// needle is out.
 const PLUGGED: f64 = 0.26;
-/// Blood comes over so many seconds: at the skin past a needle, freely from a vessel, and in the hub.
+/// Time constants of bleeding, in s: at the skin past a needle, freely from a vessel, and in the
+/// hub.
 const BLEEDING_S: f64 = 4.0;
 const FREELY_S: f64 = 1.5;
 const FLASHBACK_S: f64 = 0.6;
-/// Depth, in m, and dissipated energy, in J, that each make two thirds of the blood that skin alone gives.
+/// Depth, in m, and dissipated energy, in J, each of which alone makes two thirds of the blood that
+/// skin alone gives.
 const BLEEDING_DEPTH_M: f64 = 0.020;
 const BLEEDING_J: f64 = 0.015;
-/// A drop forms over so many seconds.
+/// Time in which a drop forms, in s.
 const DROP_S: f64 = 1.0;
-/// Acceleration of a drop that falls, in m/s².
+/// Acceleration of a falling drop, in m/s².
 const GRAVITY_M_PER_S2: f64 = 9.81;
-/// A plunger yields over so many seconds when resistance is lost.
+/// Time constant of a plunger that yields when resistance is lost, in s.
 const YIELDING_S: f64 = 0.7;
-/// The texture of layers that run out of an open hub.
+/// Texture of layers that run out of an open hub.
 const FLUID: &str = "fluid";
 
-/// Entries and hub of an attempt, as far as it has been told.
+/// Entries and hub of an attempt, by the samples and events added so far.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wounds {
     tissue: WoundedTissue,
@@ -41,23 +44,24 @@ pub struct Wounds {
     hub: HubStory,
 }
 
-/// What of scene and plan decides what comes out.
+/// Properties of scene and plan that determine bleeding and flow.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct WoundedTissue {
     skin: Skin,
     /// Depth of every boundary below the skin, along its normal, in m.
     tops_m: Vec<f64>,
-    /// Which layers are fluid.
+    /// Whether each layer is fluid.
     fluid: Vec<bool>,
-    /// Which structures are vessels.
+    /// Whether each structure is a vessel.
     vessels: Vec<bool>,
     target_depth_m: f64,
     needle_length_m: f64,
-    /// The needle's hub can be opened: its stylet is drawn, or its syringe taken off. A trocar keeps its tip.
+    /// Whether the needle's hub can be opened, by drawing its stylet or removing its syringe. A
+    /// trocar keeps its tip.
     opens: bool,
 }
 
-/// Since when what can be seen at the hub is so, in s.
+/// Times at which the visible states of the hub began, in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct HubStory {
     confirmed: bool,
@@ -66,51 +70,52 @@ struct HubStory {
     lost_s: Option<f64>,
 }
 
-/// Fluid runs out of the hub.
+/// Flow of fluid out of the hub.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Flow {
     since_s: f64,
-    /// None while it runs; then the last drop stays where it hangs.
+    /// `None` while it runs; afterwards the last drop stays where it hangs.
     until_s: Option<f64>,
 }
 
 /// A puncture, as far as it has gone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wound {
-    /// On the skin, in m.
+    /// Entry point on the skin, in m.
     pub entry_m: [f64; 3],
     /// Direction of its track into the body, unit length.
     pub axis: [f64; 3],
-    /// How it meets the layers.
+    /// Its incidence on the layers.
     incidence: Incidence,
-    /// Deepest that the tip went along it, in m.
+    /// Maximum advance of the tip along it, in m.
     pub depth_m: f64,
-    /// Boundaries that the tip has gone through.
+    /// Number of boundaries that the tip has opened.
     pub opened: u32,
     dissipated_j: f64,
-    /// When the tip went through the skin, when it first hit a vessel, and when the needle was first out after that, in s.
+    /// Times at which the tip opened the skin, first hit a vessel, and was first out after that, in
+    /// s.
     skin_s: Option<f64>,
     vessel_s: Option<f64>,
     out_s: Option<f64>,
 }
 
-/// What is seen at the hub at a moment.
+/// The visible state of the hub at a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hub {
-    /// Stylet or syringe are off it.
+    /// Whether stylet or syringe are removed.
     pub open: bool,
-    /// Blood in it: 0 none, 1 full.
+    /// Blood in it: 0 empty, 1 full.
     pub blood: f32,
-    /// How far a syringe's plunger has yielded: 0 where the hand holds it, 1 as far as it goes.
+    /// Position of a syringe's plunger: 0 where the hand holds it, 1 fully yielded.
     pub plunger: f32,
-    /// Radius of the drop that forms at it, as a share of that at which it falls; 0 without one.
+    /// Radius of the drop that forms at it, relative to that at which it falls; 0 without a drop.
     pub drop: f32,
-    /// How far below the hub the last drop has fallen, in m; 0 where none is in the air.
+    /// Distance of the last drop below the hub, in m; 0 if no drop is in the air.
     pub fallen_m: f32,
 }
 
 impl Wounds {
-    /// Of a body that nothing has touched, from the thickness of each layer from the skin down, in m.
+    /// An untouched body, with layers of given thickness from the skin down, in m.
     #[must_use]
     pub fn new(bundle: &ExerciseBundle, thicknesses_m: impl IntoIterator<Item = f64>) -> Self {
         let ExerciseBundle { scene, exercise, .. } = bundle;
@@ -126,7 +131,7 @@ impl Wounds {
         Self { tissue, ..Self::default() }
     }
 
-    /// Tells of a tick.
+    /// Adds a tick.
     pub fn sample(&mut self, sample: &Sample) {
         let wound = self.open.and_then(|at| self.wounds.get_mut(at));
         let Some(wound) = wound.filter(|_| sample.flags & flags::INSIDE != 0) else {
@@ -149,7 +154,8 @@ impl Wounds {
         }
     }
 
-    /// Tells of an event, at which the needle was where a sample has it. The events of a tick are told after its sample.
+    /// Adds an event, with the needle at the pose of `sample`. The events of a tick follow its
+    /// sample.
     pub fn event(&mut self, event: &Event, sample: &Sample) {
         match event.kind {
             EventKind::Contact => self.contact(event, sample),
@@ -166,7 +172,7 @@ impl Wounds {
 
     fn contact(&mut self, event: &Event, sample: &Sample) {
         let at = event.track.map_or(self.wounds.len(), |track| track as usize);
-        // A needle that comes back into a track finds it as it is.
+        // A needle that re-enters a track continues its wound.
         if at >= self.wounds.len() {
             let axis = needle_axis(sample);
             let incidence = self.tissue.skin.incidence(&Point3::from(event.position_m), &axis);
@@ -197,25 +203,25 @@ impl Wounds {
         }
     }
 
-    /// Every puncture so far, by its track.
+    /// Returns all punctures so far, by their tracks.
     #[must_use]
     pub fn punctures(&self) -> &[Wound] {
         &self.wounds
     }
 
-    /// The puncture that the needle is in.
+    /// Returns the puncture that the needle is in.
     #[must_use]
     pub fn open(&self) -> Option<&Wound> {
         self.open.and_then(|at| self.wounds.get(at))
     }
 
-    /// What is seen at the hub with the needle where a sample has it.
+    /// Returns the visible state of the hub, with the needle at the pose of `sample`.
     #[must_use]
     pub fn hub(&self, sample: &Sample) -> Hub {
         let (story, t_s) = (&self.hub, sample.t_s);
         let (volume, falling_s) = story.flow.map_or((0.0, None), |flow| flow.drops(t_s));
         let fallen_m = falling_s.map_or(0.0, |falling_s| 0.5 * GRAVITY_M_PER_S2 * falling_s * falling_s);
-        // It is gone when it meets the skin.
+        // The drop disappears when it has fallen to the level of the skin.
         let in_air = fallen_m < self.height_of_hub_m(sample);
         Hub {
             open: story.confirmed && self.tissue.opens,
@@ -232,7 +238,7 @@ impl Wounds {
 }
 
 impl HubStory {
-    /// Tells whether fluid runs at a time in s.
+    /// Records whether fluid runs at a time in s.
     fn flows(&mut self, flows: bool, t_s: f64) {
         let running = self.flow.is_some_and(|flow| flow.until_s.is_none());
         if flows && !running {
@@ -245,8 +251,8 @@ impl HubStory {
 }
 
 impl Flow {
-    /// Volume of the drop that hangs at the hub at a time in s, as a share of that at which it falls, and for how long the last one has been
-    /// falling, in s.
+    /// Returns the volume of the drop that hangs at the hub at a time in s, relative to that at
+    /// which it falls, and the time for which the last one has been falling, in s.
     fn drops(&self, t_s: f64) -> (f64, Option<f64>) {
         let formed = (self.until_s.map_or(t_s, |until_s| until_s.min(t_s)) - self.since_s).max(0.0) / DROP_S;
         let whole = libm::floor(formed);
@@ -255,7 +261,8 @@ impl Flow {
 }
 
 impl WoundedTissue {
-    /// The layer that the tip is in, some way along an open track, in m: the deepest that it has opened and not left again.
+    /// Returns the layer that the tip is in at an advance along an open track, in m: the deepest
+    /// one that it has opened and not left again.
     fn layer_of_tip(&self, wound: &Wound, x_m: f64) -> Option<usize> {
         let depth_m = wound.incidence.depth_m(x_m);
         let opened = self.tops_m.iter().take(wound.opened as usize);
@@ -269,8 +276,9 @@ impl WoundedTissue {
 }
 
 impl Wound {
-    /// Blood at the skin at a time in s: 0 none, 1 as much as it gets. Of skin alone it follows depth and damage and stays a dot; a vessel that
-    /// was hit bleeds past the needle, and freely once the needle is out.
+    /// Returns the blood at the skin at a time in s: 0 none, 1 the maximum. Skin alone gives a dot,
+    /// which depends on depth and damage; a vessel that was hit bleeds past the needle, and freely
+    /// once the needle is out.
     #[must_use]
     pub fn blood(&self, t_s: f64) -> f64 {
         let there_is = 1.0 - libm::exp(-(self.depth_m / BLEEDING_DEPTH_M + self.dissipated_j / BLEEDING_J));
@@ -280,14 +288,15 @@ impl Wound {
     }
 }
 
-/// What comes over some seconds since a time, 0 to 1.
+/// Returns an exponential rise from 0 to 1 with a time constant in s.
 fn rise(since_s: Option<f64>, t_s: f64, over_s: f64) -> f64 {
     since_s.map_or(0.0, |since_s| 1.0 - libm::exp(-(t_s - since_s).max(0.0) / over_s))
 }
 
 #[cfg(test)]
 mod tests {
-    //! A wound that bleeds alike whatever was hit, or a hub that drips before it is open, teaches what is not so.
+    //! Fails if wounds bleed alike regardless of the structure hit, or if a hub drips before it is
+    //! open.
 
     use documents::Patient;
 
@@ -321,7 +330,7 @@ mod tests {
         }
     }
 
-    /// The tip is some mm deep after a second, past so many boundaries.
+    /// Moves the tip to a depth in mm within a second, through a number of boundaries.
     fn put_in(wounds: &mut Wounds, depth_mm: f64, boundaries: u32) {
         wounds.sample(&sample(0.0, 0.1));
         wounds.event(&event(EventKind::Contact, 0.0, [None; 2]), &sample(0.0, 0.1));
@@ -335,7 +344,8 @@ mod tests {
     const WITH_FLUID: &str = "lumbar-puncture/1-reach-the-fluid.toml";
     const EPIDURAL: &str = "lumbar-epidural-on-a-body/1-midline.toml";
 
-    /// Blood at the skin, 20 s after the needle is out, of one that went deep and hit a structure of a kind.
+    /// Returns the blood at the skin of a deep puncture that hit a structure of a kind: with the
+    /// needle in at 20 s, and 20 s after it is out.
     fn blood_after(hit: Option<StructureKind>) -> [f64; 2] {
         let mut wounds = wounds(WITH_VESSEL);
         put_in(&mut wounds, 28.0, 4);

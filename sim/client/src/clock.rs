@@ -1,4 +1,4 @@
-//! The client's only clock. Everything else is told the time.
+//! The only place where the client reads the system clocks.
 
 use std::time::Instant;
 
@@ -11,13 +11,13 @@ pub fn now() -> OffsetDateTime {
     OffsetDateTime::now_utc()
 }
 
-/// Monotonic time, to measure how long something takes.
+/// Monotonic time, to measure durations.
 #[expect(clippy::disallowed_methods, reason = "the client is the wiring: this is where it reads the monotonic clock")]
 pub fn instant() -> Instant {
     Instant::now()
 }
 
-/// A new session's identifier: a UUIDv7, which carries the time it was made.
+/// Creates the identifier of a new session: a UUIDv7, which contains its creation time.
 pub fn new_session_id() -> Uuid {
     Uuid::now_v7()
 }

@@ -1,4 +1,4 @@
-//! Where the haptic devices are, as every command that uses them is told.
+//! Command-line options for haptic devices, shared by all commands that use them.
 
 use std::path::PathBuf;
 
@@ -26,14 +26,14 @@ pub struct DeviceArgs {
 }
 
 impl DeviceArgs {
-    /// Which OpenHaptics device to open.
+    /// Returns the options for opening an OpenHaptics device.
     pub fn openhaptics(&self) -> openhaptics::OpenHapticsOptions {
         let standard = openhaptics::OpenHapticsOptions::default();
         let library = self.openhaptics.clone().map_or(standard.library, PathBuf::into_os_string);
         openhaptics::OpenHapticsOptions { library, device: self.openhaptics_device.clone() }
     }
 
-    /// Which Inverse3 to open.
+    /// Returns the options for opening an Inverse3.
     pub fn inverse3(&self) -> inverse3::Inverse3Options {
         inverse3::Inverse3Options {
             url: self.inverse3.clone(),

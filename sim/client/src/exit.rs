@@ -1,4 +1,5 @@
-//! How a command ends: 0 done, 1 the work failed or a check found something, 2 the call or its input was wrong.
+//! How a command ends. Exit status: 0 success; 1 the work failed or a check found something; 2
+//! usage or input error.
 
 use std::fmt::{self, Display};
 use std::path::Path;
@@ -6,41 +7,42 @@ use std::path::Path;
 use attempt::trajectory::TrajectoryError;
 use documents::DocumentError;
 
-/// Why a command did not do what it was asked.
+/// Why a command ended without success.
 #[derive(Debug)]
 pub enum Failure {
-    /// The call or its input was wrong; each string is one line of standard error. Exit 2.
+    /// Usage or input error; each string is one line on standard error. Exit status 2.
     Input(Vec<String>),
-    /// The work failed; each string is one line of standard error. Exit 1.
+    /// The work failed; each string is one line on standard error. Exit status 1.
     Work(Vec<String>),
-    /// A check found something, and the report that says so is already printed. Exit 1.
+    /// A check has findings, and its report is already printed. Exit status 1.
     Found,
-    /// Whoever read our output has gone, as `head` does: nothing is wrong. Exit 0.
+    /// The reader of standard output has closed it, as `head` does, which is not an error. Exit
+    /// status 0.
     ReaderGone,
 }
 
-/// What every command returns.
+/// The result of every command.
 pub type Outcome = Result<(), Failure>;
 
 impl Failure {
-    /// The call or its input was wrong.
+    /// A usage or input error.
     pub fn input(line: impl Display) -> Self {
         Self::Input(vec![line.to_string()])
     }
 
-    /// The work failed.
+    /// A failure of the work itself.
     pub fn work(line: impl Display) -> Self {
         Self::Work(vec![line.to_string()])
     }
 
-    /// An input file is refused, and why.
+    /// A rejected input file, with the reason.
     pub fn refused(file: &Path, why: impl Display) -> Self {
         Self::input(format_args!("{}: {why}", file.display()))
     }
 }
 
 impl Display for Failure {
-    /// What went wrong, on one line.
+    /// Formats the failure on one line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Input(lines) | Self::Work(lines) => f.write_str(&lines.join("; ")),

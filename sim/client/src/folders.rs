@@ -1,26 +1,27 @@
-//! Where this program keeps things for its user (the XDG base directories, and their like on Windows).
+//! Folders for the user's data (the XDG base directories, or their counterparts on Windows).
 
 use std::path::PathBuf;
 
 use crate::exit::Failure;
 
-/// Folder for settings and the station's token.
+/// Returns the folder for settings and the station's token.
 ///
 /// # Errors
-/// When the environment names no home.
+/// If the environment names no home directory.
 pub fn config() -> Result<PathBuf, Failure> {
     place(&["XDG_CONFIG_HOME", "APPDATA"], ".config")
 }
 
-/// Folder for attempts that wait.
+/// Returns the folder for the outbox and the station's key.
 ///
 /// # Errors
-/// When the environment names no home.
+/// If the environment names no home directory.
 pub fn data() -> Result<PathBuf, Failure> {
     place(&["XDG_DATA_HOME", "LOCALAPPDATA"], ".local/share")
 }
 
-/// The first of the variables that names an absolute folder, else a folder in the user's home; in it, ours.
+/// Returns our folder in the first absolute folder named by a variable, otherwise in a folder in
+/// the user's home directory.
 fn place(variables: &[&str], below_home: &str) -> Result<PathBuf, Failure> {
     let named = |name: &&str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let base = variables.iter().find_map(named).or_else(|| named(&"HOME").map(|home| home.join(below_home)));

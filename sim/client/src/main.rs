@@ -1,6 +1,7 @@
 //! `stylet`, the native simulator of needle puncture: commands, wiring, upload.
 //!
-//! Nothing about tissue is decided here: this crate reads files, calls the other crates, and says what came of it.
+//! This crate contains no model of tissue: it reads files, calls the other crates, and reports the
+//! results.
 
 #![cfg_attr(not(feature = "window"), expect(dead_code, reason = "parts that the window alone uses"))]
 

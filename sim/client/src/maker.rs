@@ -1,4 +1,4 @@
-//! An attempt at an exercise with this program: on what, from now on, into which file.
+//! Creates the session and the recording of an attempt with this program.
 
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -10,20 +10,20 @@ use recording::{Session, Writer};
 use crate::clock;
 use crate::exit::Failure;
 
-/// On what an attempt is made.
+/// The set-up of an attempt.
 pub struct Maker<'a> {
     /// The device's name.
     pub device: &'a str,
-    /// The device's largest force, in N; infinite for an operator of a simulation.
+    /// The device's largest force, in N; infinite for a virtual operator in a simulation.
     pub device_max_force_n: f64,
-    /// Draws the patient and the operator's hand.
+    /// Seed of the patient and the operator's hand.
     pub seed: u64,
     /// Servo rate, in Hz.
     pub tick_hz: f64,
 }
 
 impl Maker<'_> {
-    /// A session that starts now, of nobody.
+    /// Creates a session that starts now, without a trainee.
     pub fn session(&self, bundle: &ExerciseBundle) -> Session {
         let maker = staging::AttemptMaker {
             device: self.device,
@@ -37,10 +37,10 @@ impl Maker<'_> {
     }
 }
 
-/// Starts the recording of an attempt: metadata, documents and picture first.
+/// Starts the recording of an attempt, with metadata, documents and pictures first.
 ///
 /// # Errors
-/// When the disk refuses.
+/// If writing fails.
 pub fn begin_recording<W: Write>(
     file: W,
     session: &Session,

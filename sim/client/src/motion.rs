@@ -1,11 +1,11 @@
-//! A source of motion that shows how far it has come.
+//! A source of motion with a progress bar.
 
 use attempt::simulate::{Clock, MotionSource};
 use law::operator::{Felt, Motion};
 
 use crate::progress::Progress;
 
-/// How many ticks pass between two looks at the progress bar.
+/// Number of ticks between two updates of the progress bar.
 const TICKS_PER_UPDATE: u64 = 1000;
 
 /// A source of motion that moves a progress bar.
@@ -16,7 +16,7 @@ pub struct WatchedSource {
 }
 
 impl WatchedSource {
-    /// Watches a source that may take as long as the clock allows.
+    /// Wraps a source; the bar ends at the clock's time limit.
     pub fn new(source: Box<dyn MotionSource>, clock: &Clock) -> Self {
         let most = (clock.time_limit_s * clock.tick_hz) as u64;
         Self { source, progress: Progress::new(most, "simulating"), ticks: 0 }

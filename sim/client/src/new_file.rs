@@ -1,4 +1,4 @@
-//! A file that appears under its name only when it is whole.
+//! A file that gets its name only when it is complete.
 
 use std::fs::{self, File};
 use std::io;
@@ -8,7 +8,8 @@ use tempfile::{Builder, NamedTempFile};
 
 use crate::exit::{Failure, Outcome};
 
-/// A file being written under a temporary name in the folder of its final one; dropped unfinished, it disappears.
+/// A file being written under a temporary name in the folder of its final one; it is deleted if it
+/// is dropped unfinished.
 pub struct NewFile {
     temporary: NamedTempFile,
     target: PathBuf,
@@ -16,10 +17,10 @@ pub struct NewFile {
 }
 
 impl NewFile {
-    /// Starts a file that will be called `target`.
+    /// Creates a temporary file for `target`.
     ///
     /// # Errors
-    /// When `target` exists and `overwrite` is not set, or its folder cannot be written to.
+    /// If `target` exists and `overwrite` is not set, or its folder cannot be written to.
     pub fn create(target: &Path, overwrite: bool) -> Result<Self, Failure> {
         if target.is_dir() {
             return Err(Failure::refused(target, "is a folder; a file name is needed"));
@@ -38,10 +39,10 @@ impl NewFile {
         self.temporary.as_file_mut()
     }
 
-    /// Puts the bytes on disk and gives the file its name.
+    /// Syncs the file and renames it to its final name.
     ///
     /// # Errors
-    /// When the disk refuses, or another file took the name meanwhile and must not be overwritten.
+    /// If writing fails, or another file has taken the name meanwhile and must not be overwritten.
     pub fn keep(self) -> Outcome {
         let cannot = |error: &io::Error| Failure::work(format_args!("{}: {error}", self.target.display()));
         self.temporary.as_file().sync_all().map_err(|error| cannot(&error))?;
@@ -56,10 +57,10 @@ impl NewFile {
     }
 }
 
-/// Creates a folder and those above it.
+/// Creates a folder and its parents.
 ///
 /// # Errors
-/// When the disk refuses.
+/// If a folder cannot be created.
 pub fn create_folder(folder: &Path) -> Outcome {
     fs::create_dir_all(folder).map_err(|error| Failure::refused(folder, format_args!("cannot be created: {error}")))
 }
@@ -75,7 +76,8 @@ fn folder_of(target: &Path) -> &Path {
     }
 }
 
-/// Recordings are for other programs to read too: unlike most temporary files they get the permissions of new files.
+/// Other programs read recordings too: unlike most temporary files they get the permissions of
+/// ordinary new files.
 fn builder() -> Builder<'static, 'static> {
     let mut builder = Builder::new();
     builder.prefix(".stylet-").suffix(".part");

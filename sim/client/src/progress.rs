@@ -1,4 +1,4 @@
-//! A progress bar on standard error, and only where that is a terminal.
+//! A progress bar on standard error, shown only on a terminal.
 
 use std::io::Read;
 
@@ -8,18 +8,19 @@ use indicatif::{ProgressBar, ProgressStyle};
 pub struct Progress(ProgressBar);
 
 impl Progress {
-    /// A bar of `total` steps, with a word on what is being done.
+    /// A bar of `total` steps, labelled with the current work.
     pub fn new(total: u64, doing: &'static str) -> Self {
         let style = ProgressStyle::with_template("{msg:12} [{bar:40}] {percent:>3} %  {eta} left");
         let bar = ProgressBar::new(total).with_message(doing);
-        // The template is a constant; should a later indicatif refuse it, its own default still shows progress.
+        // The template is a constant; if a later indicatif rejects it, its default style still
+        // shows progress.
         Self(match style {
             Ok(style) => bar.with_style(style.progress_chars("=> ")),
             Err(_) => bar,
         })
     }
 
-    /// Counts steps whose number nobody knows beforehand.
+    /// A spinner that counts steps whose total is unknown.
     pub fn busy(doing: &'static str) -> Self {
         let bar = ProgressBar::new_spinner().with_message(doing);
         Self(match ProgressStyle::with_template("{spinner} {msg}, {pos} steps, {elapsed}") {
@@ -38,7 +39,7 @@ impl Progress {
         self.0.inc(steps);
     }
 
-    /// A source that moves the bar by every byte read from it.
+    /// Wraps a source, so that reading from it moves the bar.
     pub fn watch<'s, R: Read + 's>(&self, source: R) -> impl Read + use<'s, R> {
         self.0.wrap_read(source)
     }

@@ -1,4 +1,4 @@
-//! The service as this program talks to it: its address, its answers, and what they mean for an attempt.
+//! Access to the service: its address, its responses, and their meaning for a delivery.
 
 use std::fmt::Display;
 use std::io::Read;
@@ -8,16 +8,16 @@ use serde_json::Value;
 use ureq::Agent;
 use ureq::http::{HeaderMap, HeaderValue, Response, Uri};
 
-/// Most bytes read of an answer: a session or a problem is far smaller.
+/// Maximum number of bytes read of a response: a session or a problem is far smaller.
 const LARGEST_ANSWER: u64 = 1 << 20;
-/// Longest time for a connection, for each piece sent, and for an answer once everything is sent.
+/// Timeout for a connection, for each write, and for the response after the request is sent.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// A service, and the token it knows us by.
+/// A service, and this station's token for it.
 #[derive(Clone)]
 pub struct Service {
     pub agent: Agent,
-    /// Address without a slash at its end.
+    /// Address without a trailing slash.
     pub address: String,
     pub token: HeaderValue,
 }
@@ -29,38 +29,39 @@ impl Service {
     }
 }
 
-/// What can be expected of trying again.
+/// Whether a retry may succeed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outlook {
-    /// It may pass by itself, and soon.
+    /// A retry may succeed soon.
     Soon,
-    /// Somebody must change something first; nothing is wrong with the recording.
+    /// A retry can succeed only after a change by the user or an administrator; the recording
+    /// itself is not at fault.
     Later,
-    /// This recording will never be taken.
+    /// The service will never accept this recording.
     Never,
     /// This recording must not be kept: the person was erased, has withdrawn, or never consented.
     Unwanted,
 }
 
-/// Why an attempt was not delivered.
+/// Why a delivery failed.
 #[derive(Clone, Debug)]
 pub struct Trouble {
-    /// What can be expected of trying again.
+    /// Whether a retry may succeed.
     pub outlook: Outlook,
-    /// HTTP status; absent when there was no answer.
+    /// HTTP status; `None` without a response.
     pub status: Option<u16>,
-    /// In words.
+    /// Explanation for the user.
     pub detail: String,
 }
 
 impl Trouble {
-    /// Trouble that no answer tells of.
+    /// An error without a response.
     pub fn new(outlook: Outlook, detail: impl Display) -> Self {
         Self { outlook, status: None, detail: detail.to_string() }
     }
 }
 
-/// An answer, read whole.
+/// A response with its body.
 pub struct Reply {
     /// HTTP status.
     pub status: u16,
@@ -69,30 +70,31 @@ pub struct Reply {
 }
 
 impl Reply {
-    /// A header's text.
+    /// Returns the text of a header.
     pub fn header(&self, name: &str) -> Option<&str> {
         self.headers.get(name)?.to_str().ok()
     }
 
-    /// The body, where it is a JSON object.
+    /// Returns the body, if it is a JSON object.
     pub fn json(&self) -> Option<Value> {
         serde_json::from_str(&self.text).ok().filter(Value::is_object)
     }
 
-    /// What the answer says, in words.
+    /// Describes the response for the user.
     pub fn words(&self) -> String {
         format!("HTTP {}: {}", self.status, explain_refusal(self.status, self.json().as_ref()))
     }
 
-    /// The service says that the token was good once.
+    /// Whether the service reports that the token has expired.
     fn says_expired(&self) -> bool {
         let detail = self.json().and_then(|body| body.get("detail").and_then(Value::as_str).map(str::to_owned));
         detail.is_some_and(|detail| detail.contains("expired"))
     }
 
-    /// What is wrong, when this is not the answer that was hoped for.
+    /// Converts an unexpected response to an error.
     pub fn trouble(&self) -> Trouble {
         let outlook = match self.status {
+            // 460 is a checksum mismatch in tus.
             408 | 423 | 425 | 429 | 460 | 500.. => Outlook::Soon,
             409 | 413 | 415 | 422 => Outlook::Never,
             451 => Outlook::Unwanted,
@@ -109,16 +111,17 @@ impl Reply {
     }
 }
 
-/// Asks, and reads the answer.
+/// Reads the response to a request.
 pub fn ask_service(address: &str, asked: Result<Response<ureq::Body>, ureq::Error>) -> Result<Reply, Trouble> {
     let mut response = asked.map_err(|error| no_answer(address, &error))?;
     let mut text = String::new();
-    // What cannot be read of an explanation only makes it shorter.
+    // An explanation that cannot be read to its end is cut.
     let _ = response.body_mut().as_reader().take(LARGEST_ANSWER).read_to_string(&mut text);
     Ok(Reply { status: response.status().as_u16(), headers: response.headers().clone(), text })
 }
 
-/// What asks. A redirect to a sign-in page is an answer, not a place to send a recording or a token to.
+/// Creates the HTTP agent. It follows no redirects: a redirect to a sign-in page is a response, not
+/// an address for recordings or tokens.
 pub fn http_agent() -> Agent {
     let config = Agent::config_builder()
         .http_status_as_error(false)
@@ -133,7 +136,7 @@ pub fn http_agent() -> Agent {
     config.into()
 }
 
-/// The service's own words (RFC 9457 problem details), or ours where it has none.
+/// Returns the service's explanation (RFC 9457 problem details), or our own if it has none.
 fn explain_refusal(status: u16, body: Option<&Value>) -> String {
     let member = |name: &str| body.and_then(|body| body.get(name)).and_then(Value::as_str);
     let ours = match status {
@@ -161,12 +164,12 @@ fn explain_refusal(status: u16, body: Option<&Value>) -> String {
 }
 
 fn no_answer(address: &str, error: &ureq::Error) -> Trouble {
-    // An address that names no host or no protocol we speak will not do so soon either.
+    // An invalid address or a TLS error will not resolve itself soon.
     let hopeless = matches!(error, ureq::Error::BadUri(_) | ureq::Error::InvalidProxyUrl | ureq::Error::Tls(_));
     Trouble::new(if hopeless { Outlook::Later } else { Outlook::Soon }, format_args!("{address}: {error}"))
 }
 
-/// An address with a scheme and a host, to which `/api/v1/…` can be added.
+/// Parses an address with a scheme and a host, to which `/api/v1/…` can be appended.
 pub fn parse_server_address(text: &str) -> Result<Uri, String> {
     let uri: Uri =
         text.parse().map_err(|error| format!("{error}; an address such as https://example.org is allowed"))?;
@@ -176,13 +179,13 @@ pub fn parse_server_address(text: &str) -> Result<Uri, String> {
     }
 }
 
-/// Secrets sent there leave this machine unencrypted.
+/// Whether secrets sent to this address leave the machine unencrypted.
 pub fn is_in_the_clear(server: &Uri) -> bool {
     let local = matches!(server.host(), Some("localhost" | "127.0.0.1" | "[::1]"));
     server.scheme_str() == Some("http") && !local
 }
 
-/// A bearer token as a header value; absent where it is not one word of printable ASCII.
+/// A bearer token as a header value; `None` if it is not one word of printable ASCII.
 pub fn bearer_header(token: &str) -> Option<HeaderValue> {
     let valid = !token.is_empty() && token.chars().all(|c| c.is_ascii_graphic());
     let mut value = HeaderValue::from_str(&format!("Bearer {token}")).ok().filter(|_| valid)?;
@@ -192,7 +195,7 @@ pub fn bearer_header(token: &str) -> Option<HeaderValue> {
 
 #[cfg(test)]
 mod tests {
-    //! Whoever reads what waits in the outbox must learn what to do about it.
+    //! Fails if an error of a pending entry does not explain what the user can do about it.
 
     use super::*;
 

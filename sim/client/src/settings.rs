@@ -1,4 +1,5 @@
-//! What a person has set at this station, kept between attempts: `settings.toml` in the folder of settings.
+//! The user's settings at this station, stored between attempts in `settings.toml` in the
+//! configuration folder.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -12,34 +13,35 @@ use serde::{Deserialize, Serialize};
 use crate::exit::Failure;
 use crate::folders;
 
-/// Degrees that a device may be turned by.
+/// Allowed rotation of the device, in degrees.
 pub const YAWS_DEG: RangeInclusive<f64> = -180.0..=180.0;
-/// Motion of the needle per motion of the handle. Never more than 1, which would make tissue stiffer than the device can show.
+/// Allowed motion of the needle per motion of the handle. At most 1: more would make tissue stiffer
+/// than the device can show.
 pub const MOTIONS: RangeInclusive<f64> = 0.5..=1.0;
-/// Speed of mouse, keys and sticks, as a factor on the usual one.
+/// Allowed speed of mouse, keys and sticks, relative to the default.
 pub const SPEEDS: RangeInclusive<f64> = 0.25..=4.0;
-/// Part of a stick's way that counts as at rest.
+/// Allowed fraction of a stick's travel that counts as at rest.
 pub const DEAD_ZONES: RangeInclusive<f64> = 0.02..=0.5;
-/// Loudness of a pop.
+/// Allowed loudness of a pop.
 pub const VOLUMES: RangeInclusive<f64> = 0.0..=1.0;
 
 /// The settings of a station.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// The person stands at the patient's other side, as left-handed people may want to.
+    /// Whether the user stands at the patient's other side, as left-handed users may prefer.
     pub other_side: bool,
-    /// How far the device is turned to the left, seen from above, in degrees.
+    /// Rotation of the device to the left, seen from above, in degrees.
     pub device_yaw_deg: f64,
     /// Motion of the needle per motion of the handle.
     pub motion: f64,
-    /// Speed of mouse and keys.
+    /// Speed of mouse and keys, relative to the default.
     pub pointer_speed: f64,
     /// Speed of a gamepad's sticks.
     pub stick_speed: f64,
-    /// Part of a stick's way that counts as at rest.
+    /// Fraction of a stick's travel that counts as at rest.
     pub stick_dead_zone: f64,
-    /// Loudness of a pop.
+    /// Loudness of a pop, 0 to 1.
     pub volume: f64,
 }
 
@@ -59,10 +61,10 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The settings of this station; the usual ones where none were kept.
+    /// Loads the settings of this station; the defaults if there is no file.
     ///
     /// # Errors
-    /// When the file cannot be read, or holds a value that is out of range.
+    /// If the file cannot be read, or has an unknown key or a value out of range.
     pub fn load() -> Result<Self, Failure> {
         let path = path()?;
         let text = match fs::read_to_string(&path) {
@@ -75,10 +77,10 @@ impl Settings {
         Ok(settings)
     }
 
-    /// Keeps them for the next time.
+    /// Saves the settings.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// If the file cannot be written.
     pub fn save(&self) -> Result<(), Failure> {
         let path = path()?;
         if let Some(folder) = path.parent() {
@@ -88,13 +90,13 @@ impl Settings {
         fs::write(&path, text).map_err(|error| Failure::refused(&path, error))
     }
 
-    /// How the device is placed at the patient.
+    /// Returns the placement of the device at the patient.
     pub fn placement(&self) -> Placement {
         let side_deg = if self.other_side { 180.0 } else { 0.0 };
         Placement { yaw_rad: (self.device_yaw_deg + side_deg).to_radians(), motion: self.motion }
     }
 
-    /// How a gamepad's sticks feel.
+    /// Returns the settings of a gamepad's sticks.
     pub fn sticks(&self) -> StickFeel {
         StickFeel { speed: self.stick_speed, dead_zone: self.stick_dead_zone }
     }
@@ -121,7 +123,8 @@ fn path() -> Result<PathBuf, Failure> {
 
 #[cfg(test)]
 mod tests {
-    //! A station whose settings cannot be read must say where and why, and must not throw a needle about.
+    //! Fails if bad settings are accepted, which would fling the needle, or are rejected without
+    //! the place and the reason.
 
     use super::*;
 

@@ -1,4 +1,5 @@
-//! What there is to practise: the exercises of the files and folders that were named, their courses, and what could not be read.
+//! The catalogue of exercises: those in the given files and folders, their courses, and the
+//! documents that cannot be used.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,52 +9,53 @@ use documents::{Curriculum, Document, ExerciseBundle, Wording};
 
 use crate::exit::Failure;
 
-/// What was found.
+/// The catalogue.
 #[derive(Default)]
 pub struct Shelf {
-    /// Each exercise once, in order.
+    /// Exercises without duplicates, in order.
     pub exercises: Vec<Offer>,
     /// Documents that cannot be used.
     pub broken: Vec<Broken>,
 }
 
-/// An exercise that is offered.
+/// An entry of the catalogue.
 #[derive(Clone)]
 pub struct Offer {
     /// The exercise.
     pub bundle: ExerciseBundle,
-    /// Its place in a course, where it is part of one that was found.
+    /// Its place in a course, if it belongs to one in the catalogue.
     pub course: Option<CoursePlace>,
 }
 
-/// Where an exercise stands in a course.
+/// Place of an exercise in a course.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoursePlace {
     /// Title of the course.
     pub title: Wording,
-    /// Its place, from 1, and how many there are.
+    /// Position in the course, from 1, and number of its exercises.
     pub place: [usize; 2],
     /// Ids of the exercises to master first.
     pub prerequisites: Vec<String>,
-    /// When one of them counts as mastered.
+    /// Rule by which one of them counts as mastered.
     pub mastery: Mastery,
 }
 
-/// A document that cannot be used, and why.
+/// A document that cannot be used, and the reason.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Broken {
     /// The file.
     pub path: PathBuf,
-    /// In one line.
+    /// The reason, on one line.
     pub why: String,
 }
 
 impl Shelf {
-    /// Reads files and folders. What is broken is listed, so that it does not stop what is not; what is no exercise is passed over in a
-    /// folder, for courses' scenes lie beside them.
+    /// Reads files and folders. Documents that cannot be used are listed, and do not prevent the
+    /// use of the others. Scenes and instruments in a folder are skipped, since courses have their
+    /// scenes next to them.
     ///
     /// # Errors
-    /// When nothing that was named can be practised.
+    /// If there is no exercise in the given files and folders.
     pub fn read(paths: &[PathBuf]) -> Result<Self, Failure> {
         let mut shelf = Self::default();
         for path in paths {
@@ -113,7 +115,7 @@ impl Shelf {
         }
     }
 
-    /// Offers an exercise, once.
+    /// Adds an exercise. If it is there already, only a missing place in a course is filled in.
     fn offer(&mut self, offer: Offer) {
         let is_it = |known: &&mut Offer| known.bundle.exercise.sha256 == offer.bundle.exercise.sha256;
         match self.exercises.iter_mut().find(is_it) {
@@ -139,7 +141,7 @@ fn place(course: &Curriculum, exercise: &str, mastery: Mastery) -> Option<Course
 
 #[cfg(test)]
 mod tests {
-    //! One file that cannot be read must not keep a trainee from all the others, and must not vanish either.
+    //! Fails if one broken file hides all other exercises, or is not listed.
 
     use super::*;
 

@@ -1,4 +1,4 @@
-//! Files that a call names: read, or refused with their name.
+//! Reads files named on the command line; errors name the file.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -12,10 +12,11 @@ use crate::exit::Failure;
 use crate::output;
 use crate::progress::Progress;
 
-/// Most bytes read of a scene or a token: whatever is larger is neither, or has no end.
+/// Maximum size of a text file, in bytes: a larger one is neither a scene nor a token, or has no
+/// end.
 const LARGEST_TEXT_BYTES: u64 = 16 << 20;
 
-/// Reads a text file that the call names.
+/// Reads a text file named on the command line.
 pub fn read_text(path: &Path) -> Result<String, Failure> {
     let mut text = String::new();
     let read = open(path)?.take(LARGEST_TEXT_BYTES + 1).read_to_string(&mut text);
@@ -26,7 +27,7 @@ pub fn read_text(path: &Path) -> Result<String, Failure> {
     }
 }
 
-/// Opens a file that the call names.
+/// Opens a file named on the command line.
 pub fn open(path: &Path) -> Result<File, Failure> {
     let file = File::open(path).map_err(|error| Failure::refused(path, format_args!("cannot be read: {error}")))?;
     match file.metadata() {
@@ -35,7 +36,7 @@ pub fn open(path: &Path) -> Result<File, Failure> {
     }
 }
 
-/// Reads a recording; a cut one is warned of and used as far as it goes.
+/// Reads a recording. A truncated one causes a warning and is used as far as it goes.
 pub fn read_recording(path: &Path) -> Result<Recording, Failure> {
     let file = open(path)?;
     let progress = Progress::new(file.metadata().map_or(0, |metadata| metadata.len()), "reading");
@@ -48,7 +49,7 @@ pub fn read_recording(path: &Path) -> Result<Recording, Failure> {
     Ok(recording)
 }
 
-/// Warns that a recording ends too soon.
+/// Warns that a recording is truncated.
 pub fn warn_of_cut(path: &Path) {
     let name = path.display();
     output::print_warning(format_args!(
@@ -56,12 +57,12 @@ pub fn warn_of_cut(path: &Path) {
     ));
 }
 
-/// The exercise that a recording carries.
+/// Returns the exercise that a recording contains.
 pub fn own_exercise(path: &Path, recording: &Recording) -> Result<ExerciseBundle, Failure> {
     assessment::own_exercise(recording).map_err(|error| Failure::refused(path, error))
 }
 
-/// What an exercise has punctured: a patient of its scene.
+/// Prepares the tissue of an exercise: a patient of its scene.
 pub fn prepare_specimen(file: &Path, bundle: &ExerciseBundle, patient: &Patient) -> Result<Specimen, Failure> {
     Specimen::new(bundle.specimen_spec(patient)).map_err(|error| Failure::refused(file, error))
 }

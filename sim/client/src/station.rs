@@ -1,4 +1,4 @@
-//! This machine as a training station: the school it has joined, the token it was given, and the key by which it signs.
+//! This machine as a training station: the school it has joined, its token, and its signing key.
 
 use std::fs;
 use std::io::{ErrorKind, Write};
@@ -18,29 +18,29 @@ use crate::folders;
 /// The school that this station has joined.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pairing {
-    /// Address of the service, without a slash at its end.
+    /// Address of the service, without a trailing slash.
     pub server: String,
     /// The school's name.
     pub school: String,
-    /// What the station is called there.
+    /// Name of the station at the school.
     pub name: String,
     /// The bearer token. Never printed.
     pub token: String,
 }
 
-/// Where it is kept.
+/// Returns the path of the pairing's file.
 ///
 /// # Errors
-/// When the environment names no home.
+/// If the environment names no home directory.
 pub fn file() -> Result<PathBuf, Failure> {
     Ok(folders::config()?.join("station.json"))
 }
 
 impl Pairing {
-    /// The pairing of this machine, if it has one.
+    /// Loads the pairing of this machine, if it has one.
     ///
     /// # Errors
-    /// When it is there and cannot be read.
+    /// If the file exists and cannot be read.
     pub fn load() -> Result<Option<Self>, Failure> {
         let file = file()?;
         let refused = |why: String| Failure::refused(&file, format_args!("{why}; pair this station again"));
@@ -51,21 +51,22 @@ impl Pairing {
         }
     }
 
-    /// Keeps it in place of an earlier one, readable by this user alone.
+    /// Saves the pairing, readable by this user only, and replaces an earlier one.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// If the file cannot be written.
     pub fn save(&self) -> Outcome {
         write(&file()?, self)
     }
 }
 
-/// Writes a file for this user alone, in place of an earlier one.
+/// Writes a file for this user only, and replaces an earlier one.
 fn write(file: &Path, content: &impl Serialize) -> Outcome {
     let written = || -> std::io::Result<()> {
         let folder = file.parent().unwrap_or(Path::new("."));
         fs::create_dir_all(folder)?;
-        // A temporary file is made with permissions for its owner alone, and keeps them under its new name.
+        // A temporary file is created with permissions for its owner only, and keeps them when it
+        // is renamed.
         let mut new = Builder::new().prefix(".station-").tempfile_in(folder)?;
         new.write_all(serde_json::to_string_pretty(content)?.as_bytes())?;
         new.as_file().sync_all()?;
@@ -75,7 +76,8 @@ fn write(file: &Path, content: &impl Serialize) -> Outcome {
     written().map_err(|error| Failure::work(format_args!("{}: {error}", file.display())))
 }
 
-/// By what the recordings of this station are known: made when it joins a school, and never sent anywhere.
+/// The key that signs this station's recordings: created when the station joins a school, and never
+/// sent anywhere.
 #[derive(Serialize, Deserialize)]
 pub struct StationKey {
     /// The station's id at its school.
@@ -85,18 +87,18 @@ pub struct StationKey {
 }
 
 impl StationKey {
-    /// Where it is kept.
+    /// Returns the path of the key's file.
     ///
     /// # Errors
-    /// When the environment names no home.
+    /// If the environment names no home directory.
     pub fn file() -> Result<PathBuf, Failure> {
         Ok(folders::data()?.join("station-key.json"))
     }
 
-    /// The key of this machine, if it has one.
+    /// Loads the key of this machine, if it has one.
     ///
     /// # Errors
-    /// When it is there and cannot be read.
+    /// If the file exists and cannot be read, or holds no valid key.
     pub fn load() -> Result<Option<Self>, Failure> {
         let file = Self::file()?;
         let refused = |why: String| Failure::refused(&file, format_args!("{why}; pair this station again"));
@@ -111,15 +113,15 @@ impl StationKey {
         }
     }
 
-    /// Keeps it in place of an earlier one, readable by this user alone.
+    /// Saves the key, readable by this user only, and replaces an earlier one.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// If the file cannot be written.
     pub fn save(&self) -> Outcome {
         write(&Self::file()?, self)
     }
 
-    /// Signs what a hand has done in a session.
+    /// Signs the hashes of an attempt in a session; `None` if the key is invalid.
     pub fn sign(&self, session: &Session, hashes: &AttemptHashes) -> Option<Signature> {
         let key = SigningKey::from_bytes(&seed(&self.key)?);
         let signed = key.sign(&signature::signed_statement(session, self.station, hashes));
@@ -127,23 +129,23 @@ impl StationKey {
     }
 }
 
-/// A private key that has no station yet.
+/// A private key without a station.
 pub struct NewKey([u8; 32]);
 
 impl NewKey {
-    /// Made of what the operating system gives for three random identifiers, 366 bits.
+    /// Creates a key from three random UUIDs of the operating system, 366 random bits.
     pub fn random() -> Self {
         let mut hash = Sha256::new();
         (0..3).for_each(|_| hash.update(Uuid::new_v4().as_bytes()));
         Self(hash.finalize().into())
     }
 
-    /// Its public half, 64 hexadecimal digits.
+    /// Returns the public key, 64 hexadecimal digits.
     pub fn public(&self) -> String {
         HEXLOWER.encode(SigningKey::from_bytes(&self.0).verifying_key().as_bytes())
     }
 
-    /// The key of a station.
+    /// Assigns the key to a station.
     pub fn for_station(self, station: Uuid) -> StationKey {
         StationKey { station, key: HEXLOWER.encode(&self.0) }
     }

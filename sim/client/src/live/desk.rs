@@ -1,6 +1,7 @@
-//! The school as a station sees it while somebody practises: who sits here, what is due, what is asked, and where attempts go.
+//! The station's session with the school: the signed-in user, due exercises, surveys, and delivery
+//! of attempts.
 //!
-//! Nothing here keeps a person waiting: each call to the service has a thread of its own, and the window reads what came of it.
+//! No call blocks the window: each runs in its own thread, and the window polls its result.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -22,84 +23,86 @@ use crate::outbox::{Access, AnswerSheet, Outbox, Patience};
 use crate::service::{self, Reply, ask_service};
 use crate::station::Pairing;
 
-/// Who sits at the station.
+/// The signed-in user, as returned by the service.
 #[derive(Clone, Debug, Deserialize)]
 pub struct SignedIn {
-    /// The pseudonym that recordings carry.
+    /// Pseudonym stored in recordings.
     pub trainee: String,
-    /// For the screen, never for a recording.
+    /// Name for the screen, never stored in a recording.
     pub display_name: String,
-    /// The code of the language that they have chosen at their school. A service of before does not say.
+    /// Code of the language that the user has chosen at their school. Older services omit it.
     #[serde(default)]
     language: Option<String>,
-    /// They take part in a study, and do nothing else here. A service of before does not say.
+    /// Whether the user is a guest, who takes part in a study and cannot use the station for
+    /// anything else. Older services omit it.
     #[serde(default)]
     pub guest: bool,
-    /// What there is to train, what is due first.
+    /// The exercises to train, due ones first.
     pub exercises: Vec<Listed>,
-    /// What the school asks after attempts.
+    /// The school's surveys after attempts.
     #[serde(default, deserialize_with = "readable")]
     pub surveys: Vec<Arc<AskedSurvey>>,
 }
 
-/// What a guest of a study has to agree to before they practise.
+/// The terms of a study that a guest must agree to before practising.
 #[derive(Clone, Debug, Deserialize)]
 pub struct StudyTerms {
     /// Title of the study.
     pub study: String,
-    /// What its participants agree to, as whoever runs it has written it.
+    /// The consent text, as written by the study's investigators.
     pub consent: String,
-    /// Who answers for the data.
+    /// The controller of the data.
     pub controller: String,
-    /// Whom to ask.
+    /// Contact for questions.
     pub contact: String,
-    /// How long its data are kept after it has ended, in months.
+    /// Retention of the data after the end of the study, in months.
     pub kept_months: u32,
-    /// By what the school knows which text it was.
+    /// Revision of the consent text, sent back with the consent.
     pub revision: String,
 }
 
-/// What the school says to somebody's code.
+/// The service's response to a sign-in code.
 #[derive(Clone, Debug)]
 pub enum DeskReply {
-    /// They sit here now.
+    /// The user is signed in.
     SignedIn(SignedIn),
-    /// A guest, who has to agree first: nobody is signed in, and the code is as good as before.
+    /// The code belongs to a guest, who must agree first: no user is signed in, and the code
+    /// remains valid.
     ConsentAsked(StudyTerms),
 }
 
-/// A code that somebody has typed.
+/// A sign-in code as entered.
 #[derive(Clone, Debug, Default)]
 pub struct CodeEntry {
     /// The code.
     pub code: String,
-    /// The revision of what a guest has read and agreed to.
+    /// Revision of the consent text that a guest has agreed to.
     pub agreed: Option<String>,
 }
 
-/// An exercise of the school.
+/// An exercise in the school's list.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Listed {
     /// Its identifier.
     pub exercise_id: String,
-    /// The trainee may train it now.
+    /// Whether the trainee may train it now.
     pub due: bool,
-    /// The trainee has mastered it. A service of before does not say.
+    /// Whether the trainee has mastered it. Older services omit it.
     #[serde(default)]
     pub mastered: bool,
-    /// Until when an instructor wants it done, on the school's clock.
+    /// Deadline set by an instructor, in RFC 3339 with the school's UTC offset.
     #[serde(default)]
     due_at: Option<String>,
 }
 
 impl Listed {
-    /// Until when an instructor wants it done, on the school's clock.
+    /// Returns the deadline set by an instructor, in the school's time zone.
     pub fn due_at(&self) -> Option<OffsetDateTime> {
         OffsetDateTime::parse(self.due_at.as_deref()?, &Rfc3339).ok()
     }
 }
 
-/// A survey that the school asks after attempts.
+/// A survey of the school after attempts.
 #[derive(Debug, Deserialize)]
 #[serde(try_from = "ToldSurvey")]
 pub struct AskedSurvey {
@@ -107,17 +110,18 @@ pub struct AskedSurvey {
     pub id: Uuid,
     /// Its title.
     pub title: String,
-    /// Answers lead to nobody: only the secret finds them again.
+    /// Whether answers are stored without identity: only the secret finds them again.
     pub anonymous: bool,
-    /// By language, paragraph by paragraph: what somebody is told before they agree.
+    /// Information shown before the consent: paragraphs by language code.
     pub terms: BTreeMap<String, Vec<String>>,
-    /// What is asked.
+    /// The questions.
     pub instrument: Instrument,
-    /// After which exercises; none: after all.
+    /// Ids of the exercises after which it is shown; empty for all.
     exercises: Vec<String>,
-    /// A study asks it: here, however long it takes.
+    /// Whether it belongs to a study: it is then shown at the station regardless of its duration.
     study: bool,
-    /// From the how-manieth attempt at those exercises on, counted from the sign-in.
+    /// Number of attempts at those exercises since the sign-in from which on a study's survey is
+    /// shown.
     from_attempt: usize,
 }
 
@@ -127,7 +131,7 @@ impl AskedSurvey {
     }
 }
 
-/// A survey as the service tells it. One of before knows no studies.
+/// A survey as the service returns it. Older services have no studies.
 #[derive(Deserialize)]
 struct ToldSurvey {
     survey_id: Uuid,
@@ -153,20 +157,22 @@ impl TryFrom<ToldSurvey> for AskedSurvey {
     }
 }
 
-/// The surveys that this program can ask. One that is newer than the program is asked on the school's pages only.
+/// Deserializes the surveys that this version supports. Newer ones are skipped: they are shown on
+/// the school's pages only.
 fn readable<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Arc<AskedSurvey>>, D::Error> {
     let told = Vec::<serde_json::Value>::deserialize(from)?;
     Ok(told.into_iter().filter_map(|told| serde_json::from_value(told).ok().map(Arc::new)).collect())
 }
 
 impl SignedIn {
-    /// The language that they have chosen at their school, where the window speaks it.
+    /// Returns the language that the user has chosen at their school, if the window supports it.
     pub fn language(&self) -> Option<Language> {
         Language::named(self.language.as_deref()?)
     }
 
-    /// What is asked at the station after the last of the exercises practised since the sign-in: what a study asks, and of the
-    /// school's own surveys one of a minute at most. Longer ones wait on the school's pages.
+    /// Returns the surveys to show at the station after the last of the exercises practised since
+    /// the sign-in: every due survey of a study, and at most one of the school's own, of at most
+    /// one minute. Longer ones are shown on the school's pages.
     pub fn asked_after(&self, practised: &[String]) -> Vec<Arc<AskedSurvey>> {
         const LONGEST_MIN: f64 = 1.0;
         let Some(last) = practised.last() else { return Vec::new() };
@@ -179,26 +185,26 @@ impl SignedIn {
     }
 }
 
-/// What has come of a call so far.
+/// State of a call.
 #[derive(Clone, Debug)]
 pub enum DeskAnswer<T> {
-    /// Nothing yet.
+    /// No response yet.
     Waiting,
-    /// This.
+    /// The response.
     Came(T),
-    /// Nothing, and why, in words for whatever language the window speaks.
+    /// The reason for the failure, translatable.
     Refused(Phrase),
 }
 
-/// A call that is under way.
+/// A call in progress.
 pub type Call<T> = Arc<Mutex<DeskAnswer<T>>>;
 
-/// What a call has come to.
+/// Returns the current state of a call.
 pub fn read<T: Clone>(call: &Call<T>) -> DeskAnswer<T> {
     call.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
-/// Asks in a thread of its own.
+/// Runs a call in its own thread.
 fn ask<T: Send + 'static>(work: impl FnOnce() -> Result<T, Phrase> + Send + 'static) -> Call<T> {
     let call = Arc::new(Mutex::new(DeskAnswer::Waiting));
     let theirs = Arc::clone(&call);
@@ -212,7 +218,7 @@ fn ask<T: Send + 'static>(work: impl FnOnce() -> Result<T, Phrase> + Send + 'sta
     call
 }
 
-/// Signs somebody in by the code from their own page, or a guest by that of a study.
+/// Signs a trainee in with the code from their own page, or a guest with the code of a study.
 pub fn sign_in(pairing: Pairing, entry: CodeEntry) -> Call<DeskReply> {
     ask(move || {
         let address = format!("{}/api/v1/stations/sign-in", pairing.server);
@@ -239,7 +245,7 @@ fn read_desk_reply(reply: &Reply) -> Option<DeskReply> {
     }
 }
 
-/// Why nobody was signed in. What a service says in words of its own is said as it says it.
+/// Explains why the sign-in failed. For other statuses this is the service's own explanation.
 fn explain_refusal(reply: &Reply) -> Phrase {
     match reply.status {
         401 => phrase!("the school does not know this station any more: pair it again"),
@@ -249,26 +255,28 @@ fn explain_refusal(reply: &Reply) -> Phrase {
     }
 }
 
-/// Keeps a recording in the outbox and sends what is due; says in words what has become of it.
+/// Adds a recording to the outbox and starts sending all due entries; the call returns the result
+/// for this recording.
 ///
 /// # Errors
-/// When the outbox refuses it: it stays where it is.
+/// If the outbox cannot store it; the recording stays where it is.
 pub fn deliver(outbox: &Outbox, recording: &Path, pairing: Pairing) -> Result<Call<Phrase>, Failure> {
     let kept = outbox.keep_own(recording, &pairing.server)?;
     Ok(send(outbox.clone(), kept.id, pairing))
 }
 
-/// Keeps answers in the outbox and sends what is due; says in words what has become of them.
+/// Adds answers to the outbox and starts sending all due entries; the call returns the result for
+/// these answers.
 ///
 /// # Errors
-/// When the outbox refuses them: they stay as they were saved.
+/// If the outbox cannot store them; the last saved draft is kept.
 pub fn hand_in(outbox: &Outbox, sheet: &AnswerSheet, pairing: Pairing) -> Result<Call<Phrase>, Failure> {
     let kept = outbox.keep_answers(sheet, &pairing.server)?;
     Ok(send(outbox.clone(), kept.id, pairing))
 }
 
 fn send(outbox: Outbox, id: String, pairing: Pairing) -> Call<Phrase> {
-    /// The outbox tries again later, so the first try need not be patient.
+    /// Few retries, since the outbox tries again later.
     const PATIENCE: Patience = Patience { retries: 2, first_wait: Duration::from_secs(1) };
     ask(move || {
         let access = Access::new(None, Some(&pairing));

@@ -1,16 +1,16 @@
-//! What a trainee and an instructor should know of a servo's troubles: each is said when it begins, and force that was away when it is
-//! back.
+//! Messages about servo faults for trainees and instructors: each fault is reported when it begins,
+//! and missing force also when it is back.
 
 use haptics::safety::flags;
 use haptics::servo::{Record, flags as servo_flags};
 use phrase::sentence;
 
-/// The same trouble is not said again before so many seconds have passed without it.
+/// Time without a fault, in s, after which its next occurrence is reported again.
 const QUIET_S: f64 = 10.0;
-/// Force is back when it was given for so long, in s.
+/// Time for which force must be present to count as back, in s.
 const BACK_S: f64 = 0.2;
 
-/// A recording keeps them in English; the window says them in its reader's language.
+/// Messages by flag. A recording stores them in English; the window translates them.
 const TROUBLES: [(u32, &str); 8] = [
     (flags::HELD, sentence!("the device's reading was bad or missing: the last good one was held")),
     (flags::NOT_FINITE, sentence!("the force law gave no number: nothing was sent")),
@@ -26,20 +26,21 @@ const BACK: &str = sentence!("the hand is given the force again");
 /// Watches the flags of ticks.
 #[derive(Clone, Copy, Debug)]
 pub struct Faults {
-    /// When each trouble was last seen, in s.
+    /// Time at which each fault was last seen, in s.
     last_s: [f64; TROUBLES.len()],
-    /// When force was last missed, in s, as long as it was not said to be back.
+    /// Time at which force was last missing, in s; `None` after its return was reported.
     missed_s: Option<f64>,
 }
 
 impl Default for Faults {
     fn default() -> Self {
+        // Minus infinity, so that the first occurrence of a fault is reported.
         Self { last_s: [f64::NEG_INFINITY; TROUBLES.len()], missed_s: None }
     }
 }
 
 impl Faults {
-    /// Watches a tick, and says what begins in it.
+    /// Checks a tick, and returns the messages of the faults that begin in it.
     pub fn watch(&mut self, record: &Record) -> Vec<&'static str> {
         let mut begun = Vec::new();
         for (&(flag, words), last_s) in TROUBLES.iter().zip(&mut self.last_s) {
@@ -63,7 +64,7 @@ impl Faults {
 
 #[cfg(test)]
 mod tests {
-    //! A hiccup that is not told, or told a thousand times, helps nobody.
+    //! Fails if a fault is not reported, or is reported at every tick.
 
     use super::*;
 

@@ -1,17 +1,19 @@
-//! What the hand is given of the tissue's force, in words for the screen: it must not say that a force is there which is not.
+//! The part of the tissue's force that the hand receives, as text for the screen: it must not
+//! announce a force that is absent.
 
 use haptics::safety::{flags, passivity};
 use haptics::servo::{Record, flags as servo_flags};
 use nalgebra::Vector3;
 use phrase::{Phrase, phrase};
 
-/// The force that the hand is given, in N.
+/// Returns the force that the hand receives, in N.
 pub fn given_n(record: &Record) -> f64 {
     norm_n(record.device_n)
 }
 
-/// What keeps the tissue's force from the hand in a tick of which a part of the force is let through, for large letters; none where the
-/// hand is given what it should feel.
+/// Returns why the hand does not receive the tissue's force in a tick, for display in large
+/// letters; `None` if it receives the intended force. `let_through` is the fraction of the force
+/// that is sent.
 pub fn withheld(record: &Record, let_through: f64) -> Option<Phrase> {
     let has = |flag: u32| record.flags & flag != 0;
     Some(if has(servo_flags::REFUSED) {
@@ -35,11 +37,13 @@ fn norm_n(force_n: [f32; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Words that promise a force while the arm is silent make the next pop a trap.
+    //! Fails if the text promises a force while the device is silent: the next pop would take the
+    //! hand by surprise.
 
     use super::*;
 
-    /// What is said of a tick with some flags, a part of the force let through, and the law's force in N.
+    /// Returns the text for a tick with flags, the fraction of the force that is sent, and the
+    /// law's force in N.
     fn said(flags: u32, let_through: f64, force_n: f32) -> Option<String> {
         let record = Record { flags, force_n: [0.0, 0.0, force_n], ..Record::default() };
         withheld(&record, let_through).map(|why| why.to_string())

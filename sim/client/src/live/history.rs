@@ -1,7 +1,8 @@
-//! What was practised here before: the recordings beside which new ones are put, judged one after the other in a thread of its own.
+//! Earlier attempts at this station: its recordings, judged one after the other in a background
+//! thread.
 //!
-//! Whoever practises without a school is told the same of it as a school would tell: by the same judgement of each attempt, void ones being
-//! none, and by the same rule of mastery.
+//! Without a school a trainee sees the same progress as a school would show: attempts are judged
+//! the same way, void ones are not counted, and mastery follows the same rule.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -15,15 +16,15 @@ use recording::{Recording, Session};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-/// Attempts that are looked at, the latest: a folder may hold years.
+/// Maximum number of recordings read, the latest ones: a folder may hold years.
 const MOST: usize = 1000;
 
-/// What became of somebody's attempts at an exercise.
+/// Results of a trainee's attempts at an exercise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
-    /// Whether each attempt that could be judged passed, in order of time.
+    /// Whether each judged attempt passed, in order of time.
     pub passed: Vec<bool>,
-    /// The best score of 100.
+    /// The best score, 0 to 100; 0 without attempts.
     pub best: f64,
 }
 
@@ -36,7 +37,7 @@ struct JudgedTry {
     score: f64,
 }
 
-/// The attempts of one pseudonym by the exercise's id, as far as they are known.
+/// Judged attempts of one pseudonym by exercise id, as far as they have been read.
 #[derive(Clone, Default)]
 pub struct History {
     trainee: String,
@@ -44,12 +45,12 @@ pub struct History {
 }
 
 impl History {
-    /// Begins to look through a folder for the attempts of a pseudonym.
+    /// Starts reading the attempts of a pseudonym in a folder.
     #[must_use]
     pub fn of_folder(folder: PathBuf, trainee: String) -> Self {
         let history = Self { trainee, ..Self::default() };
         let theirs = history.clone();
-        // Without a thread nothing is known of before; that keeps nobody from practising.
+        // If no thread can be started, there is no history; practising is still possible.
         let _ = thread::Builder::new().name("history".to_owned()).spawn(move || theirs.look_through(&folder));
         history
     }
@@ -58,12 +59,12 @@ impl History {
         let listed = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
         let mut paths: Vec<PathBuf> =
             listed.filter(|path| path.extension().is_some_and(|extension| extension == "mcap")).collect();
-        // Names begin with the time at which an attempt began.
+        // File names are UUIDv7 identifiers, which begin with the start time of the attempt.
         paths.sort();
         for path in paths.iter().rev().take(MOST) {
             let read = File::open(path).ok().and_then(|file| Recording::read(BufReader::new(file)).ok());
             let Some(recording) = read.filter(|recording| recording.session.trainee == self.trainee) else { continue };
-            // What is void, or cannot be judged, counts nowhere.
+            // Attempts that are void or cannot be judged are not counted.
             let judged = assessment::own_exercise(&recording).and_then(|own| assessment::assess(&recording, &own));
             if let Ok(assessment) = judged {
                 self.add(&recording.session, &assessment);
@@ -71,7 +72,7 @@ impl History {
         }
     }
 
-    /// Adds an attempt, unless it is somebody else's or known already.
+    /// Adds an attempt, unless it is another trainee's or already known.
     pub fn add(&self, session: &Session, assessment: &Assessment) {
         if session.trainee != self.trainee {
             return;
@@ -89,7 +90,7 @@ impl History {
         }
     }
 
-    /// What became of attempts at an exercise.
+    /// Returns the results of the attempts at an exercise.
     #[must_use]
     pub fn tally(&self, exercise: &str) -> Tally {
         let all = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
@@ -103,7 +104,8 @@ impl History {
 
 #[cfg(test)]
 pub mod tests {
-    //! An attempt that is void, somebody else's or counted twice would make a mastery that the school does not see.
+    //! Fails if an attempt counts that is void or another trainee's, or if one counts twice: the
+    //! station would show a mastery that the school does not.
 
     use haptics::devices::scripted::Fault;
     use recording::EventKind;
@@ -117,7 +119,7 @@ pub mod tests {
         let (recording, bundle) = recorded(Fault::None, None, folder.path());
         let judged = assessment::assess(&recording, &bundle).expect("judged");
         let history = History::default();
-        // Told in another order than they were made.
+        // Added in reverse order of time.
         for (minute, outcome) in attempts.chars().enumerate().collect::<Vec<_>>().into_iter().rev() {
             let session = Session {
                 session_id: Uuid::new_v4(),

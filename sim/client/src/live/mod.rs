@@ -1,4 +1,4 @@
-//! An attempt in progress: the servo that feels, the recorder that writes, and what the window sees of both.
+//! An attempt in progress: the servo, the recorder, and the window's view of both.
 
 pub mod desk;
 mod faults;
@@ -26,38 +26,40 @@ use tissue::Specimen;
 use crate::exit::Failure;
 use crate::station::StationKey;
 
-/// What an attempt is made of. Shared with the recorder's thread.
+/// The inputs of an attempt. Shared with the recorder's thread.
 pub struct LiveTrial {
     /// The exercise and its scene.
     pub bundle: ExerciseBundle,
-    /// What is punctured: the session's patient.
+    /// The punctured tissue: the session's patient.
     pub specimen: Arc<Specimen>,
-    /// Who, on what, and when.
+    /// Trainee, exercise, device and start time.
     pub session: Session,
-    /// Where the recording will be.
+    /// Path of the finished recording.
     pub path: PathBuf,
-    /// The station's key, where a person's hand is to be vouched for.
+    /// The station's key, which attests that a person made the attempt; `None` if it is not to be
+    /// signed.
     pub key: Option<Arc<StationKey>>,
 }
 
-/// An attempt in progress. Dropped, it stops with zero force on the device, and what was recorded is kept.
+/// An attempt in progress. Dropping it stops the servo with zero force on the device and keeps the
+/// recording so far.
 pub struct Live {
-    /// What it is made of.
+    /// The inputs of the attempt.
     pub trial: Arc<LiveTrial>,
-    /// What the device is and can do.
+    /// Description and capabilities of the device.
     pub info: DeviceInfo,
-    /// What the device makes of the scene's forces.
+    /// Scaling of the scene's forces for the device.
     pub scaling: Scaling,
     running: Running,
     latest: LatestReader,
     recorder: recorder::Recorder,
 }
 
-/// What became of an attempt.
+/// The result of an attempt.
 pub struct Finished {
-    /// How the servo did; none if it was killed by a defect.
+    /// The servo's report; `None` if its thread panicked.
     pub report: Option<Report>,
-    /// The recording, or what to save when the disk has refused.
+    /// The recording, or the unsaved attempt if it could not be written.
     pub kept: Result<Kept, Box<Unsaved>>,
 }
 
@@ -65,7 +67,7 @@ impl Live {
     /// Starts servo and recorder.
     ///
     /// # Errors
-    /// When the recording cannot be begun, or the system gives no thread.
+    /// If the recording cannot be created, or a thread cannot be started.
     pub fn start(trial: LiveTrial, mapping: Mapping, driven: Driven) -> Result<Self, Failure> {
         let exercise = &trial.bundle.exercise;
         let target_x_m = exercise.target_depth_mm * 1e-3;
@@ -85,17 +87,17 @@ impl Live {
         Ok(Self { trial, info, scaling, running: started.running, latest: started.latest, recorder })
     }
 
-    /// What there is to see of the attempt so far.
+    /// Returns the view of the attempt so far, locked.
     pub fn shown(&self) -> MutexGuard<'_, AttemptView> {
         lock(self.recorder.shown())
     }
 
-    /// The servo's latest tick.
+    /// Returns the servo's latest tick.
     pub fn latest(&mut self) -> Option<&servo::Snapshot> {
         self.latest.read()
     }
 
-    /// The servo.
+    /// Returns the running servo.
     pub fn servo(&self) -> &Running {
         &self.running
     }
@@ -108,8 +110,9 @@ impl Live {
     }
 }
 
-/// Warns where an expert's attempt at the exercise would warm the motors so much that the force is reduced. It takes a part of a second,
-/// beside the first movements of the trainee; a computer without a thread to spare goes without.
+/// Warns if an expert's attempt at the exercise would warm the motors so much that the force is
+/// reduced. The rehearsal takes a fraction of a second, in parallel with the first movements of the
+/// trainee; if no thread can be started, there is no warning.
 fn warn_of_heat(trial: &LiveTrial, setup: Setup, shown: &Arc<Mutex<AttemptView>>) {
     let exercise = &trial.bundle.exercise;
     let (operator, limit_s) = (Operator::skilled(&Skill::expert(), &exercise.plan(), 0), exercise.time_limit_s);
@@ -126,14 +129,16 @@ fn warn_of_heat(trial: &LiveTrial, setup: Setup, shown: &Arc<Mutex<AttemptView>>
     let _without = std::thread::Builder::new().name("rehearsal".to_owned()).spawn(rehearsal);
 }
 
-/// What a thread that panicked left in it is still true: every change is one whole tick.
+/// Locks the view. After a panic the data are still consistent, since every change is one whole
+/// tick.
 fn lock(shown: &Mutex<AttemptView>) -> MutexGuard<'_, AttemptView> {
     shown.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
 pub mod tests {
-    //! A lost device that is recorded like an end of the trainee's own is judged as the trainee's failure.
+    //! Fails if a lost device is recorded like an attempt ended by the trainee, which would be
+    //! judged as the trainee's failure.
 
     use std::path::Path;
 
@@ -153,7 +158,7 @@ pub mod tests {
 
     const TICK_HZ: f64 = 1000.0;
 
-    /// An attempt in progress with a device that misbehaves after 300 readings.
+    /// Starts an attempt with a device that has a fault after 300 readings.
     pub fn begin(fault: Fault, key: Option<Arc<StationKey>>, folder: &Path) -> Live {
         let file =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics/1-feel-the-layers.toml");
@@ -170,14 +175,15 @@ pub mod tests {
         Live::start(trial, mapping, Driven::ByTimer(Box::new(device))).expect("it begins")
     }
 
-    /// Waits until an attempt has lasted for half a second, or is over.
+    /// Waits until an attempt has lasted half a second, or has ended.
     pub fn wait_for_ticks(live: &Live) {
         while live.servo().ended().is_none() && live.shown().moment.sample.t_s < 0.5 {
             std::thread::sleep(std::time::Duration::from_millis(5));
         }
     }
 
-    /// An attempt with a device that misbehaves after 300 readings, as it is on disk, and its exercise.
+    /// Returns the recording of an attempt with a device that has a fault after 300 readings, as
+    /// read from disk, and its exercise.
     pub fn recorded(fault: Fault, key: Option<Arc<StationKey>>, folder: &Path) -> (Recording, ExerciseBundle) {
         let live = begin(fault, key, folder);
         wait_for_ticks(&live);

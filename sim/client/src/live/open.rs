@@ -1,4 +1,4 @@
-//! From the name of a device to the device, and how it lies to the patient.
+//! Opens a device by its name, and maps it to the patient.
 
 use std::fmt::Display;
 use std::str::FromStr;
@@ -20,10 +20,10 @@ use crate::devices::DeviceArgs;
 use crate::exit::Failure;
 use crate::settings::Settings;
 
-/// Which device.
+/// The choice of a device.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DeviceChoice {
-    /// The first haptic device that is there, and the mouse without one.
+    /// The first haptic device found, otherwise a gamepad, otherwise the mouse.
     Auto,
     /// Mouse and keyboard.
     Mouse,
@@ -59,7 +59,7 @@ impl FromStr for DeviceChoice {
 }
 
 impl DeviceChoice {
-    /// What the person has in hand, in words.
+    /// Describes the device for the user.
     pub fn phrase(&self) -> Phrase {
         match self {
             Self::Auto => phrase!("the haptic device that is there, or mouse and keyboard"),
@@ -72,31 +72,31 @@ impl DeviceChoice {
     }
 }
 
-/// What moves the device.
+/// Source of a device's motion.
 pub enum Steered {
-    /// A person's hand, or an operator's.
+    /// A person's hand on the device, or a virtual operator.
     Itself,
-    /// The window, by mouse and keys.
+    /// The window, by mouse and keyboard.
     Window(AimWriter),
-    /// A gamepad, as long as this is kept.
+    /// A gamepad, until this is dropped.
     Gamepad(GamepadFeed),
 }
 
-/// A device that is ready, and what belongs to it.
+/// An open device and its mapping.
 pub struct OpenedDevice {
     /// The device.
     pub driven: Driven,
-    /// From the device to the patient.
+    /// Mapping from the device to the patient.
     pub mapping: Mapping,
-    /// What moves a virtual hand, for a device without an arm.
+    /// Source of the device's motion.
     pub steered: Steered,
-    /// Why others were passed over.
+    /// Reasons why other devices were not used.
     pub passed_over: Vec<String>,
 }
 
 impl OpenedDevice {
-    /// The choice that leads to this device again; none where any will do. A hand that has held an arm is not given the mouse instead
-    /// because a cable came loose.
+    /// Returns the choice that opens this device again; `None` if any will do. After an attempt
+    /// with an arm, the next one must not fall back to the mouse because of a loose cable.
     #[must_use]
     pub fn again(&self) -> Option<DeviceChoice> {
         match &self.driven {
@@ -107,18 +107,18 @@ impl OpenedDevice {
     }
 }
 
-/// Where devices are, and how the person has set them.
+/// Options and settings of the devices.
 pub struct Desk<'a> {
-    /// Where haptic devices are.
+    /// Where to find haptic devices.
     pub args: &'a DeviceArgs,
-    /// How they are set.
+    /// The user's settings.
     pub settings: &'a Settings,
 }
 
-/// Opens a device for an exercise. The seed is a virtual operator's.
+/// Opens a device for an exercise. `seed` is for a virtual operator.
 ///
 /// # Errors
-/// When the device is not there or refuses.
+/// If the device is missing or cannot be opened.
 pub fn open(
     choice: &DeviceChoice,
     desk: &Desk<'_>,
@@ -137,7 +137,8 @@ pub fn open(
     }
 }
 
-/// The first haptic device there is, else a gamepad; the mouse is always there.
+/// Opens the first haptic device found, otherwise a gamepad, otherwise the mouse, which is always
+/// available.
 fn first(desk: &Desk<'_>, exercise: &Exercise, rate_hz: f64) -> OpenedDevice {
     let mut passed_over = Vec::new();
     let tries: [&dyn Fn() -> Result<OpenedDevice, String>; 3] =
@@ -160,7 +161,7 @@ fn said(device: &str, why: &dyn Display) -> String {
     format!("{device}: {why}")
 }
 
-/// A device in its own workspace. Where it measures no orientation the needle points as planned.
+/// Maps a device in its own workspace. If it measures no orientation, the needle points as planned.
 fn with_arm(driven: Driven, exercise: &Exercise, settings: &Settings) -> OpenedDevice {
     let pointing = if driven.info().measures_orientation { Pointing::Handle } else { Pointing::Planned };
     let mapping = Mapping::at_home(home(exercise), pointing).placed(settings.placement());
@@ -182,12 +183,14 @@ fn gamepad(desk: &Desk<'_>, exercise: &Exercise, rate_hz: f64) -> Result<OpenedD
     Ok(OpenedDevice { steered: Steered::Gamepad(feed), ..with_arm(driven, exercise, &settings) })
 }
 
-/// The settings of a device that is used by what is seen on the screen: it is not turned, and does not stand anywhere.
+/// Returns the settings for a device that is used by looking at the screen: not turned, on the
+/// usual side, with unscaled motion.
 fn on_screen(settings: &Settings) -> Settings {
     Settings { other_side: false, device_yaw_deg: 0.0, motion: 1.0, ..*settings }
 }
 
-/// The orientation of a handle, device_from_handle, by which the needle points along an axis of unit length in the patient's frame.
+/// Returns the orientation of a handle, device_from_handle, with which the needle points along an
+/// axis of unit length in the patient frame.
 pub fn handle_along(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
     let device_from_patient = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -std::f64::consts::FRAC_PI_2);
     device_from_patient * needle_pose(&Point3::origin(), axis).rotation
@@ -203,7 +206,7 @@ fn operator(hand: &HandChoice, bundle: &ExerciseBundle, seed: u64, rate_hz: f64)
     let operator = match hand {
         HandChoice::Preset(_, skill) => Operator::skilled(skill, &plan, seed),
         HandChoice::Constant(mm_per_s) => Operator::constant(mm_per_s * 1e-3, &plan),
-        // Never chosen: `DeviceChoice` refuses files.
+        // Unreachable: `DeviceChoice` rejects files.
         HandChoice::File(_) => Operator::skilled(&Skill::expert(), &plan, seed),
     };
     let device = OperatorDevice::new(&hand.device(), operator, rate_hz);

@@ -1,7 +1,8 @@
-//! The recorder: takes what the servo did, asks the same law again, and writes it down.
+//! The recorder: repeats each tick of the servo with the same law, and writes the recording.
 //!
-//! The servo hands over its inputs to the bit, so the recorder comes to the same forces; it can take its time, allocate and wait
-//! for the disk. Whatever the disk says, the ticks themselves are kept in memory until they are saved.
+//! The servo passes on its inputs bit for bit, so the recorder computes the same forces; unlike the
+//! servo it can take its time, allocate and wait for the disk. All ticks stay in memory until they
+//! are saved, so that a disk error loses nothing.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -30,41 +31,41 @@ use crate::exit::Failure;
 use crate::maker;
 use crate::new_file::NewFile;
 
-/// Name of the metadata record that says how the servo did.
+/// Name of the metadata record with the servo's statistics.
 const SERVO_RECORD: &str = "stylet.servo";
-/// What a recording is called while it is being written: other programs have files that end in `part`.
+/// Extension of a recording that is being written. Not `part`, which other programs use.
 const UNFINISHED: &str = "stylet-part";
-/// The recorder looks for new ticks this often.
+/// Interval at which the recorder polls for new ticks.
 const EVERY: Duration = Duration::from_millis(2);
 
-/// A recording on disk.
+/// A finished recording on disk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept {
-    /// Where it is.
+    /// Its path.
     pub path: PathBuf,
-    /// What it came to.
+    /// Summary of the attempt.
     pub simulated: Simulated,
 }
 
-/// An attempt that the disk refused: all of it, in memory.
+/// An attempt that could not be written to disk, complete in memory.
 pub struct Unsaved {
-    /// Why.
+    /// The error.
     pub why: String,
     trial: Arc<LiveTrial>,
     records: Vec<Record>,
     epilogue: Epilogue,
 }
 
-/// What there is to say when the servo has stopped.
+/// Data that are known only after the servo has stopped.
 #[derive(Clone, Debug, Default)]
 struct Epilogue {
-    /// How the servo did, as a recording keeps it.
+    /// The servo's statistics, as stored in a recording.
     servo: BTreeMap<String, String>,
-    /// Why it ended, where neither the person nor the exercise ended it.
+    /// Reason for the end, if neither the trainee nor the exercise ended the attempt.
     interrupted: Option<String>,
 }
 
-/// The recorder's thread.
+/// Handle of the recorder's thread.
 pub struct Recorder {
     shown: Arc<Mutex<AttemptView>>,
     report: Sender<Epilogue>,
@@ -74,16 +75,16 @@ pub struct Recorder {
 /// A recording that is being written, under its unfinished name.
 type Draft = Writer<BufWriter<File>>;
 
-/// Starts the recording of an attempt at a path, with all that can be said beforehand: a full disk is noticed before the needle
-/// moves.
+/// Starts the recording of an attempt with all data known beforehand, so that a full disk is
+/// noticed before the needle moves.
 ///
 /// # Errors
-/// When the disk refuses, or the recording exists.
+/// If the unfinished file already exists or cannot be written.
 pub fn begin(trial: &LiveTrial, path: &Path) -> Result<Draft, Failure> {
     let unfinished = unfinished(path);
     let file = File::create_new(&unfinished)
         .map_err(|error| Failure::refused(&unfinished, format_args!("cannot be created: {error}")))?;
-    // As long as it is locked it is not left behind.
+    // `recover_left_behind` skips locked files.
     file.lock().map_err(|error| Failure::refused(&unfinished, error))?;
     maker::begin_recording(file, &trial.session, &trial.bundle, path)
 }
@@ -93,10 +94,10 @@ fn unfinished(path: &Path) -> PathBuf {
 }
 
 impl Recorder {
-    /// Starts to take ticks.
+    /// Starts the thread that records ticks.
     ///
     /// # Errors
-    /// When the system gives no thread.
+    /// If the thread cannot be started.
     pub fn start(trial: Arc<LiveTrial>, records: Records, draft: Draft) -> Result<Self, Failure> {
         let shown = Arc::new(Mutex::new(AttemptView::new(&trial)));
         let (report, awaited) = mpsc::channel();
@@ -108,27 +109,27 @@ impl Recorder {
         Ok(Self { shown, report, thread })
     }
 
-    /// What the window shows.
+    /// Returns the view for the window.
     pub fn shown(&self) -> &Arc<Mutex<AttemptView>> {
         &self.shown
     }
 
-    /// Ends the recording, once the servo has stopped.
+    /// Finishes the recording after the servo has stopped.
     pub fn finish(self, report: Option<&Report>) -> Result<Kept, Box<Unsaved>> {
-        // A recorder that is gone needs no report; its panic is passed on below.
+        // Sending fails only if the thread has ended; `join` below passes on its panic.
         let _ = self.report.send(report.map_or_else(Epilogue::of_a_defect, Epilogue::new));
         self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }
 
-/// Ticks as they come, all of them kept.
+/// Incoming ticks, all of them kept.
 struct Ticks {
     records: Records,
     taken: Vec<Record>,
 }
 
 impl Ticks {
-    /// The next tick; waits for it, and is `None` when the servo is gone.
+    /// Waits for the next tick; returns `None` when the servo has ended.
     fn next(&mut self) -> Option<Record> {
         loop {
             if let Some(record) = self.records.pop() {
@@ -143,7 +144,7 @@ impl Ticks {
     }
 }
 
-/// The thread: everything the servo does, until it is gone.
+/// The thread's body: records every tick until the servo ends.
 fn record(
     trial: Arc<LiveTrial>,
     mut ticks: Ticks,
@@ -152,7 +153,7 @@ fn record(
     report: &Receiver<Epilogue>,
 ) -> Result<Kept, Box<Unsaved>> {
     let mut epilogue = Epilogue::default();
-    // Nobody left to report means that the attempt was dropped: what there is of it is kept all the same.
+    // A closed channel means that the attempt was dropped: its recording is finished nevertheless.
     let told = || report.recv().unwrap_or_default();
     let kept = write(&trial, draft, &mut || ticks.next(), Some(shown), &mut || {
         epilogue = told();
@@ -162,7 +163,8 @@ fn record(
         .map_err(|why| Box::new(Unsaved { why, trial, records: ticks.taken, epilogue }))
 }
 
-/// Writes every tick that comes, and at the end how the servo did. The disk is asked for nothing more once it has refused.
+/// Writes every incoming tick and, at the end, the servo's statistics. After the first error
+/// nothing more is written.
 fn write(
     trial: &LiveTrial,
     mut draft: Draft,
@@ -203,7 +205,7 @@ fn write(
     Ok(simulated)
 }
 
-/// Gives a finished recording its name.
+/// Renames a finished recording to its final name.
 fn name(path: &Path, simulated: Simulated) -> Result<Kept, String> {
     let renamed = fs::rename(unfinished(path), path);
     renamed.map_err(|error| format!("{}: {error}", path.display()))?;
@@ -211,9 +213,10 @@ fn name(path: &Path, simulated: Simulated) -> Result<Kept, String> {
 }
 
 impl Unsaved {
-    /// Tries again, at the same place or another. `None` where the disk refuses again; why is said anew.
+    /// Tries again, at the same path or another. If it fails again, returns `None` and updates
+    /// `why`.
     pub fn save(&mut self, path: &Path) -> Option<Kept> {
-        // What the first try has left behind is a part of what is written now.
+        // All data in the file left by the previous try are written again now.
         let _ = fs::remove_file(unfinished(path));
         let again = begin(&self.trial, path).map_err(|failure| failure.to_string()).and_then(|draft| {
             let mut records = self.records.iter().copied();
@@ -221,7 +224,7 @@ impl Unsaved {
         });
         match again.and_then(|simulated| name(path, simulated)) {
             Ok(kept) => {
-                // Saved elsewhere, it must not be found half written at the next start.
+                // After saving elsewhere, the next start must not find the unfinished file.
                 self.discard();
                 Some(kept)
             }
@@ -232,25 +235,26 @@ impl Unsaved {
         }
     }
 
-    /// Gives it up, with what the disk had taken of it.
+    /// Discards the attempt and its unfinished file.
     pub fn discard(&self) {
-        // A draft that stays is found at the next start: no harm is done.
+        // If the file cannot be deleted, the next start recovers it, which does no harm.
         let _ = fs::remove_file(unfinished(self.path()));
     }
 
-    /// Where it should have been.
+    /// Returns the intended path.
     pub fn path(&self) -> &Path {
         &self.trial.path
     }
 }
 
-/// What the law was fed, to the bit.
+/// Returns the exact input of the law.
 fn input(record: &Record) -> TickInput {
     let Record { t_s, position_m, orientation, confirm, .. } = *record;
     TickInput { t_s, position_m, orientation, confirm }
 }
 
 fn sent(record: &Record) -> Sent {
+    // The recorded flag covers scaling and every intervention of the safety chain.
     let scaled = record.flags & (servo_flags::SCALED | safety::flags::ALL) != 0;
     let scaled = if scaled { flags::SCALED } else { 0 };
     Sent { device_n: record.device_n, flags: record.flags | scaled, lateness_us: record.lateness_us }
@@ -262,13 +266,13 @@ impl Epilogue {
         Self { servo: in_words(report), interrupted }
     }
 
-    /// Of a servo whose thread was killed.
+    /// The epilogue of a servo whose thread panicked.
     fn of_a_defect() -> Self {
         Self { servo: BTreeMap::new(), interrupted: Some(Ended::Panicked.to_string()) }
     }
 }
 
-/// How the servo did, as a recording keeps it.
+/// Formats the servo's statistics for the recording.
 fn in_words(report: &Report) -> BTreeMap<String, String> {
     let Report { ended, counts, priority, lateness, compute } = report;
     let steps = |times: &haptics::servo::Times| {
@@ -289,10 +293,11 @@ fn in_words(report: &Report) -> BTreeMap<String, String> {
     told.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
-/// Recordings of attempts that were cut off, made whole: each gets the name it should have had, and its draft goes.
+/// Recovers the recordings of interrupted attempts: each is renamed to its intended name, and its
+/// unfinished file is deleted.
 ///
 /// # Errors
-/// When the folder cannot be read.
+/// If the folder cannot be read.
 pub fn recover_left_behind(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let listed = fs::read_dir(folder).map_err(|error| Failure::refused(folder, error))?;
     let mut drafts: Vec<PathBuf> = listed.flatten().map(|entry| entry.path()).collect();
@@ -301,7 +306,8 @@ pub fn recover_left_behind(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     Ok(drafts.iter().filter_map(|draft| recover_draft(draft)).collect())
 }
 
-/// One of them; none where there is nothing to be had, or somebody is still writing it.
+/// Recovers one file; returns `None` if it has no samples, another process is still writing it, or
+/// its name is taken.
 fn recover_draft(draft: &Path) -> Option<PathBuf> {
     let path = draft.with_extension("");
     let file = File::open(draft).ok()?;
@@ -309,7 +315,7 @@ fn recover_draft(draft: &Path) -> Option<PathBuf> {
     let mut whole = NewFile::create(&path, false).ok()?;
     recover(BufReader::new(file), whole.file()).ok().filter(|recovered| recovered.samples > 0)?;
     whole.keep().ok()?;
-    // A draft that stays is recovered again, to a name that is taken: no harm is done.
+    // If the file cannot be deleted, the next start finds its name taken and skips it.
     let _ = fs::remove_file(draft);
     Some(path)
 }

@@ -1,4 +1,4 @@
-//! What the window shows of an attempt while it goes on.
+//! The window's view of an attempt in progress.
 
 use std::collections::VecDeque;
 
@@ -11,13 +11,13 @@ use recording::{Event, EventKind, Sample};
 use super::LiveTrial;
 use crate::picture::Moment;
 
-/// The force plot goes back so far, in s, with so many points a second.
+/// Duration of the force plot, in s, and its points per second.
 const TRACE_S: f64 = 10.0;
 const TRACE_HZ: f64 = 100.0;
-/// A trainee has withdrawn when the tip is so far above the skin, in m.
+/// Height of the tip above the skin at which the needle counts as withdrawn, in m.
 const CLEAR_M: f64 = 0.003;
 
-/// Where an attempt stands.
+/// Phase of an attempt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Phase {
     /// The needle has not touched the skin.
@@ -25,11 +25,11 @@ pub enum Phase {
     Approach,
     /// The needle is in the body.
     Inside,
-    /// The position is confirmed; the needle is to be withdrawn.
+    /// The position is confirmed; the needle has to be withdrawn.
     Confirmed,
     /// The needle is out again after the position was confirmed.
     Withdrawn,
-    /// The time is up.
+    /// The time limit is exceeded.
     TimeUp,
 }
 
@@ -44,33 +44,33 @@ pub struct TracePoint {
     pub force_n: f64,
 }
 
-/// Something that was said or has happened, with its time in s.
+/// A message or an event.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpokenEvent {
-    /// When.
+    /// Time since the start, in s.
     pub t_s: f64,
-    /// What it is.
+    /// Kind of the event.
     pub kind: EventKind,
-    /// In words, for whatever language the window speaks.
+    /// Text, translatable.
     pub text: Phrase,
 }
 
-/// What the window shows. Written by the recorder, one whole tick at a time.
+/// The state shown by the window. The recorder updates it, one whole tick at a time.
 #[derive(Clone, Debug)]
 pub struct AttemptView {
-    /// What the picture shows.
+    /// State of the picture.
     pub moment: Moment,
-    /// Where the attempt stands.
+    /// Phase of the attempt.
     pub phase: Phase,
     /// Force on the hand along the needle, in N, positive against the push.
     pub hand_n: f64,
-    /// The last seconds of force.
+    /// The last 10 s of force.
     pub trace: VecDeque<TracePoint>,
-    /// Everything that was said, in order.
+    /// All messages, in order.
     pub said: Vec<SpokenEvent>,
-    /// Boundaries that gave way so far: it rises by one at each pop.
+    /// Number of ruptures so far: it increases by one at each pop.
     pub pops: u64,
-    /// Why nothing is written any more, if the disk has refused.
+    /// Why nothing is written any more, after a write error.
     pub refused: Option<String>,
     /// Names of the layers from the skin down.
     layers: Vec<String>,
@@ -78,7 +78,7 @@ pub struct AttemptView {
 }
 
 impl AttemptView {
-    /// Nothing has happened yet.
+    /// The view before the first tick.
     pub fn new(trial: &LiveTrial) -> Self {
         let (bundle, thickness_mm) = (&trial.bundle, &trial.session.patient_thickness_mm);
         Self {
@@ -94,7 +94,7 @@ impl AttemptView {
         }
     }
 
-    /// Takes in a tick, and the messages of coach and safety chain about it.
+    /// Adds a tick, and the messages of coach and safety chain about it.
     pub fn tell(&mut self, tick: &Tick, coached: &[&Wording], faulty: &[&'static str]) {
         let Sample { t_s, x_m, .. } = tick.sample;
         self.hand_n = tick.hand_n;
@@ -140,7 +140,8 @@ impl AttemptView {
         }
     }
 
-    /// Where the tip is: outside, at the skin, or in a layer. Tissue that only gives way is not entered yet.
+    /// Returns the position of the tip: outside, at the skin, or in a layer. Tissue that only
+    /// deforms is not entered yet.
     #[must_use]
     pub fn place(&self) -> Phrase {
         let layer = self.moment.layer().and_then(|layer| self.layers.get(layer));
@@ -151,14 +152,14 @@ impl AttemptView {
         }
     }
 
-    /// Time left, in s.
+    /// Returns the time left, in s.
     #[must_use]
     pub fn left_s(&self) -> f64 {
         (self.time_limit_s - self.moment.sample.t_s).max(0.0)
     }
 }
 
-/// What is said of an event in a phase, as a caption of what was felt or heard.
+/// Describes an event in a phase, as a caption of the sensation or sound.
 fn in_words(event: &Event, phase: Phase) -> Option<Phrase> {
     let pop = |contactor: Contactor| phrase!("pop: {pop}", pop = contactor.into_layer(name_structure(&event.text)));
     match event.kind {
@@ -177,7 +178,7 @@ fn in_words(event: &Event, phase: Phase) -> Option<Phrase> {
 
 #[cfg(test)]
 mod tests {
-    //! An attempt that ends too early loses the withdrawal; one that never ends keeps the trainee waiting.
+    //! Fails if an attempt ends before the withdrawal, or never ends.
 
     use recording::sample::flags;
 
@@ -196,7 +197,8 @@ mod tests {
         AttemptView { moment, phase, hand_n: 0.0, trace, said, pops: 0, refused: None, layers, time_limit_s }
     }
 
-    /// Tells of a tick at a time in s with the tip at a depth in mm, and of what happens in it.
+    /// Adds a tick at a time in s with the tip at a depth in mm and events of these kinds; returns
+    /// the phase.
     fn tell(shown: &mut AttemptView, t_s: f64, depth_mm: f64, kinds: &[EventKind]) -> Phase {
         let flags = if depth_mm > 0.0 { flags::INSIDE } else { 0 };
         let (x_m, position_m) = (depth_mm * 1e-3, [0.0, 0.0, -depth_mm * 1e-3]);
@@ -259,7 +261,7 @@ mod tests {
         tell(&mut shown, 2.0, 3.1, &[EventKind::TipRupture]);
         shown.moment.sample.depth_m = 3.1e-3;
         assert_eq!(shown.place().to_string(), "fat");
-        // On the way out it is where it is, whatever it has opened.
+        // On the way out the position of the tip counts, not the boundaries that it has opened.
         shown.moment.sample.depth_m = 0.4e-3;
         assert_eq!(words::within(german(), || words::phrase(&shown.place())), "Haut");
     }

@@ -1,5 +1,5 @@
-//! One try to deliver one attempt: from wherever the service says the upload stands to the session it becomes. Answers are
-//! short: they are sent whole.
+//! One try to deliver one entry. An upload continues at the offset that the service reports, until
+//! the service returns its session. Answers are short and are sent whole.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -9,14 +9,14 @@ use super::{Entry, sheet};
 use crate::progress::Progress;
 use crate::service::{Outlook, Service, Trouble};
 
-/// Bytes sent at once: so much is lost at most when the connection breaks.
+/// Bytes per request: the most that a broken connection loses.
 const PIECE_BYTES: u64 = 256 * 1024;
 
-/// A try, and how far it came.
+/// A try and its progress.
 pub struct Try<'a> {
     service: &'a Service,
     entry: &'a mut Entry,
-    /// Bytes that the service has said are on its disk.
+    /// Bytes that the service has confirmed as stored.
     pub reached: u64,
 }
 
@@ -25,7 +25,7 @@ impl<'a> Try<'a> {
         Self { service, entry, reached: 0 }
     }
 
-    /// Sends what the service does not have yet; the session it has made of it.
+    /// Sends the bytes that the service does not have yet; returns the id of the session.
     pub fn deliver(&mut self) -> Result<String, Trouble> {
         if self.entry.is_answers() {
             return sheet::deliver(self.service, &self.entry.file);

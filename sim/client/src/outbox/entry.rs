@@ -1,4 +1,4 @@
-//! One attempt in the outbox: the recording, and a note beside it of what has become of it so far.
+//! One entry of the outbox: a recording or answers, and a note next to the file with its state.
 
 use std::fs;
 use std::io::{self, ErrorKind, Write};
@@ -13,52 +13,53 @@ use super::{identify, sheet};
 use crate::clock;
 use crate::service::{Outlook, Trouble};
 
-/// Wait after the first failure; it doubles with each.
+/// Wait after the first failure; doubled after each further one.
 const FIRST_WAIT: Duration = Duration::from_secs(5);
 /// Longest wait between two tries.
 const LONGEST_WAIT: Duration = Duration::from_secs(15 * 60);
 
-/// What is known of an attempt that waits.
+/// The state of a pending entry.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Note {
-    /// What the file was called.
+    /// Original name of the file.
     pub name: String,
-    /// Where this station has recorded it, and it may lie still.
+    /// Path of the original recording of this station, which may still exist.
     #[serde(default)]
     pub source: Option<PathBuf>,
-    /// Since when it waits.
+    /// Time at which it was added.
     #[serde(with = "time::serde::rfc3339")]
     pub kept_at: OffsetDateTime,
-    /// Where it is to go; where absent, to whichever service this station is paired with.
+    /// Address of the service; `None` for the one with which this station is paired.
     pub server: Option<String>,
-    /// The upload that has been begun there.
+    /// Id of the upload that was started there.
     pub upload: Option<String>,
-    /// How often it was tried.
+    /// Number of tries.
     pub tries: u32,
-    /// The last reason why it was not delivered.
+    /// The last error.
     pub last_error: Option<String>,
-    /// The service will never take it.
+    /// Whether the service has rejected it permanently.
     pub refused: bool,
-    /// When it is tried again.
+    /// Time of the next try.
     #[serde(with = "time::serde::rfc3339::option")]
     pub next_try_at: Option<OffsetDateTime>,
 }
 
-/// An attempt that waits, or answers to a survey after one.
+/// A pending recording, or pending answers to a survey.
 #[derive(Clone, Debug)]
 pub struct Entry {
-    /// Id within the outbox.
+    /// Id in the outbox.
     pub id: String,
     /// The recording, or the answers.
     pub file: PathBuf,
-    /// Its size, in bytes.
+    /// Size of the file, in bytes.
     pub bytes: u64,
-    /// What is known of it.
+    /// State of the delivery.
     pub note: Note,
 }
 
 impl Entry {
-    /// The entry of a recording that has just been brought in, or had been before.
+    /// Returns the entry of a file that was just added, or had been added before. Another `server`
+    /// than the noted one resets upload, rejection and retry time.
     pub(super) fn kept(file: PathBuf, name: String, server: Option<&str>) -> io::Result<Self> {
         let mut entry = Self::read(file)?;
         let server = server.map(|server| server.trim_end_matches('/').to_owned());
@@ -70,7 +71,8 @@ impl Entry {
         Ok(entry)
     }
 
-    /// Reads an entry. Where the note is missing or spoilt, the recording still waits: it begins anew.
+    /// Reads an entry. If the note is missing or damaged, the file is still pending, with a new
+    /// note.
     pub(super) fn read(file: PathBuf) -> io::Result<Self> {
         let id = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let bytes = file.metadata()?.len();
@@ -89,39 +91,41 @@ impl Entry {
         Ok(Self { id, bytes, note: note.unwrap_or_else(blank), file })
     }
 
-    /// Whether these are answers, not a recording.
+    /// Whether this contains answers, not a recording.
     pub(super) fn is_answers(&self) -> bool {
         self.file.extension().is_some_and(|extension| extension == sheet::ANSWERS)
     }
 
-    /// Whether it is to be tried now.
+    /// Whether it is to be tried at a time.
     pub fn is_due(&self, now: OffsetDateTime) -> bool {
         !self.note.refused && self.note.next_try_at.is_none_or(|at| at <= now)
     }
 
-    /// Notes the upload that has been begun, so that it is gone on with after whatever happens.
+    /// Notes the upload that was started, so that a later try resumes it.
     pub(super) fn began(&mut self, upload: String) -> io::Result<()> {
         self.note.upload = Some(upload);
         self.save()
     }
 
-    /// Notes why it was not delivered, and when it is tried again.
+    /// Notes the error of a try and schedules the next one.
     pub(super) fn failed(&mut self, trouble: &Trouble) -> io::Result<()> {
         let note = &mut self.note;
         note.tries = note.tries.saturating_add(1);
         note.last_error = Some(trouble.detail.clone());
         note.refused = trouble.outlook == Outlook::Never;
+        // The shift is bounded, so that it does not overflow after many tries.
         let wait = FIRST_WAIT.saturating_mul(1 << (note.tries - 1).min(16)).min(LONGEST_WAIT);
         note.next_try_at = (!note.refused).then(|| clock::now() + wait);
         self.save()
     }
 
-    /// Takes the attempt out of the outbox: it is on the service's disk, or its owner wishes it.
+    /// Deletes the entry: it was delivered, or its owner discards it.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// If a file cannot be deleted.
     pub fn remove(&self) -> io::Result<()> {
-        // The recording first: a note without one is nothing, a recording without a note waits.
+        // The recording first: a note without a recording is ignored, a recording without a note is
+        // sent.
         for file in [self.file.clone(), note_of(&self.file)] {
             match fs::remove_file(file) {
                 Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
@@ -131,15 +135,15 @@ impl Entry {
         Ok(())
     }
 
-    /// Takes the attempt out of the outbox, and removes the file that it was kept from, where that still holds the same bytes.
+    /// Deletes the entry, and the original file if it still contains the same bytes.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// If a file cannot be deleted.
     pub(super) fn remove_everywhere(&self) -> io::Result<()> {
         if let Some(source) = &self.note.source {
             match identify(source) {
                 Ok(id) if id == self.id => fs::remove_file(source)?,
-                // It was moved or written over: that is nothing of ours.
+                // The original was moved or overwritten: a file at its path is another one.
                 _ => {}
             }
         }

@@ -1,5 +1,7 @@
-//! The outbox: attempts, and answers to surveys after them, are kept in a folder until the service has said that they are on
-//! its disk. Nothing is taken out of it otherwise, whatever happens to this program, the network or the service.
+//! The outbox: recordings, and answers to surveys after them, stay in a folder until the service
+//! confirms that they are stored. Failures of this program, the network or the service remove
+//! nothing. Otherwise an entry is removed only if the user discards it, or the service answers that
+//! it must not be kept.
 
 mod deliver;
 mod entry;
@@ -21,22 +23,23 @@ use tempfile::Builder;
 use crate::exit::Failure;
 use crate::folders;
 
-/// What recordings in the outbox end in.
+/// File extension of recordings in the outbox.
 const EXTENSION: &str = "mcap";
-/// Hexadecimal digits of an entry's id: enough that two recordings never share one.
+/// Hexadecimal digits of an entry's id: enough to avoid collisions between recordings.
 const ID_DIGITS: usize = 16;
 
-/// A folder of attempts that wait.
+/// A folder of pending deliveries.
 #[derive(Clone, Debug)]
 pub struct Outbox {
     folder: PathBuf,
 }
 
 impl Outbox {
-    /// Opens the outbox in a folder, by default this user's, and makes the folder where it is missing.
+    /// Opens the outbox in a folder, by default the user's own, and creates the folder if it does
+    /// not exist.
     ///
     /// # Errors
-    /// When there is no home to look in, or the folder cannot be made.
+    /// If there is no home directory, or the folder cannot be created.
     pub fn open(folder: Option<&Path>) -> Result<Self, Failure> {
         let folder = match folder {
             Some(folder) => folder.to_owned(),
@@ -51,11 +54,12 @@ impl Outbox {
         &self.folder
     }
 
-    /// Keeps a recording: by a second name for the same bytes where the file system can, else by a copy. The same bytes
-    /// are kept once. `server` is where they are to go; where absent, to whichever service this station is paired with.
+    /// Adds a recording: as a hard link if the file system supports it, otherwise as a copy. The
+    /// same bytes are stored once. `server` is the service to send it to; `None` stands for the one
+    /// with which this station is paired.
     ///
     /// # Errors
-    /// When the file cannot be read, or the disk refuses: then the file is where it was, and nothing else.
+    /// If the file cannot be read or added; the original is unchanged.
     pub fn keep(&self, recording: &Path, server: Option<&str>) -> Result<Entry, Failure> {
         let id = identify(recording).map_err(|error| Failure::refused(recording, error))?;
         let place = self.folder.join(format!("{id}.{EXTENSION}"));
@@ -70,10 +74,11 @@ impl Outbox {
         })
     }
 
-    /// Keeps a recording that this station has made. If the service answers that it must not be kept, both files are deleted.
+    /// Adds a recording that this station has made. If the service answers that it must not be
+    /// kept, both files are deleted.
     ///
     /// # Errors
-    /// As those of [`Outbox::keep`].
+    /// Those of [`Outbox::keep`], or if the note cannot be written.
     pub fn keep_own(&self, recording: &Path, server: &str) -> Result<Entry, Failure> {
         let mut entry = self.keep(recording, Some(server))?;
         let noted = entry.note_source(recording);
@@ -81,10 +86,10 @@ impl Outbox {
         Ok(entry)
     }
 
-    /// What waits, in the order in which it was kept.
+    /// Returns the pending entries, in the order in which they were added.
     ///
     /// # Errors
-    /// When the folder cannot be read.
+    /// If the folder cannot be read.
     pub fn entries(&self) -> Result<Vec<Entry>, Failure> {
         let read = || -> io::Result<Vec<Entry>> {
             let mut entries = Vec::new();
@@ -100,10 +105,11 @@ impl Outbox {
         read().map_err(|error| Failure::work(format_args!("{}: {error}", self.folder.display())))
     }
 
-    /// Waits until no other program sends from this outbox, and keeps others from it until the answer is dropped.
+    /// Locks the outbox against other processes that send from it, until the returned file is
+    /// dropped; waits for the lock.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// If the file cannot be opened or locked.
     fn alone(&self) -> Result<File, Failure> {
         let file = self.folder.join(".sending");
         let lock = || -> io::Result<File> {
@@ -115,7 +121,7 @@ impl Outbox {
     }
 }
 
-/// An id made of the bytes, so that the same recording is the same entry whatever it is called.
+/// Computes an id from the bytes, so that the same recording is one entry under any file name.
 fn identify(recording: &Path) -> io::Result<String> {
     let (mut file, mut hash, mut piece) = (File::open(recording)?, Sha256::new(), vec![0; 1 << 16]);
     loop {
@@ -129,12 +135,12 @@ fn identify(recording: &Path) -> io::Result<String> {
     Ok(id)
 }
 
-/// Brings the bytes into the outbox and puts them on the disk.
+/// Links or copies a file into the outbox, and syncs it.
 fn take_in(recording: &Path, place: &Path, folder: &Path) -> io::Result<()> {
     if place.exists() {
         return Ok(());
     }
-    // A link to a link would lead nowhere once the first is gone.
+    // A hard link to a symbolic link would dangle once the link's target is deleted.
     let recording = fs::canonicalize(recording)?;
     if fs::hard_link(&recording, place).is_err() {
         let mut copy = Builder::new().prefix(".keeping-").tempfile_in(folder)?;
@@ -147,7 +153,7 @@ fn take_in(recording: &Path, place: &Path, folder: &Path) -> io::Result<()> {
     sync_folder(folder)
 }
 
-/// Makes the names in a folder last, where the system has a way to.
+/// Syncs the names in a folder, on systems that support it.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }

@@ -1,4 +1,5 @@
-//! Sending from the outbox: to which service, with which token, how patiently, and what came of it.
+//! Sends entries of the outbox: chooses the service and its token, retries, and reports the
+//! results.
 
 use std::time::Duration;
 
@@ -14,21 +15,19 @@ use crate::{clock, service};
 /// Longest wait between two tries of one call.
 const LONGEST_WAIT: Duration = Duration::from_secs(60);
 
-/// The services that this call has a token for.
+/// The services for which this call has a token.
 #[derive(Default)]
 pub struct Access(Vec<Service>);
 
 impl Access {
-    /// The service that the call names, before the one that this station is paired with.
-    ///
-    /// # Errors
-    /// When the pairing cannot be read.
+    /// The service named on the command line, followed by the one with which this station is
+    /// paired. A pairing with an invalid token is left out.
     pub fn new(named: Option<Service>, pairing: Option<&Pairing>) -> Self {
         let paired = pairing.and_then(|p| Some(Service::new(&p.server, service::bearer_header(&p.token)?)));
         Self(named.into_iter().chain(paired).collect())
     }
 
-    /// The service for an attempt: a token is only ever sent to the service that gave it.
+    /// Returns the service for an entry: a token is sent only to the service that issued it.
     fn for_entry(&self, entry: &Entry) -> Result<&Service, Trouble> {
         let found = match &entry.note.server {
             Some(server) => self.0.iter().find(|service| service.address == *server),
@@ -40,54 +39,55 @@ impl Access {
     }
 }
 
-/// How long the service may keep an upload to a connection that has died: half a minute of silence, and some more.
+/// Time for which the service may hold an upload for a dead connection: half a minute of silence,
+/// and a margin.
 const HELD_FOR: Duration = Duration::from_secs(40);
-/// Longest wait meanwhile.
+/// Longest wait in that time.
 const HELD_WAIT: Duration = Duration::from_secs(5);
-/// HTTP's word for it.
+/// HTTP status of an upload that is held.
 const LOCKED: u16 = 423;
 
 /// HTTP status of a recording that must not be kept.
 const UNWANTED: u16 = 451;
 
-/// How often one call tries, and how long it waits.
+/// Number of retries of one call, and the wait between them.
 #[derive(Clone, Copy, Debug)]
 pub struct Patience {
-    /// Tries after the first that bring nothing. One that brings the upload forward is not counted.
+    /// Number of retries without progress. A try with progress resets the count.
     pub retries: u32,
-    /// Wait before the first of them; it doubles with each.
+    /// Wait before the first retry; doubled each time.
     pub first_wait: Duration,
 }
 
-/// What became of an attempt.
+/// The result of sending an entry.
 #[derive(Debug, Serialize)]
 pub struct Delivery {
-    /// The file, as the call named it or as it was called when it was kept.
+    /// Name of the recording's file when it was added; for answers, a description.
     pub recording: String,
     /// Its id in the outbox.
     pub id: String,
-    /// The service has it on its disk.
+    /// Whether the service has stored it.
     pub delivered: bool,
-    /// The session it has become.
+    /// Id of the session that it became; for answers, of the session that they are about.
     pub session_id: Option<String>,
-    /// It will never be taken.
+    /// Whether the service has rejected it permanently.
     pub refused: bool,
-    /// The last HTTP status of a refusal; absent when there was no answer.
+    /// HTTP status of the last error; `None` without a response.
     pub status: Option<u16>,
-    /// How often it was tried.
+    /// Number of tries.
     pub tries: u32,
-    /// What was said, in words.
+    /// The result or error, for the user.
     pub detail: String,
 }
 
 impl Delivery {
-    /// The recording was deleted because the service refuses to have it kept.
+    /// Whether the recording was deleted because the service answered that it must not be kept.
     pub fn is_removed(&self) -> bool {
         self.status == Some(UNWANTED)
     }
 }
 
-/// Sends attempts, one after the other, while no other program does.
+/// Sends entries, one after the other, while it holds the outbox's lock.
 pub struct Post<'a> {
     access: &'a Access,
     patience: Patience,
@@ -95,18 +95,19 @@ pub struct Post<'a> {
 }
 
 impl<'a> Post<'a> {
-    /// Begins to send from an outbox; waits until nobody else does.
+    /// Starts sending from an outbox; waits until no other process does.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// If the outbox cannot be locked.
     pub fn open(outbox: &Outbox, access: &'a Access, patience: Patience) -> Result<Self, Failure> {
         Ok(Self { access, patience, _alone: outbox.alone()? })
     }
 
-    /// Sends an attempt and takes it out of the outbox, or notes there why not.
+    /// Sends an entry and deletes it from the outbox, or notes the error there.
     ///
     /// # Errors
-    /// When the outbox cannot be written to. What was delivered then is delivered again, which the service notices.
+    /// If the outbox cannot be written to. A delivered entry is then sent again, which the service
+    /// detects.
     pub fn send(&self, entry: &mut Entry) -> Result<Delivery, Failure> {
         let (tries, sent) = self.persevere(entry);
         let noted = match &sent {
@@ -148,7 +149,8 @@ impl<'a> Post<'a> {
             if trouble.outlook != Outlook::Soon || left == 0 {
                 return (tries, Err(trouble));
             }
-            // Our own last connection may hold the upload still: that passes, and is no failure of the service.
+            // A dead connection of our own may still hold the upload. That ends by itself and uses
+            // up no retry.
             let is_held = trouble.status == Some(LOCKED) && begun.elapsed() < HELD_FOR;
             if is_held {
                 wait = wait.min(HELD_WAIT);
@@ -162,10 +164,10 @@ impl<'a> Post<'a> {
 }
 
 impl Outbox {
-    /// Sends every attempt that is due; what came of each.
+    /// Sends every due entry; returns the results.
     ///
     /// # Errors
-    /// When the outbox cannot be read or written to.
+    /// If the outbox cannot be read or written to.
     pub fn send_due(&self, access: &Access, patience: Patience) -> Result<Vec<Delivery>, Failure> {
         let post = Post::open(self, access, patience)?;
         let now = clock::now();

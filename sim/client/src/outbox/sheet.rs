@@ -1,7 +1,9 @@
-//! Answers to a survey after an attempt: saved while they are given, then kept until the service has them.
+//! Answers to a survey after an attempt: saved while they are entered, then kept until the service
+//! has stored them.
 //!
-//! While somebody answers, the file is a draft that only its window changes. Once they have sent it or gone away it gets
-//! another name, and nothing changes it any more: so what is sent is what is deleted.
+//! While the survey is open, the file is a draft that only its window changes. When the answers are
+//! sent or the window is left, the file is renamed and never changes again: the file that is
+//! deleted is the one that was sent.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -20,36 +22,37 @@ use super::{Entry, ID_DIGITS, Outbox};
 use crate::exit::Failure;
 use crate::service::{Outlook, Service, Trouble, ask_service};
 
-/// What answers that wait end in.
+/// File extension of pending answers.
 pub(super) const ANSWERS: &str = "answers";
-/// What answers end in while they are given.
+/// File extension of answers that are being entered.
 const DRAFT: &str = "draft";
 
 /// Answers of one person to one survey.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AnswerSheet {
-    /// The attempt after which they were given.
+    /// Session of the attempt after which they were given.
     pub session: Uuid,
     /// The survey.
     pub survey: Uuid,
-    /// Makes them one response however often they are sent, and is the way back to it: 64 hexadecimal digits.
+    /// Identifies the response, so that sending it twice stores it once, and gives access to it
+    /// later: 64 hexadecimal digits.
     pub secret: String,
-    /// In which language.
+    /// Language code.
     pub language: String,
-    /// By item.
+    /// Answers by item id.
     pub answers: BTreeMap<String, Answer>,
-    /// They are final.
+    /// Whether they are final.
     pub sent: bool,
 }
 
 impl AnswerSheet {
-    /// An empty one, with a secret of its own.
+    /// Creates an empty sheet with a new secret.
     pub fn new(session: Uuid, survey: Uuid, language: &str) -> Self {
         let secret = format!("{}{}", Uuid::new_v4().simple(), Uuid::new_v4().simple());
         Self { session, survey, secret, language: language.to_owned(), answers: BTreeMap::new(), sent: false }
     }
 
-    /// Its file in a folder. The name does not tell the secret.
+    /// Returns the path of its file in a folder. The name is a hash and does not reveal the secret.
     fn place(&self, folder: &Path, extension: &str) -> PathBuf {
         let mut id = HEXLOWER.encode(&Sha256::digest(self.secret.as_bytes()));
         id.truncate(ID_DIGITS);
@@ -58,10 +61,10 @@ impl AnswerSheet {
 }
 
 impl Outbox {
-    /// Saves answers that are still given.
+    /// Saves answers that are being entered.
     ///
     /// # Errors
-    /// When the disk refuses: what was saved before is still there.
+    /// If writing fails; the last saved draft is unchanged.
     pub fn save_draft(&self, sheet: &AnswerSheet) -> Result<(), Failure> {
         let write = || -> io::Result<()> {
             let mut new = Builder::new().prefix(".answers-").tempfile_in(&self.folder)?;
@@ -73,10 +76,10 @@ impl Outbox {
         write().map_err(|error| self.refuses(&error))
     }
 
-    /// Forgets answers that were given and not sent.
+    /// Deletes answers that were not sent.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// If the file cannot be deleted.
     pub fn forget_draft(&self, sheet: &AnswerSheet) -> Result<(), Failure> {
         match fs::remove_file(sheet.place(&self.folder, DRAFT)) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(self.refuses(&error)),
@@ -84,10 +87,10 @@ impl Outbox {
         }
     }
 
-    /// Keeps answers that nobody changes any more, to be sent to a service.
+    /// Adds answers that do not change any more to the outbox, to be sent to a service.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// If writing fails.
     pub fn keep_answers(&self, sheet: &AnswerSheet, server: &str) -> Result<Entry, Failure> {
         self.save_draft(sheet)?;
         let place = sheet.place(&self.folder, ANSWERS);
@@ -99,10 +102,10 @@ impl Outbox {
         keep().map_err(|error| self.refuses(&error))
     }
 
-    /// Keeps what was being answered when this program was last killed.
+    /// Adds drafts that a killed process has left to the outbox.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// If a file cannot be renamed.
     pub fn take_up_drafts(&self) -> Result<(), Failure> {
         let take_up = || -> io::Result<()> {
             for found in fs::read_dir(&self.folder)? {
@@ -121,13 +124,13 @@ impl Outbox {
     }
 }
 
-/// Sends answers once; the attempt that they are about.
+/// Sends answers once; returns the session that they are about.
 pub(super) fn deliver(service: &Service, file: &Path) -> Result<String, Trouble> {
     let sheet = fs::read(file).map_err(|error| Trouble::new(Outlook::Later, format_args!("the outbox: {error}")))?;
     let spoilt = |error| Trouble::new(Outlook::Never, format_args!("the answers are spoilt: {error}"));
     let sheet: AnswerSheet = serde_json::from_slice(&sheet).map_err(spoilt)?;
     let address = format!("{}/api/v1/sessions/{}/survey/{}", service.address, sheet.session, sheet.survey);
-    // Nobody reaches the first question without consent.
+    // The first question is shown only after the consent.
     let given = json!({
         "secret": sheet.secret,
         "language": sheet.language,
@@ -140,7 +143,7 @@ pub(super) fn deliver(service: &Service, file: &Path) -> Result<String, Trouble>
     let taken = reply.status == 200 && reply.json().is_some_and(|said| said.get("state").is_some());
     match (taken, reply.status) {
         (true, _) => Ok(sheet.session.to_string()),
-        // The survey was closed before the attempt: it never opens for it again.
+        // The survey was closed before the attempt and never opens for it again.
         (false, 410) => Err(Trouble { outlook: Outlook::Never, ..reply.trouble() }),
         (false, _) => Err(reply.trouble()),
     }

@@ -1,4 +1,4 @@
-//! The client's side of tus 1.0.0: begin, ask how far, send a piece.
+//! The client of the tus 1.0.0 protocol: creates an upload, queries its offset, sends a piece.
 
 use data_encoding::BASE64;
 use sha2::{Digest, Sha256};
@@ -12,18 +12,18 @@ use crate::service::{Outlook, Reply, Service, Trouble, ask_service};
 const VERSION: (&str, &str) = ("Tus-Resumable", "1.0.0");
 const PIECE_TYPE: &str = "application/offset+octet-stream";
 
-/// How an upload stands.
+/// State of an upload.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum UploadStanding {
-    /// The service does not know it, or no longer.
+    /// The service does not know it, or not any more.
     Gone,
-    /// So many bytes are on the service's disk.
+    /// Number of bytes that the service has stored.
     At(u64),
-    /// The service has made this session of it.
+    /// Id of the session that the service has made of it.
     Session(String),
 }
 
-/// Begins an upload of `length` bytes; its id.
+/// Creates an upload of `length` bytes; returns its id.
 pub fn begin_upload(service: &Service, name: &str, length: u64) -> Result<String, Trouble> {
     let address = format!("{}/api/v1/uploads", service.address);
     let asked = signed_request(service.agent.post(&address), service)
@@ -33,18 +33,19 @@ pub fn begin_upload(service: &Service, name: &str, length: u64) -> Result<String
         .send_empty();
     let reply = ask_service(&address, asked)?;
     let id = match (reply.status, reply.header("location")) {
-        // Only the id is taken: the token goes to no address but the one we were given.
+        // Only the id is used, so that the token is sent to no address but the configured one.
         (201, Some(location)) => location.rsplit('/').next().filter(|id| is_plain(id)).map(str::to_owned),
         _ => None,
     };
     id.ok_or_else(|| strange_answer(&reply, 201, "without an upload"))
 }
 
+/// Whether an id is safe as a part of an address's path.
 fn is_plain(id: &str) -> bool {
     !id.is_empty() && id.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_')
 }
 
-/// Asks how an upload stands.
+/// Queries the state of an upload.
 pub fn ask_upload_standing(service: &Service, id: &str) -> Result<UploadStanding, Trouble> {
     let address = upload_address(service, id);
     let asked = signed_request(service.agent.head(&address), service).call();
@@ -56,7 +57,8 @@ pub fn ask_upload_standing(service: &Service, id: &str) -> Result<UploadStanding
     }
 }
 
-/// Sends a piece that begins at `offset`. An empty one asks the service to make an attempt of what it has.
+/// Sends a piece that begins at `offset`. An empty one asks the service to make a session of the
+/// stored bytes.
 pub fn send_upload_piece(service: &Service, id: &str, offset: u64, piece: &[u8]) -> Result<UploadStanding, Trouble> {
     let address = upload_address(service, id);
     let asked = signed_request(service.agent.patch(&address), service)
@@ -74,7 +76,8 @@ pub fn send_upload_piece(service: &Service, id: &str, offset: u64, piece: &[u8])
             None => Err(strange_answer(&reply, 204, "without an offset")),
         },
         404 | 410 => Ok(UploadStanding::Gone),
-        // Another offset, which asking again settles; or another recording of this session, and then it is gone.
+        // Either the offset differs, which a new query resolves, or the service has another
+        // recording of this session and has deleted the upload.
         409 => match ask_upload_standing(service, id)? {
             UploadStanding::Gone => Err(reply.trouble()),
             _ => Err(Trouble { outlook: Outlook::Soon, ..reply.trouble() }),
@@ -83,7 +86,7 @@ pub fn send_upload_piece(service: &Service, id: &str, offset: u64, piece: &[u8])
     }
 }
 
-/// A request with what every one carries: the protocol's version and our token.
+/// Adds the headers of every request: the protocol's version and the token.
 fn signed_request<B>(request: RequestBuilder<B>, service: &Service) -> RequestBuilder<B> {
     request.header(VERSION.0, VERSION.1).header(AUTHORIZATION, &service.token)
 }
@@ -99,7 +102,8 @@ fn upload_standing(reply: &Reply) -> Option<UploadStanding> {
     reply.header("upload-offset")?.parse().ok().map(UploadStanding::At)
 }
 
-/// A right status with a wrong answer: a portal, a proxy, another program.
+/// The error for an expected status with unexpected headers: a captive portal, a proxy, or another
+/// program.
 fn strange_answer(reply: &Reply, hoped: u16, what: &str) -> Trouble {
     if reply.status != hoped {
         return reply.trouble();

@@ -1,16 +1,17 @@
-//! Two attempts at the same point of their way: aligned by what both went through.
+//! Aligns two attempts in time by the events that both have.
 
 use recording::{Event, EventKind};
 
-/// Times of one recording told in the time of another.
+/// Maps times of one recording to times of another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alignment {
-    /// Times in s at which both were at the same point, in the one and in the other, rising in both.
+    /// Times in s at which both pass the same point, in the one and in the other; both increase.
     knots: Vec<[f64; 2]>,
 }
 
 impl Alignment {
-    /// Aligns by contact, every rupture, confirmation and skin exit that both have, each the first time it happened.
+    /// Aligns by contact, ruptures, confirmation and skin exit that both have, each by its first
+    /// occurrence.
     #[must_use]
     pub fn new(one: &[Event], other: &[Event]) -> Self {
         let mut knots = vec![[0.0, 0.0]];
@@ -26,8 +27,8 @@ impl Alignment {
         Self { knots }
     }
 
-    /// The other's time when the one is at a time in s. Before, between and beyond the common points the other keeps its own
-    /// order: between them it is stretched, beyond them it runs as it was.
+    /// Returns the other's time for a time of the one, in s. Up to the last common point, time is
+    /// interpolated linearly between points; beyond it, the other runs at its own speed.
     #[must_use]
     pub fn other_s(&self, t_s: f64) -> f64 {
         let after = self.knots.partition_point(|knot| knot[0] <= t_s);
@@ -39,7 +40,7 @@ impl Alignment {
     }
 }
 
-/// A point of the way that every attempt may pass.
+/// A point that every attempt may pass.
 #[derive(PartialEq)]
 struct WayPoint {
     kind: EventKind,
@@ -54,14 +55,15 @@ impl WayPoint {
     }
 }
 
-/// When an attempt first passed a point, in s.
+/// Returns the time at which an attempt first passes a point, in s.
 fn first(events: &[Event], point: &WayPoint) -> Option<f64> {
     events.iter().find(|event| WayPoint::at_event(event).as_ref() == Some(point)).map(|event| event.t_s)
 }
 
 #[cfg(test)]
 mod tests {
-    //! A ghost that is not where the other attempt was at the same boundary shows a difference that nobody made.
+    //! Fails if a ghost is not where the other attempt was at the same boundary, which would show a
+    //! difference that does not exist.
 
     use EventKind::{Coaching, Confirm, Contact, TipRupture};
 

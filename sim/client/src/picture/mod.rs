@@ -1,4 +1,4 @@
-//! From an attempt, live or recorded, to the plain data that a picture is drawn from.
+//! Converts an attempt, live or recorded, to the plain data from which a picture is drawn.
 
 mod align;
 mod moment;

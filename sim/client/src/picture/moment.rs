@@ -1,4 +1,5 @@
-//! What a picture shows of an attempt at a moment: everything that has happened so far, told in order.
+//! The state that a picture shows at a moment of an attempt, built from its samples, events and
+//! tents in order.
 
 use std::sync::Arc;
 
@@ -11,13 +12,14 @@ use recording::sample::Sample;
 use recording::tent::Tent;
 use render::frame::{DrawnHub, DrawnPuncture, Frame, Ghost, Orbit, View};
 
-/// A structure that was hit is lit for so long, in s.
+/// Time for which a structure that was hit is highlighted, in s.
 const LIT_S: f64 = 1.5;
-/// A body with something inside is faded this much when the tip is at the target: one that is cut open, and a whole patient.
+/// Fade of a body with structures inside when the tip is at the target: for a block that is cut
+/// open, and for a whole patient.
 const FADED: f64 = 0.5;
 const FADED_PATIENT: f64 = 0.8;
 
-/// What has happened so far.
+/// The state of an attempt so far.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Moment {
     /// Last sample.
@@ -27,7 +29,8 @@ pub struct Moment {
     dents: Dents,
     wounds: Wounds,
     hit: Option<Hit>,
-    /// The needle's orientation at its contact with the skin: tissue holds the shaft to it, however the hand turns the handle.
+    /// Orientation of the needle at its contact with the skin: tissue holds the shaft in it, even
+    /// if the hand turns the handle.
     held: Option<[f64; 4]>,
 }
 
@@ -37,30 +40,31 @@ struct Hit {
     at_s: f64,
 }
 
-/// How it is looked at.
+/// How the picture is viewed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Look {
-    /// From where.
+    /// The selected view.
     pub view: View,
-    /// The person's own turn and zoom.
+    /// The user's rotation and zoom.
     pub orbit: Orbit,
-    /// The planned line, entry and target are drawn.
+    /// Whether the planned line, entry and target are drawn.
     pub guide: bool,
-    /// The body is seen from outside: not cut open, not faded.
+    /// Whether the body is seen from outside: not cut open, not faded.
     pub closed: bool,
-    /// There is something inside to be seen: the body fades as the needle goes deeper.
+    /// Whether there are structures inside, for which the body fades as the needle goes deeper.
     pub anatomy: bool,
 }
 
 impl Look {
-    /// At a scene, with or without the plan: the whole patient where the scene brings one, otherwise a block cut open.
+    /// The default for a scene, with or without the plan: the whole patient if the scene has a skin
+    /// mesh, otherwise a block that is cut open.
     #[must_use]
     pub fn at(scene: &Scene, guide: bool) -> Self {
         let view = if scene.skin.is_some() { View::Patient } else { View::Whole };
         Self { guide, view, anatomy: !scene.structures.is_empty(), ..Self::default() }
     }
 
-    /// How far the body is faded with the tip at the target.
+    /// Fade of the body with the tip at the target, 0 to 1.
     fn most_faded(&self) -> f64 {
         match (self.anatomy && !self.closed, self.view) {
             (false, _) => 0.0,
@@ -71,7 +75,8 @@ impl Look {
 }
 
 impl Moment {
-    /// Nothing has happened: the needle waits above its planned entry, over layers of a patient's thickness, or of the scene's where none was drawn.
+    /// The state before the first tick: the needle is above its planned entry. Layers have the
+    /// patient's thickness, in mm, or the scene's if it is missing.
     #[must_use]
     pub fn before(bundle: &ExerciseBundle, thickness_mm: &[f64]) -> Self {
         let plan = bundle.exercise.plan();
@@ -89,13 +94,13 @@ impl Moment {
         Self { sample, dents, wounds: Wounds::new(bundle, thicknesses_m), ..Self::default() }
     }
 
-    /// Tells of a tick.
+    /// Adds a tick.
     pub fn sample(&mut self, sample: &Sample) {
         self.sample = *sample;
         self.wounds.sample(sample);
     }
 
-    /// Tells of an event. The events of a tick are told after its sample.
+    /// Adds an event. The events of a tick follow its sample.
     pub fn event(&mut self, event: &Event) {
         self.dents.event(event);
         self.wounds.event(event, &self.sample);
@@ -109,37 +114,38 @@ impl Moment {
         }
     }
 
-    /// Tells how the field stands.
+    /// Updates the field.
     pub fn tent(&mut self, tent: &Tent) {
         self.dents.tent(tent);
         self.loads_n.clear();
         self.loads_n.extend(tent.contactor_n.iter().chain(&tent.drag_n));
     }
 
-    /// Boundaries that the tip has gone through in the track that it is in; none outside.
+    /// Returns the number of boundaries that the tip has opened in its current track; `None`
+    /// outside.
     #[must_use]
     pub fn opened(&self) -> Option<u32> {
         self.wounds.open().map(|wound| wound.opened)
     }
 
-    /// The layer that the tip is in, from the skin down; none at or above the skin.
+    /// Returns the layer that the tip is in, from the skin down; `None` at or above the skin.
     #[must_use]
     pub fn layer(&self) -> Option<usize> {
         self.dents.layer(&self.sample)
     }
 
-    /// Where the needle is, to be drawn as a ghost.
+    /// Returns the pose of the needle, for drawing it as a ghost.
     #[must_use]
     pub fn needle(&self) -> Ghost {
         Ghost { tip_m: self.sample.position_m.map(|c| c as f32), orientation: self.orientation() }
     }
 
-    /// How the needle lies: in the tissue as it went in.
+    /// Orientation of the drawn needle: in tissue, that at its contact.
     fn orientation(&self) -> [f32; 4] {
         self.held.unwrap_or(self.sample.orientation).map(|c| c as f32)
     }
 
-    /// The picture's data, of a body in which the target lies at a depth, in m.
+    /// Returns the data of the picture, for a body whose target is at a depth in m.
     #[must_use]
     pub fn frame(&self, look: &Look, target_depth_m: f64) -> Frame {
         let Sample { t_s, position_m, bend_m, .. } = self.sample;
@@ -177,7 +183,8 @@ fn drawn_hub(hub: Hub) -> DrawnHub {
     DrawnHub { open, blood, plunger, drop, fallen_m }
 }
 
-/// A recording told moment by moment, forwards at the cost of what lies between.
+/// Plays a recording moment by moment. Going forwards costs only the ticks in between; going back
+/// starts from the beginning.
 pub struct Telling {
     recording: Arc<Recording>,
     start: Moment,
@@ -185,7 +192,7 @@ pub struct Telling {
     told: Told,
 }
 
-/// How much of each list has been told.
+/// Number of elements of each list that have been played.
 #[derive(Clone, Copy, Default)]
 struct Told {
     samples: usize,
@@ -194,7 +201,7 @@ struct Told {
 }
 
 impl Telling {
-    /// Nothing is told yet.
+    /// Starts before the first sample.
     #[must_use]
     pub fn new(recording: Arc<Recording>, bundle: &ExerciseBundle) -> Self {
         let start = Moment::before(bundle, &recording.session.patient_thickness_mm);
@@ -207,7 +214,7 @@ impl Telling {
         &self.recording
     }
 
-    /// The moment at a time since the start, in s; the last one where the recording has ended.
+    /// Returns the moment at a time since the start, in s; after the end, the last one.
     pub fn at(&mut self, t_s: f64) -> &Moment {
         if t_s < self.moment.sample.t_s {
             (self.moment, self.told) = (self.start.clone(), Told::default());
@@ -232,7 +239,8 @@ impl Telling {
 
 #[cfg(test)]
 mod tests {
-    //! A picture that forgets a hole, lights a structure for ever or bleeds before the skin is open shows what did not happen.
+    //! Fails if a picture loses a hole, highlights a structure for ever, or bleeds before the skin
+    //! is open.
 
     use documents::Patient;
     use law::operator::Plan;
@@ -277,7 +285,7 @@ mod tests {
         assert!((drawn(&moment) - 0.96).abs() < 1e-6);
     }
 
-    /// A needle that goes 10 mm deep, comes out, and goes in again elsewhere.
+    /// A needle that goes 10 mm deep, comes out, and enters again elsewhere.
     fn twice() -> Moment {
         let mut moment = Moment::default();
         moment.sample(&sample(0.0, 0.5));
@@ -300,7 +308,7 @@ mod tests {
         assert!((frame.punctures[0].axis[2] + 1.0).abs() < 1e-6, "half a turn about x points down");
     }
 
-    /// What the browser's frames are held to as well (`web-admin/model/src/replay/frames.rs`).
+    /// The browser's frames have the same test (`web-admin/model/src/replay/frames.rs`).
     #[test]
     fn hub_and_wounds_are_as_the_attempt_has_them() {
         let mut moment = twice();
@@ -325,7 +333,7 @@ mod tests {
         assert_eq!(moment.frame(&Look::default(), 0.02).touched, None);
     }
 
-    /// In past every boundary, and out, at 5 mm/s, leaning as planned.
+    /// An insertion past every boundary and a withdrawal, at 5 mm/s along the planned axis.
     fn attempt(bundle: &ExerciseBundle, specimen: &Specimen, patient: &Patient) -> Recording {
         let path = documents::spec_along_path(specimen.spec().axial.clone(), &bundle.exercise.incidence());
         let last_m = law::closed_form::predict_ruptures(&path).last().map_or(0.03, |rupture| rupture.x_m);
@@ -342,14 +350,14 @@ mod tests {
         Recording::read(writer.finish().expect("memory").as_slice()).expect("just written")
     }
 
-    /// The same attempt as a simulator of before recorded it.
+    /// The same attempt as an older simulator recorded it, whose field followed the forces.
     fn as_before(recording: &Recording, specimen: &Specimen) -> Recording {
         let mut tissue = attempt::tick::TickedAttempt::following(specimen, Follows::Forces);
         let tents = recording.samples.iter().filter_map(|sample| tissue.step(&sample.into()).tent).collect();
         Recording { tents, ..recording.clone() }
     }
 
-    /// The largest disagreement of any frame, in m, and of what the field alone would have shown.
+    /// Returns the largest disagreement of any frame, in m, as shown and with the field alone.
     fn disagreement_m(recording: Recording, bundle: &ExerciseBundle) -> [f64; 2] {
         let duration_s = recording.samples.last().map_or(0.0, |sample| sample.t_s);
         let mut telling = Telling::new(Arc::new(recording), bundle);

@@ -1,4 +1,4 @@
-//! What is constant in the pictures of an attempt.
+//! The constant part of the pictures of an attempt.
 
 use std::path::Path;
 
@@ -17,10 +17,10 @@ use tissue::follow::Profiles;
 use crate::exit::Failure;
 use crate::sources;
 
-/// The stage of an exercise on a patient. The file is named where its tissue is refused.
+/// Builds the stage of an exercise on a patient. `file` is named in errors.
 ///
 /// # Errors
-/// When no model of the tissue can be had.
+/// If no model of the tissue can be made.
 pub fn build_stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) -> Result<Stage, Failure> {
     let ExerciseBundle { exercise, scene, .. } = bundle;
     let spec = specimen.spec();
@@ -36,10 +36,10 @@ pub fn build_stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) ->
     })
 }
 
-/// The stage of a recording's own patient.
+/// Builds the stage of a recording's own patient.
 ///
 /// # Errors
-/// When the law or the tissue refuse the scene.
+/// If the law or the tissue rejects the scene.
 pub fn stage_of_recording(path: &Path, bundle: &ExerciseBundle, recording: &Recording) -> Result<Stage, Failure> {
     let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
     build_stage(path, bundle, &sources::prepare_specimen(path, bundle, &patient)?)
@@ -56,7 +56,7 @@ fn drawn_bend(skin: &Skin) -> DrawnBend {
     }
 }
 
-/// What a trainee is to see of a stage during an attempt.
+/// Returns the part of a stage that a trainee may see during an attempt.
 pub fn hide_what_is_withheld(stage: &Stage, feedback: Feedback) -> Stage {
     Stage { target_m: stage.target_m.filter(|_| feedback.gives(Channel::Target)), ..stage.clone() }
 }
@@ -84,7 +84,7 @@ fn drawn_layers(scene: &Scene, spec: &PunctureSpec) -> Vec<DrawnLayer> {
     .collect()
 }
 
-/// A scene may name a texture that is not known here: it is drawn as muscle, which most of a body is.
+/// Unknown textures are drawn as muscle, the most common tissue.
 fn drawn_material(texture: &str) -> DrawnMaterial {
     match texture {
         "skin" => DrawnMaterial::Skin,
@@ -147,7 +147,8 @@ fn picture_vector(vector: &Vector3<f64>) -> [f32; 3] {
 
 #[cfg(test)]
 mod tests {
-    //! A skin that is drawn elsewhere than the needle meets it shows a needle that hangs in the air.
+    //! Fails if the skin is drawn elsewhere than the needle meets it: the needle would seem to hang
+    //! in the air.
 
     use super::*;
 

@@ -1,4 +1,5 @@
-//! The picture inside the window: drawn into a texture of our own, because a window's surface is not sRGB, and shown as an image.
+//! The picture inside the window: rendered into a texture of its own, since a window's surface is
+//! not sRGB, and shown as an image.
 
 use eframe::egui::{self, Response, Sense, TextureId, Ui, Vec2};
 use eframe::egui_wgpu::RenderState;
@@ -7,12 +8,13 @@ use render::camera::Camera;
 use render::frame::{Frame, Stage};
 use render::{Governor, Quality, Renderer, StageError};
 
-/// The budget of a frame at 60 Hz, in s.
+/// Time budget of a frame at 60 Hz, in s.
 const BUDGET_S: f32 = 1.0 / 60.0;
-/// A processor that stands in for a graphics card is given more, in s: ten pictures a second are still a film.
+/// Time budget of a frame with software rendering, in s: ten frames a second still look like
+/// motion.
 const SOFTWARE_BUDGET_S: f32 = 0.1;
 
-/// A picture and what draws it.
+/// The picture and its renderer.
 pub struct Canvas {
     state: RenderState,
     renderer: Renderer,
@@ -20,7 +22,7 @@ pub struct Canvas {
     shown: Option<Shown>,
 }
 
-/// The texture that is shown, of a size in pixels.
+/// The texture shown; the size is in pixels.
 struct Shown {
     view: wgpu::TextureView,
     id: TextureId,
@@ -28,7 +30,7 @@ struct Shown {
 }
 
 impl Canvas {
-    /// Draws on the window's own adapter.
+    /// Renders with the window's own adapter.
     pub fn new(state: &RenderState) -> Self {
         let software = state.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
         let (best, budget_s) = if software { (Quality::Medium, SOFTWARE_BUDGET_S) } else { (Quality::Full, BUDGET_S) };
@@ -37,25 +39,25 @@ impl Canvas {
         Self { state: state.clone(), renderer, governor, shown: None }
     }
 
-    /// Takes what is constant in the pictures to come.
+    /// Sets the constant part of the following pictures.
     ///
     /// # Errors
-    /// When it cannot be drawn.
+    /// If it cannot be drawn.
     pub fn set_stage(&mut self, stage: &Stage) -> Result<(), StageError> {
         self.renderer.set_stage(stage)
     }
 
-    /// The step of quality that it draws at.
+    /// Returns the current level of quality.
     pub fn quality(&self) -> Quality {
         self.governor.quality()
     }
 
-    /// From where a frame is seen.
+    /// Returns the camera of a frame.
     pub fn camera(&self, frame: &Frame) -> Camera {
         self.renderer.camera(frame)
     }
 
-    /// Draws a frame over all the room there is. It steps down rather than stutter.
+    /// Draws a frame over all available space. The quality is lowered if frames take too long.
     pub fn show(&mut self, ui: &mut Ui, frame: &Frame) -> Response {
         let room = ui.available_size().max(Vec2::splat(1.0));
         self.governor.took(ui.input(|input| input.unstable_dt));
@@ -66,7 +68,7 @@ impl Canvas {
         ui.add(egui::Image::new((id, room)).sense(Sense::click_and_drag()))
     }
 
-    /// The texture for a size in pixels.
+    /// Returns the texture for a size in pixels.
     fn texture(&mut self, size: [u32; 2]) -> TextureId {
         self.renderer.resize(size, self.governor.quality());
         if let Some(shown) = self.shown.as_ref().filter(|shown| shown.size == size) {

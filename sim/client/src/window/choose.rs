@@ -1,4 +1,4 @@
-//! Before an attempt: the exercises there are, and the briefing of the one that is chosen.
+//! Before an attempt: the list of exercises, and the briefing of the chosen one.
 
 use assessment::learning::{Mastery, Reached};
 use documents::{Exercise, Wording};
@@ -14,39 +14,39 @@ use crate::live::desk::Listed;
 use crate::live::history::{History, Tally};
 use crate::shelf::{Broken, Offer, Shelf};
 
-/// What the person decides on the briefing.
+/// The user's decision on the briefing.
 pub enum Decision {
-    /// Nothing yet.
+    /// No decision yet.
     Stay,
-    /// Begin.
+    /// Begin the attempt.
     Begin,
-    /// Another exercise.
+    /// Choose another exercise.
     Back,
 }
 
-/// A page to read, with margins.
+/// A page of text, with margins.
 fn reading_page(ui: &Ui) -> egui::Frame {
     egui::Frame::central_panel(ui.style()).inner_margin(egui::Margin::symmetric(48, 32))
 }
 
-/// What the list is made of.
+/// The content of the list.
 pub struct ExerciseChoice<'a> {
-    /// What there is to practise.
+    /// The catalogue of exercises.
     pub shelf: &'a Shelf,
-    /// What was practised here before.
+    /// Earlier attempts at this station.
     pub history: &'a History,
-    /// Who says what is to be practised.
+    /// The source of the assignments.
     pub listing: Listing<'a>,
 }
 
-/// Who says what is to be practised.
+/// The source of the assignments.
 #[derive(Clone, Copy)]
 pub enum Listing<'a> {
-    /// Nobody: what lies here.
+    /// No school: all exercises of the catalogue.
     Here,
-    /// The school of whoever has signed in.
+    /// The school of the signed-in trainee.
     School(&'a [Listed]),
-    /// The study of a guest, who sees nothing else.
+    /// The study of a guest, who sees no other exercises.
     Study(&'a [Listed]),
 }
 
@@ -60,13 +60,14 @@ impl<'a> Listing<'a> {
 }
 
 impl ExerciseChoice<'_> {
-    /// What the school lists of an exercise.
+    /// Returns the school's entry for an exercise.
     fn listed(&self, exercise: &Exercise) -> Option<&Listed> {
         self.listing.listed()?.iter().find(|listed| listed.exercise_id == exercise.id)
     }
 
-    /// Whether an exercise opens those that ask for it: mastered for the school, or by the course's own rule on this machine without one.
-    /// What a learning curve has declared once stays open.
+    /// Whether an exercise fulfils the prerequisite of others: it is mastered according to the
+    /// school, or without a school by the course's own rule on the attempts at this machine.
+    /// Mastery found by a learning curve fulfils it for good, even if later attempts regress.
     fn opens(&self, exercise_id: &str, mastery: &Mastery) -> bool {
         match self.listing.listed() {
             Some(listed) => listed.iter().any(|listed| listed.exercise_id == exercise_id && listed.mastered),
@@ -77,7 +78,8 @@ impl ExerciseChoice<'_> {
         }
     }
 
-    /// The heading that an exercise stands under: what is due first, then its course with how much of that is mastered.
+    /// Returns the heading of an exercise's group: due ones, or its course with the number of
+    /// mastered exercises.
     fn heading(&self, offer: &Offer) -> String {
         if self.listed(&offer.bundle.exercise).is_some_and(|listed| listed.due) {
             return tr!("To do").to_owned();
@@ -92,7 +94,7 @@ impl ExerciseChoice<'_> {
         tr!("{course}: {mastered} of {all} mastered", course = title, mastered = mastered, all = all)
     }
 
-    /// Place in the course, progress, and what is to be mastered first.
+    /// Describes the place in the course, the progress, and the exercises to master first.
     fn facts(&self, offer: &Offer) -> String {
         let exercise = &offer.bundle.exercise;
         let course = offer.course.as_ref();
@@ -109,7 +111,7 @@ impl ExerciseChoice<'_> {
             None if self.listing.listed().is_some() => tr!("not among your school's exercises").to_owned(),
             None => say_standing(&self.history.tally(&exercise.id), course.map(|course| course.mastery)),
         };
-        // What the school has opened is open, whatever came before it.
+        // An exercise that is due at the school is open, regardless of its prerequisites.
         let asked = course.into_iter().filter(|_| listed.is_none_or(|listed| !listed.due));
         let asked = asked.flat_map(|course| course.prerequisites.iter().map(|id| (id, &course.mastery)));
         let missing: Vec<&str> =
@@ -118,7 +120,7 @@ impl ExerciseChoice<'_> {
         place.into_iter().chain([progress]).chain(first).collect::<Vec<_>>().join(" · ")
     }
 
-    /// Whether whoever sits here may practise it.
+    /// Whether the current user may practise an exercise.
     fn is_offered(&self, exercise: &Exercise) -> bool {
         !matches!(self.listing, Listing::Study(_)) || self.listed(exercise).is_some()
     }
@@ -129,7 +131,7 @@ impl ExerciseChoice<'_> {
     }
 }
 
-/// What became of the attempts on this machine, in words, and how far that is from mastery in a course.
+/// Describes the results of the attempts at this machine, and the distance to mastery in a course.
 fn say_standing(Tally { passed, best }: &Tally, mastery: Option<Mastery>) -> String {
     let passes = passed.iter().filter(|passed| **passed).count();
     let tried = match passed.len() {
@@ -174,7 +176,8 @@ fn say_distance(mastery: &Mastery, passed: &[bool]) -> String {
     }
 }
 
-/// The list of exercises, with a button that opens the settings. Returns the exercise that is chosen.
+/// Shows the list of exercises, with a button that opens the settings; returns the index of the
+/// chosen exercise.
 pub fn choose_exercise(
     ui: &mut Ui,
     choice: &ExerciseChoice<'_>,
@@ -190,13 +193,14 @@ pub fn choose_exercise(
         let exercises = &choice.shelf.exercises;
         let mut order: Vec<usize> =
             (0..exercises.len()).filter(|&at| choice.is_offered(&exercises[at].bundle.exercise)).collect();
-        // Assigned ones first, in the order in which they are due; the others as they were given.
+        // Due exercises first, in the order of the school's list; the others in the order of the
+        // catalogue.
         let due = || choice.listing.listed().unwrap_or_default().iter().filter(|listed| listed.due);
         let place = |at: &usize| {
             let id = exercises.get(*at).map(|offer| offer.bundle.exercise.id.as_str());
             due().position(|due| Some(due.exercise_id.as_str()) == id).unwrap_or(usize::MAX)
         };
-        // Within them course by course, and what belongs to none at the end.
+        // Among the others, those without a course last.
         let course = |at: &usize| exercises.get(*at).is_none_or(|offer| offer.course.is_none());
         order.sort_by_key(|at| (place(at), course(at)));
         let scrolled = ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -223,7 +227,7 @@ pub fn choose_exercise(
     chosen.inner
 }
 
-/// A page's heading, with something else at the other end of its line.
+/// Shows a page's heading, with widgets at the other end of its line.
 fn show_heading(ui: &mut Ui, heading: &str, other_end: impl FnOnce(&mut Ui)) {
     ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
         ui.horizontal(other_end);
@@ -233,7 +237,7 @@ fn show_heading(ui: &mut Ui, heading: &str, other_end: impl FnOnce(&mut Ui)) {
     });
 }
 
-/// A text of a document in the language that the window speaks.
+/// Returns a document's text in the window's language.
 pub fn own_words(text: &Wording) -> &str {
     text.in_language(words::current().code())
 }
@@ -263,7 +267,7 @@ fn exercise_row(ui: &mut Ui, choice: &ExerciseChoice<'_>, offer: &Offer) -> bool
     clicked.inner
 }
 
-/// What could not be read, and why.
+/// Lists the documents that cannot be used, with the reasons.
 fn list_unreadable(ui: &mut Ui, broken: &[Broken]) {
     if broken.is_empty() {
         return;
@@ -278,7 +282,7 @@ fn list_unreadable(ui: &mut Ui, broken: &[Broken]) {
     }
 }
 
-/// Until when an exercise is to be done, in words. Where nobody has set a day it is simply next.
+/// Describes the deadline of an exercise; without one, the exercise is marked as to do.
 fn say_due_time(due: &Listed, now: OffsetDateTime) -> (Color32, String) {
     let Some(at) = due.due_at() else { return (colours::WARN, format!("→ {}", tr!("to do"))) };
     let day = words::dates::date(at.year(), u8::from(at.month()), at.day());
@@ -290,27 +294,27 @@ fn say_due_time(due: &Listed, now: OffsetDateTime) -> (Color32, String) {
     }
 }
 
-/// What is said before an attempt, and what the person may decide.
+/// The content of the briefing.
 pub struct Briefing<'a> {
     /// The exercise.
     pub exercise: &'a Exercise,
     /// Its pictures.
     pub pictures: &'a mut BriefingPictures,
-    /// What will happen with the device, in words.
+    /// Description of the device.
     pub device: &'a str,
-    /// Mouse and keyboard move the needle, unless a device is found.
+    /// Whether mouse and keyboard move the needle, unless a haptic device or a gamepad is found.
     pub by_hand: bool,
-    /// Draw the planned line.
+    /// Whether to show the planned line, entry and target.
     pub guided: &'a mut bool,
-    /// The attempt may begin: who makes it is known.
+    /// Whether the attempt may begin: no sign-in is in progress.
     pub ready: bool,
     /// Why the attempt cannot begin.
     pub error: Option<&'a str>,
-    /// In which language it is said.
+    /// Language of the window.
     pub language: &'a mut WindowLanguage,
 }
 
-/// The briefing.
+/// Shows the briefing; returns the user's decision.
 pub fn show_briefing(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
     let Briefing { exercise, pictures, device, by_hand, guided, ready, error, language } = briefing;
     let decision = egui::Panel::bottom("begin").show(ui, |ui| {
@@ -358,7 +362,8 @@ pub fn show_briefing(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
     decision.inner
 }
 
-/// The text of a briefing is so wide, and so is what stands beside it where there is room for both, in points.
+/// Width of the briefing's text, and of the facts next to it, in points; and the least width at
+/// which both fit side by side.
 const COLUMN: f32 = 540.0;
 const BESIDE: f32 = 2.0 * COLUMN + 60.0;
 
@@ -369,7 +374,7 @@ fn reading_column(ui: &mut Ui, show: impl FnOnce(&mut Ui)) {
     });
 }
 
-/// What is shown while an attempt is prepared, with the share that is made once that takes long.
+/// Shows that an attempt is being prepared, with the completed fraction if that takes long.
 pub fn show_preparing(ui: &mut Ui, share: Option<f32>) {
     egui::CentralPanel::default().show(ui, |ui| {
         ui.vertical_centered(|ui| {
@@ -412,7 +417,8 @@ fn show_exercise_facts(ui: &mut Ui, exercise: &Exercise, device: &str) {
 
 #[cfg(test)]
 mod tests {
-    //! A trainee must see a day that is past for what it is, on their school's clock.
+    //! Fails if a deadline in the past looks like a future one, or is not shown in the school's
+    //! time zone.
 
     use serde_json::json;
     use time::macros::datetime;

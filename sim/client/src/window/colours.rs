@@ -1,29 +1,30 @@
-//! The window's look: colours that can be told apart and read on its dark ground (WCAG contrast above 4.5), and its fonts.
+//! The window's look: distinguishable colours that are readable on its dark background (WCAG
+//! contrast above 4.5), and its fonts.
 
 use eframe::egui::{Color32, Context, FontDefinitions, FontFamily, Margin, Stroke, Style, TextStyle, Theme};
 
-/// What is well.
+/// Success.
 pub const GOOD: Color32 = Color32::from_rgb(122, 204, 138);
-/// What needs attention.
+/// A warning.
 pub const WARN: Color32 = Color32::from_rgb(240, 190, 96);
-/// What is wrong.
+/// An error or a failure.
 pub const BAD: Color32 = Color32::from_rgb(255, 138, 128);
 /// Force.
 pub const FORCE: Color32 = Color32::from_rgb(120, 190, 255);
-/// The ground of panels.
+/// Background of panels.
 const GROUND: Color32 = Color32::from_rgb(24, 29, 34);
-/// Text, and text that matters less.
+/// Text, and secondary text.
 const TEXT: Color32 = Color32::from_rgb(222, 228, 233);
 const WEAK: Color32 = Color32::from_rgb(164, 174, 182);
 
-/// Dresses the window.
+/// Applies the colours and fonts to the window.
 pub fn apply_colours(context: &Context) {
     context.set_theme(Theme::Dark);
     context.set_fonts(window_fonts());
     context.style_mut_of(Theme::Dark, adjust_style);
 }
 
-/// The proportional fonts have few signs of their own: arrows and dots come from the monospaced one.
+/// The proportional fonts lack arrows and dots, which come from the monospaced one.
 fn window_fonts() -> FontDefinitions {
     let mut fonts = FontDefinitions::default();
     if let Some(family) = fonts.families.get_mut(&FontFamily::Proportional) {
@@ -52,7 +53,7 @@ fn adjust_style(style: &mut Style) {
 
 #[cfg(test)]
 mod tests {
-    //! A sign that the fonts lack is drawn as an empty box.
+    //! Fails if the fonts lack a sign, which would be drawn as an empty box.
 
     use eframe::egui::{FontId, RawInput};
 

@@ -1,24 +1,24 @@
-//! What a guest reads before anything is kept of them: what their study asks them to agree to, and what becomes of what they do here.
+//! The consent page of a guest: the consent text of the study, and the use of the data.
 
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 
 use crate::live::desk::StudyTerms;
 
-/// What a guest decides.
+/// A guest's decision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConsentDecision {
-    /// Nothing yet.
+    /// No decision yet.
     Wait,
-    /// They take part.
+    /// The guest takes part.
     Agree,
-    /// They do not: nothing is kept, and their code is as good as before.
+    /// The guest declines: nothing is stored, and the code remains valid.
     Decline,
 }
 
-/// The width of what is to be read, in points.
+/// Width of the text, in points.
 const COLUMN: f32 = 640.0;
 
-/// Shows what a guest is to agree to, in place of the exercises.
+/// Shows the consent page in place of the exercises; returns the guest's decision.
 pub fn ask_consent(ui: &mut Ui, terms: &StudyTerms) -> ConsentDecision {
     let decision = egui::Panel::bottom("consent").show(ui, |ui| {
         ui.add_space(8.0);

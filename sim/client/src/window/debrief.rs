@@ -1,4 +1,4 @@
-//! After an attempt: the score, the three costliest mistakes, the curves, and what comes next.
+//! After an attempt: the score, the three costliest mistakes, the curves, and the next steps.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -21,19 +21,19 @@ use crate::live::{Finished, Kept, LiveTrial};
 use crate::outbox::Outbox;
 use crate::station::Pairing;
 
-/// Mistakes that are shown.
+/// Number of mistakes shown.
 const COSTLIEST: usize = 3;
 
-/// What a debrief knows.
+/// The state of a debrief.
 pub struct Debrief {
-    /// Judged, or still in memory.
+    /// The judged attempt, or the attempt in memory if it could not be saved.
     kept: Result<JudgedAttempt, Rescue>,
     servo: Option<Report>,
     pairing: Option<Pairing>,
     delivery: Option<Call<Phrase>>,
-    /// Why the outbox did not take it.
+    /// Why the outbox failed.
     refused: Option<String>,
-    /// What is asked after this attempt, one after the other.
+    /// Surveys still to be shown after this attempt.
     asked: VecDeque<Arc<AskedSurvey>>,
     survey: Option<Survey>,
 }
@@ -48,9 +48,9 @@ struct JudgedAttempt {
     exercise: Exercise,
 }
 
-/// What is to happen next.
+/// The next step.
 pub enum AfterDebrief {
-    /// Go on.
+    /// Stay on this screen.
     Stay,
     /// Watch the attempt.
     Replay(Arc<Recording>),
@@ -61,10 +61,10 @@ pub enum AfterDebrief {
 }
 
 impl Debrief {
-    /// Judges an attempt that is over; after it the school may ask something.
+    /// Judges a finished attempt, sends it to the school and offers the first survey.
     ///
     /// # Errors
-    /// When the recording cannot be read back.
+    /// If the recording cannot be read back.
     pub fn new(
         trial: &LiveTrial,
         finished: Finished,
@@ -82,7 +82,8 @@ impl Debrief {
         Ok(debrief)
     }
 
-    /// Sends the recording to the school, if this station has joined one and somebody has signed in.
+    /// Sends the recording to the school, if this station has joined one and the recording has a
+    /// pseudonym.
     fn deliver(&mut self) {
         let (Ok(judged), Some(pairing)) = (&self.kept, &self.pairing) else { return };
         if judged.recording.session.trainee.is_empty() {
@@ -98,7 +99,7 @@ impl Debrief {
         }
     }
 
-    /// Offers what is asked next, if anything is.
+    /// Offers the next survey, if there is one.
     fn ask_next(&mut self) {
         let (Ok(judged), Some(pairing)) = (&self.kept, &self.pairing) else { return };
         let session = judged.recording.session.session_id;
@@ -112,7 +113,7 @@ impl Debrief {
         });
     }
 
-    /// What becomes of the recording, in a line.
+    /// Shows the state of the delivery on one line.
     fn delivery_ui(&self, ui: &mut Ui) {
         if let Some(why) = &self.refused {
             ui.colored_label(colours::BAD, format!("× {why}"));
@@ -132,12 +133,12 @@ impl Debrief {
         }
     }
 
-    /// How the attempt was judged, if it was.
+    /// Returns the assessment, if the attempt could be judged.
     pub fn assessment(&self) -> Option<&Assessment> {
         self.kept.as_ref().ok()?.judged.as_ref().ok()
     }
 
-    /// The attempt is on disk. Where it is not, the person is told what leaving it would cost.
+    /// Returns whether the attempt is on disk. If not, warns the user that leaving loses it.
     pub fn may_close(&mut self) -> bool {
         if let Err(rescue) = &mut self.kept {
             rescue.leave();
@@ -145,7 +146,7 @@ impl Debrief {
         self.kept.is_ok()
     }
 
-    /// One frame.
+    /// Shows one frame.
     pub fn ui(&mut self, ui: &mut Ui, trial: &LiveTrial) -> Result<AfterDebrief, Failure> {
         if let Err(rescue) = &mut self.kept {
             let wish = scrolling_page(ui, |ui| rescue.ui(ui));
@@ -181,7 +182,7 @@ impl Debrief {
         next
     }
 
-    /// Does what the person wants of an attempt that is not on disk.
+    /// Carries out the user's decision about an attempt that is not on disk.
     fn rescue(&mut self, wish: RescueWish, trial: &LiveTrial) -> Result<AfterDebrief, Failure> {
         let Err(rescue) = &mut self.kept else { return Ok(AfterDebrief::Stay) };
         match wish {
@@ -201,7 +202,7 @@ impl Debrief {
     }
 }
 
-/// A page with margins that scrolls.
+/// A scrolling page with margins.
 fn scrolling_page<T>(ui: &mut Ui, show: impl FnOnce(&mut Ui) -> T) -> T {
     let frame = egui::Frame::central_panel(ui.style()).inner_margin(egui::Margin::same(24));
     let shown = egui::CentralPanel::default().frame(frame).show(ui, |ui| ScrollArea::vertical().show(ui, show));
@@ -210,7 +211,7 @@ fn scrolling_page<T>(ui: &mut Ui, show: impl FnOnce(&mut Ui) -> T) -> T {
 
 fn show_next_buttons(ui: &mut Ui, judged: &JudgedAttempt) -> AfterDebrief {
     ui.add_space(6.0);
-    // Whoever types an answer does not ask for another attempt.
+    // Keys typed into an answer must not start another attempt.
     let typing = ui.ctx().text_edit_focused();
     let wanted = |ui: &mut Ui, words: &str, key: egui::Key| {
         ui.button(words).clicked() || (!typing && ui.input(|input| input.key_pressed(key)))
@@ -288,7 +289,8 @@ fn show_verdict(ui: &mut Ui, assessment: &Assessment, exercise: &Exercise, enter
         ui.colored_label(colours::BAD, format!("× {words}{}", distance.unwrap_or_default()));
     }
     ui.add_space(6.0);
-    // Where something that is required is missing every line has lost all its points: what it would have cost tells more.
+    // If a requirement is not met, every line has lost all its points; the costs without it are
+    // more informative.
     let ungated = judge_without_requirements(assessment, exercise);
     let deductions = ungated.as_ref().map_or(&assessment.deductions, |ungated| &ungated.deductions);
     let costliest = costliest_deductions(deductions);
@@ -311,7 +313,7 @@ fn show_verdict(ui: &mut Ui, assessment: &Assessment, exercise: &Exercise, enter
     }
 }
 
-/// The same attempt judged as if nothing were required; none where it lacks nothing.
+/// Judges the attempt again without requirements; `None` if all are met.
 fn judge_without_requirements(assessment: &Assessment, exercise: &Exercise) -> Option<Assessment> {
     let is_requirement = |failure: &HardFailure| matches!(failure.cause, FailureCause::Required { .. });
     let ungated = Exercise { required: Some(Required::default()), ..exercise.clone() };
@@ -319,7 +321,8 @@ fn judge_without_requirements(assessment: &Assessment, exercise: &Exercise) -> O
     lacks.then(|| assessment::judge(assessment.metrics.clone(), &ungated, "").ok()).flatten()
 }
 
-/// How far the position was from the target, and how far it may be; none for another failure.
+/// Describes the distance of the position from the target and the allowed distance; `None` for
+/// other failures.
 fn say_distance(failure: &HardFailure, assessment: &Assessment, exercise: &Exercise) -> Option<String> {
     let FailureCause::Required { unmet: UnmetRequirement::Within } = failure.cause else { return None };
     let (error_mm, allowed_mm) = (assessment.value("depth_error_mm")?, exercise.required.as_ref()?.within_mm?);
@@ -331,12 +334,12 @@ fn say_distance(failure: &HardFailure, assessment: &Assessment, exercise: &Exerc
     })
 }
 
-/// Whether so many ticks stalled that the safety chain must have cut the force again and again.
+/// Whether so many ticks stalled that the safety chain must have cut the force repeatedly.
 fn is_too_slow(report: &Report) -> bool {
     report.priority != Priority::Device && report.counts.stalls * 1000 > report.counts.ticks
 }
 
-/// How the servo kept time, for whoever looks after the station.
+/// Describes the servo's timing, for the station's maintainer.
 fn say_servo_report(report: &Report) -> String {
     let priority = match report.priority {
         Priority::RealTime => tr!("real-time priority"),
@@ -365,7 +368,7 @@ fn say_quantiles(quantiles: &Quantiles) -> String {
     words::decimal(&quantiles.to_string())
 }
 
-/// The deductions that cost most, the costliest first; nothing that rounds to no point.
+/// Returns the costliest deductions, in descending order, without those below half a point.
 fn costliest_deductions(deductions: &[Deduction]) -> Vec<&Deduction> {
     let mut cost: Vec<&Deduction> = deductions.iter().filter(|deduction| deduction.points >= 0.5).collect();
     cost.sort_by(|a, b| b.points.total_cmp(&a.points));

@@ -1,4 +1,5 @@
-//! Signing in at a station that has joined a school, by the code from one's own page, or a guest's of a study.
+//! Sign-in at a station that has joined a school: with the code from the trainee's own page, or
+//! with a guest's code of a study.
 
 use std::sync::Arc;
 
@@ -10,21 +11,21 @@ use super::language::WindowLanguage;
 use crate::live::desk::{AskedSurvey, Call, CodeEntry, DeskAnswer, DeskReply, SignedIn, StudyTerms, read, sign_in};
 use crate::station::Pairing;
 
-/// Who sits here.
+/// The session of the station's user.
 #[derive(Default)]
 pub struct Desk {
     code: String,
-    /// The window speaks the language of whoever has signed in.
+    /// Whether the window has switched to the language of the signed-in user.
     greeted: bool,
-    /// What was typed and is asked about: a guest who agrees is asked about once more.
+    /// The code that was sent. It is sent again when a guest agrees.
     entry: CodeEntry,
     pub(super) call: Option<Call<DeskReply>>,
-    /// The exercises that they have practised since.
+    /// Exercises practised since the sign-in.
     practised: Vec<String>,
 }
 
 impl Desk {
-    /// Who has signed in.
+    /// Returns the signed-in user.
     pub fn signed_in(&self) -> Option<SignedIn> {
         match self.call.as_ref().map(read)? {
             DeskAnswer::Came(DeskReply::SignedIn(who)) => Some(who),
@@ -32,7 +33,7 @@ impl Desk {
         }
     }
 
-    /// What a guest is asked to agree to.
+    /// Returns the terms that a guest must agree to.
     fn consent_asked(&self) -> Option<StudyTerms> {
         match self.call.as_ref().map(read)? {
             DeskAnswer::Came(DeskReply::ConsentAsked(terms)) => Some(terms),
@@ -40,12 +41,12 @@ impl Desk {
         }
     }
 
-    /// A guest has to agree before anything else.
+    /// Whether a guest must agree before anything else.
     pub fn asks_consent(&self) -> bool {
         self.consent_asked().is_some()
     }
 
-    /// What a guest is asked, in place of the exercises.
+    /// Shows the consent page in place of the exercises.
     pub fn show_consent(&mut self, ui: &mut Ui, pairing: &Pairing) {
         let Some(terms) = self.consent_asked() else { return };
         match ask_consent(ui, &terms) {
@@ -58,19 +59,19 @@ impl Desk {
         }
     }
 
-    /// Notes an attempt of whoever sits here; says what is asked after it.
+    /// Adds an attempt of the signed-in user; returns the surveys to show after it.
     pub fn note_attempt(&mut self, exercise: &str) -> Vec<Arc<AskedSurvey>> {
         let Some(who) = self.signed_in() else { return Vec::new() };
         self.practised.push(exercise.to_owned());
         who.asked_after(&self.practised)
     }
 
-    /// The school is being asked who this is.
+    /// Whether a sign-in is in progress.
     pub fn is_asking(&self) -> bool {
         matches!(self.call.as_ref().map(read), Some(DeskAnswer::Waiting))
     }
 
-    /// Speaks the language of whoever has just signed in.
+    /// Switches to the language of a user who has just signed in.
     fn greet(&mut self, language: &mut WindowLanguage) {
         if let Some(who) = self.signed_in().filter(|_| !self.greeted) {
             self.greeted = true;
@@ -78,7 +79,7 @@ impl Desk {
         }
     }
 
-    /// The line at the top of the choice and the briefing.
+    /// Shows the line at the top of the list and the briefing.
     pub fn ui(&mut self, ui: &mut Ui, pairing: &Pairing, language: &mut WindowLanguage) {
         self.greet(language);
         let panel = egui::Panel::top("desk");
@@ -115,7 +116,7 @@ impl Desk {
 
     fn ask(&mut self, ui: &mut Ui, pairing: &Pairing) {
         let code = ui.add(TextEdit::singleline(&mut self.code).hint_text(tr!("your sign-in code")).password(true));
-        // The key is taken: the page below must not begin an attempt by it.
+        // Consumes the key, so that the page below does not begin an attempt.
         let entered = code.lost_focus() && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Enter));
         if (entered || ui.button(tr!("Sign in")).clicked()) && !self.code.trim().is_empty() {
             self.entry = CodeEntry { code: std::mem::take(&mut self.code), agreed: None };

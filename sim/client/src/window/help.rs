@@ -1,15 +1,15 @@
-//! How the needle is moved and looked at: before an attempt and during it.
+//! Help on moving and viewing the needle, before and during an attempt.
 
 use eframe::egui::{self, RichText, Ui};
 
-/// Keys and gestures that move the needle of a virtual hand, and what each does.
+/// Keys and gestures that move the needle of a virtual hand, and their effects.
 const MOVES: [(&str, &str); 4] = [
     (sentence!("wheel, drag, ↓ ↑"), sentence!("needle in and out: a notch is 0.75 mm, shift makes keys slower")),
     (sentence!("W A S D, shift + drag"), sentence!("needle aside")),
     (sentence!("I J K L"), sentence!("lean the needle")),
     (sentence!("space"), sentence!("confirm the position")),
 ];
-/// What every device leaves to the keyboard.
+/// Keys that work with every device.
 const LOOKS: [(&str, &str); 5] = [
     (sentence!("1 2 3 4, right drag, 0"), sentence!("view, turn it, back")),
     (sentence!("G"), sentence!("planned line")),
@@ -17,11 +17,12 @@ const LOOKS: [(&str, &str); 5] = [
     (sentence!("ctrl +, ctrl −"), sentence!("larger and smaller text")),
     (sentence!("F3"), sentence!("how computer and device keep time")),
 ];
-/// The same in a line, on the picture.
+/// The same on one line, for the picture.
 pub const IN_A_LINE: &str =
     sentence!("wheel or ↓ ↑: in, out · W A S D: aside · I J K L: lean · space: confirm · F11: full screen");
 
-/// Whether figures for whoever looks after the station are shown: F3 shows and hides them, in every page of the window.
+/// Whether figures for the station's maintainer are shown: F3 shows and hides them on every page of
+/// the window.
 pub fn shows_figures(ui: &Ui) -> bool {
     let id = egui::Id::unique("station figures");
     let pressed = ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::F3));
@@ -32,7 +33,7 @@ pub fn shows_figures(ui: &Ui) -> bool {
     })
 }
 
-/// Before an attempt.
+/// Shows the help before an attempt.
 pub fn how_to_move(ui: &mut Ui, by_hand: bool) {
     ui.label(RichText::new(tr!("How to move")).strong());
     if !by_hand {
@@ -44,7 +45,7 @@ pub fn how_to_move(ui: &mut Ui, by_hand: bool) {
     keys(ui, by_hand);
 }
 
-/// The keys, as a table.
+/// Shows the keys as a table.
 pub fn keys(ui: &mut Ui, by_hand: bool) {
     let moves = MOVES.iter().filter(|_| by_hand);
     ui.spacing_mut().interact_size.y = 0.0;

@@ -1,10 +1,11 @@
-//! In which language the window speaks.
+//! The language of the window.
 
 use eframe::egui::Ui;
 use words::Language;
 
-/// What decides it: the person's choice in the window, then the one on the command line, then what the school knows of whoever has signed
-/// in, then the system's; English where none of them says one that the window speaks.
+/// The sources of the language, in order of precedence: the user's choice in the window, the
+/// command line, the school's setting for the signed-in user, the system. English if none of them
+/// is a supported language.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WindowLanguage {
     chosen: Option<Language>,
@@ -14,24 +15,25 @@ pub struct WindowLanguage {
 }
 
 impl WindowLanguage {
-    /// Of a window that is opened with what its command line asks for.
+    /// The sources for a new window, with the language given on the command line.
     #[must_use]
     pub fn new(asked: Option<Language>) -> Self {
         Self { asked, system: find_system_language(sys_locale::get_locales()), ..Self::default() }
     }
 
-    /// The language to speak now.
+    /// Returns the current language.
     #[must_use]
     pub fn spoken(&self) -> Language {
         self.chosen.or(self.asked).or(self.known).or(self.system).unwrap_or(Language::ENGLISH)
     }
 
-    /// Somebody signs in or out, of whom the school knows a language or none. What the one before them chose is theirs no more.
+    /// Resets the choice when a user signs in or out. `known` is the school's setting for the new
+    /// user.
     pub fn change_person(&mut self, known: Option<Language>) {
         (self.chosen, self.known) = (None, known);
     }
 
-    /// The languages by their own names, to choose from.
+    /// Shows the languages by their own names, to choose from.
     pub fn ui(&mut self, ui: &mut Ui) {
         let spoken = self.spoken();
         for language in Language::all() {
@@ -42,7 +44,7 @@ impl WindowLanguage {
     }
 }
 
-/// The first language that a system's user wants and the window speaks. A system without one speaks as programs are written.
+/// Returns the first supported language of the system's locales. `C` and `POSIX` stand for English.
 fn find_system_language(mut locales: impl Iterator<Item = String>) -> Option<Language> {
     locales.find_map(|locale| match locale.as_str() {
         "C" | "POSIX" => Some(Language::ENGLISH),
@@ -52,7 +54,8 @@ fn find_system_language(mut locales: impl Iterator<Item = String>) -> Option<Lan
 
 #[cfg(test)]
 mod tests {
-    //! A person must be able to get their language whatever the machine thinks, and must not leave it to the next one.
+    //! Fails if the system prevents users from choosing their language, or if the choice is kept
+    //! for the next user.
 
     use super::*;
 

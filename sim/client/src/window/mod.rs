@@ -1,4 +1,4 @@
-//! The window: choose, be briefed, puncture, be debriefed, watch again.
+//! The window: choice of an exercise, briefing, attempt, debrief, replay.
 
 mod canvas;
 mod choose;
@@ -55,45 +55,45 @@ use crate::{picture, sources};
 /// Servo rate, in Hz.
 const TICK_HZ: f64 = 1000.0;
 
-/// What a station is set up with.
+/// The set-up of a station.
 pub struct Station {
-    /// Exercises to choose from.
+    /// The catalogue of exercises.
     pub shelf: Shelf,
-    /// What was practised here before.
+    /// Earlier attempts at this station.
     pub history: History,
     /// The school that this station has joined.
     pub pairing: Option<Pairing>,
-    /// By what it signs what a person does at it.
+    /// The key that signs the attempts of signed-in trainees.
     pub key: Option<Arc<StationKey>>,
-    /// Which device.
+    /// The choice of a device.
     pub device: open::DeviceChoice,
     /// Where haptic devices are.
     pub devices: DeviceArgs,
-    /// Where recordings are kept.
+    /// Folder for recordings.
     pub folder: PathBuf,
-    /// Pseudonym of whoever practises without signing in, or empty.
+    /// Pseudonym for practice without a sign-in, or empty.
     pub trainee: String,
-    /// Draws the patient and a virtual operator's hand.
+    /// Seed of the patient and of a virtual operator's hand.
     pub seed: u64,
-    /// Draw the planned line.
+    /// Whether to show the planned line, entry and target.
     pub guided: bool,
-    /// In which language the window speaks.
+    /// Language of the window.
     pub language: WindowLanguage,
-    /// What the person has set.
+    /// The user's settings.
     pub settings: Settings,
 }
 
-/// A bar of a wait is drawn anew after so long.
+/// Interval at which a progress bar is redrawn.
 const BEAT: Duration = Duration::from_millis(33);
 
-/// What is shown now.
+/// The current screen.
 enum Screen {
     Choose,
     Briefing {
         at: usize,
         error: Option<String>,
     },
-    /// An attempt is being prepared, which takes a moment.
+    /// An attempt is being prepared.
     Preparing {
         at: usize,
         preparation: Preparation,
@@ -107,7 +107,7 @@ enum Screen {
         debrief: Box<Debrief>,
         trial: Arc<live::LiveTrial>,
     },
-    /// A replay, and the debrief it goes back to.
+    /// A replay, and the screen to return to.
     Replay {
         replay: Box<Replay>,
         back: Option<Box<Screen>>,
@@ -119,13 +119,13 @@ struct Window {
     station: Option<Station>,
     language: WindowLanguage,
     desk: Desk,
-    /// What the briefing that was opened last shows.
+    /// Pictures of the briefing that was opened last.
     pictures: BriefingPictures,
     screen: Screen,
     canvas: Canvas,
-    /// What is constant in the pictures of the last attempt, with nothing withheld.
+    /// The constant part of the pictures of the last attempt, with nothing hidden.
     stage: Stage,
-    /// What could not be shown.
+    /// The error to show.
     error: Option<String>,
     settings: SettingsPage,
 }
@@ -133,7 +133,7 @@ struct Window {
 /// Opens a window to practise in.
 ///
 /// # Errors
-/// When there is no display or no graphics adapter.
+/// If there is no display or no graphics adapter.
 pub fn play(station: Station) -> Outcome {
     let screen = match (station.shelf.exercises.as_slice(), station.shelf.broken.as_slice()) {
         ([_], []) => Screen::Briefing { at: 0, error: None },
@@ -154,10 +154,10 @@ pub fn play(station: Station) -> Outcome {
     })
 }
 
-/// Opens a window on a recording, with another beside it.
+/// Opens a window on a recording, optionally with a second one as a ghost.
 ///
 /// # Errors
-/// When a recording is refused, or there is no display or no graphics adapter.
+/// If a recording is rejected, or there is no display or no graphics adapter.
 pub fn watch(path: &Path, recording: Recording, other: Option<Recording>, language: WindowLanguage) -> Outcome {
     let bundle = sources::own_exercise(path, &recording)?;
     let stage = picture::stage_of_recording(path, &bundle, &recording)?;
@@ -224,7 +224,7 @@ impl App for Window {
     }
 }
 
-/// F11 takes the whole screen, and gives it back.
+/// Toggles full screen with F11.
 fn full_screen(ui: &Ui) {
     if ui.input(|input| input.key_pressed(egui::Key::F11)) {
         let full = ui.input(|input| input.viewport().fullscreen).unwrap_or(false);
@@ -233,7 +233,7 @@ fn full_screen(ui: &Ui) {
 }
 
 impl Window {
-    /// A window does not close on an attempt that is not on disk.
+    /// Keeps the window open while an attempt is not on disk.
     fn keep_open(&mut self, ui: &Ui) {
         if let Screen::Debrief { debrief, .. } = &mut self.screen
             && ui.input(|input| input.viewport().close_requested())
@@ -243,7 +243,7 @@ impl Window {
         }
     }
 
-    /// Shows a screen, and says which comes next.
+    /// Shows a screen; returns the next one.
     fn show(&mut self, ui: &mut Ui, screen: Screen) -> Screen {
         match screen {
             Screen::Choose => self.choose(ui),
@@ -350,7 +350,7 @@ impl Window {
         if let Steered::Window(aim) = &mut opened.steered {
             aim.write(Steering::new(&bundle).follow(&SteeringWish::default()));
         }
-        // An arm that was there is asked for again, and not replaced by the mouse because a cable came loose.
+        // Once an arm was used it is required: a loose cable must not replace it by the mouse.
         if let Some(again) = opened.again().filter(|_| station.device == open::DeviceChoice::Auto) {
             station.device = again;
         }
@@ -362,7 +362,8 @@ impl Window {
         let maker = Maker { device: name, device_max_force_n: info.max_force_n, seed, tick_hz: TICK_HZ };
         let signed_in = self.desk.signed_in();
         let is_program = matches!(station.device, open::DeviceChoice::Operator(_));
-        // The station signs attempts of trainees who have signed in by code, and none of a program.
+        // The station signs attempts of trainees who have signed in with a code, but none of a
+        // virtual operator.
         let key = station.key.clone().filter(|_| signed_in.is_some() && !is_program);
         let trainee = signed_in.map_or_else(|| station.trainee.clone(), |who| who.trainee);
         let session = Session { trainee, ..maker.session(&bundle) };
@@ -394,7 +395,7 @@ impl Window {
             Ok(debrief::AfterDebrief::Choose) => Screen::Choose,
             Ok(debrief::AfterDebrief::Replay(recording)) => {
                 let replay = replay(&trial.bundle, &recording, None);
-                // What was withheld during the attempt is what one watches it again for.
+                // A replay also shows the parts that were hidden during the attempt.
                 if let Err(error) = self.canvas.set_stage(&self.stage) {
                     self.error = Some(error.to_string());
                 }

@@ -1,4 +1,5 @@
-//! What is shown beside and on the picture of an attempt. Whatever has a colour has a second cue: a word, a sign or a place.
+//! The instruments next to and on the picture of an attempt. Every colour has a second cue: a word,
+//! a sign or a place.
 
 use attempt::needle_axis;
 use documents::{Channel, Feedback, name_structure};
@@ -23,35 +24,35 @@ use crate::live::{AttemptView, Live, LiveTrial, Phase, SpokenEvent, given};
 
 /// Width of the instruments, in points.
 const SIDE: f32 = 300.0;
-/// What was said stays for so long, in s.
+/// Time for which a message is shown, in s.
 const STAYS_S: f64 = 6.0;
-/// At most so many messages are on the screen.
+/// Maximum number of messages on the screen.
 const MOST_SAID: usize = 4;
 
-/// What the instruments read.
+/// The input of the instruments.
 pub struct Instruments<'a> {
     /// The attempt so far.
     pub shown: &'a AttemptView,
     /// The servo's latest tick.
     pub latest: Option<&'a Snapshot>,
-    /// The attempt.
+    /// The attempt in progress.
     pub live: &'a Live,
-    /// The picture's step of quality.
+    /// The picture's level of quality.
     pub quality: Quality,
-    /// Why other devices were passed over.
+    /// Reasons why other devices were not used.
     pub passed_over: &'a [String],
-    /// Mouse and keyboard move the needle.
+    /// Whether mouse and keyboard move the needle.
     pub by_hand: bool,
 }
 
 impl Instruments<'_> {
-    /// What the trainee is given.
+    /// Returns the feedback given to the trainee.
     fn feedback(&self) -> Feedback {
         self.live.trial.bundle.exercise.feedback
     }
 }
 
-/// The instruments at the side. True when the person ends the attempt.
+/// Shows the instruments at the side; returns true if the user ends the attempt.
 pub fn show_side_panel(ui: &mut Ui, instruments: &Instruments<'_>, sound: &mut Sound) -> bool {
     let panel = egui::Panel::right("instruments").exact_size(SIDE).resizable(false);
     panel
@@ -114,7 +115,7 @@ fn show_readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instrume
         &format!("{} mm", fixed(sample.x_m * 1e3, 1)),
         &tr!("target {depth}", depth = fixed(exercise.target_depth_mm, 1)),
     );
-    // Tissue that only gives way is advanced against, and not entered.
+    // Pushing against tissue that only deforms increases the advance, but not the depth.
     let depth = format!("{} mm", fixed(f64::from(sample.depth_m) * 1e3, 1));
     show_big_value(ui, tr!("Depth"), &depth, &words::phrase(&shown.place()));
     let force_n = latest.map_or(shown.hand_n, |latest| latest.output.hand_n);
@@ -129,9 +130,9 @@ fn show_readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instrume
     show_big_value(ui, tr!("Angle"), &format!("{}°", fixed(lean, 0)), &planned);
 }
 
-/// A force as a bar, in N, beside the largest that is expected.
+/// Draws a force in N as a bar, relative to the largest expected force.
 fn draw_force_gauge(ui: &mut Ui, force_n: f64, peak_n: f64) {
-    /// Room for the number at its end, in points.
+    /// Width of the number at its end, in points.
     const END: f32 = 48.0;
     let most_n = 1.2 * peak_n.max(1.0);
     let share = (force_n / most_n).clamp(0.0, 1.0) as f32;
@@ -154,7 +155,7 @@ fn show_big_value(ui: &mut Ui, name: &str, value: &str, beside: &str) {
     });
 }
 
-/// Angle of the needle to the skin's normal at its tip, in degrees.
+/// Returns the angle of the needle to the skin's normal at its tip, in degrees.
 fn angle_deg(skin: &Skin, sample: &Sample) -> f64 {
     let inwards = -skin.outward(&sample.position_m.into());
     libm::acos(needle_axis(sample).dot(&inwards).clamp(-1.0, 1.0)).to_degrees()
@@ -179,7 +180,7 @@ fn is_pop(said: &SpokenEvent) -> bool {
     said.kind.contactor().is_some()
 }
 
-/// What the device makes of the forces, and which boundaries it cannot show as they are.
+/// Shows the scaling of the forces, and the boundaries that the device cannot show unchanged.
 fn show_scaling(ui: &mut Ui, scaling: &Scaling) -> Response {
     let shown = ui.label(words::phrase(&scaling.phrase()));
     let names = |boundaries: Vec<&ScaledBoundary>| {
@@ -198,7 +199,7 @@ fn show_scaling(ui: &mut Ui, scaling: &Scaling) -> Response {
     shown
 }
 
-/// What the device does.
+/// Shows the state of the device.
 fn show_device_state(ui: &mut Ui, instruments: &Instruments<'_>) {
     let Instruments { latest, live, passed_over, .. } = instruments;
     let name = ui.label(RichText::new(words::known(&live.trial.session.device)).strong());
@@ -236,7 +237,7 @@ fn show_device_state(ui: &mut Ui, instruments: &Instruments<'_>) {
     }
 }
 
-/// How the servo keeps time, and how the picture is made.
+/// Shows the servo's timing and the picture's quality.
 fn show_figures(ui: &mut Ui, Instruments { latest, live, quality, .. }: &Instruments<'_>) {
     if let Some(latest) = latest {
         let servo = tr!(
@@ -254,7 +255,7 @@ fn show_figures(ui: &mut Ui, Instruments { latest, live, quality, .. }: &Instrum
     ui.label(RichText::new(tr!("picture: {quality} ({made})", quality = name, made = made)).weak().small());
 }
 
-/// What the safety chain did to the last tick, in words.
+/// Describes the effects of the safety chain on the last tick.
 fn safety_troubles(flags: u32) -> Vec<&'static str> {
     let all = [
         (safety::flags::HELD, tr!("bad reading held")),
@@ -270,7 +271,7 @@ fn safety_troubles(flags: u32) -> Vec<&'static str> {
     all.into_iter().filter(|(flag, _)| flags & flag != 0).map(|(_, words)| words).collect()
 }
 
-/// Whether something that happened is told as it happens.
+/// Whether an event is shown during the attempt.
 fn is_told(kind: EventKind, feedback: Feedback) -> bool {
     match kind {
         EventKind::TipRupture | EventKind::RimRupture | EventKind::StructureHit => feedback.gives(Channel::Captions),
@@ -284,7 +285,7 @@ fn is_told(kind: EventKind, feedback: Feedback) -> bool {
     }
 }
 
-/// What was said lately, at the bottom.
+/// Shows the recent messages at the bottom.
 pub fn show_messages(ui: &mut Ui, shown: &AttemptView, feedback: Feedback) {
     let now_s = shown.moment.sample.t_s;
     let panel = egui::Panel::bottom("messages").exact_size(92.0).resizable(false);
@@ -305,7 +306,8 @@ pub fn show_messages(ui: &mut Ui, shown: &AttemptView, feedback: Feedback) {
     });
 }
 
-/// The latest different messages, at most [`MOST_SAID`], each with how often it was said.
+/// Returns the latest distinct messages, at most [`MOST_SAID`], each with its number of
+/// repetitions.
 fn count_repeats<'a>(said: impl Iterator<Item = &'a SpokenEvent>) -> Vec<(&'a SpokenEvent, usize)> {
     let mut counted: Vec<(&SpokenEvent, usize)> = Vec::new();
     for message in said {
@@ -320,7 +322,7 @@ fn count_repeats<'a>(said: impl Iterator<Item = &'a SpokenEvent>) -> Vec<(&'a Sp
     counted
 }
 
-/// The second cue beside a colour.
+/// Returns an event's sign, the second cue in addition to the colour, and its colour.
 fn event_sign(kind: EventKind) -> (&'static str, Color32) {
     match kind {
         EventKind::Coaching | EventKind::HubContact => ("→", colours::WARN),
@@ -331,9 +333,9 @@ fn event_sign(kind: EventKind) -> (&'static str, Color32) {
     }
 }
 
-/// The exercise's title and what the trainee is given, on the picture.
+/// Draws the exercise's title and the feedback given to the trainee on the picture.
 pub fn draw_heading(ui: &Ui, rect: Rect, Instruments { live, latest, by_hand, .. }: &Instruments<'_>) {
-    /// Between two plates, in points.
+    /// Gap between two plates, in points.
     const GAP: egui::Vec2 = egui::vec2(0.0, 10.0);
     let exercise = &live.trial.bundle.exercise;
     let painter = ui.painter_at(rect);
@@ -360,9 +362,9 @@ pub fn draw_heading(ui: &Ui, rect: Rect, Instruments { live, latest, by_hand, ..
     }
 }
 
-/// Names of the layers in their bands in the section, beside the needle.
+/// Draws the names of the layers into their bands in the section, next to the needle.
 pub fn draw_layer_names(ui: &Ui, rect: Rect, camera: &Camera, trial: &LiveTrial) {
-    /// So far beside the planned entry, in points; a needle leans to the right in its section.
+    /// Distance from the planned entry, in points; a needle leans to the right in its section.
     const BESIDE: f32 = 150.0;
     let painter = ui.painter_at(rect);
     let size = [rect.width(), rect.height()].map(|side| side as u32);
@@ -385,10 +387,10 @@ pub fn draw_layer_names(ui: &Ui, rect: Rect, camera: &Camera, trial: &LiveTrial)
     }
 }
 
-/// Text on the picture keeps so far from its edges, in points, and goes on in another line.
+/// Distance of text from the picture's edges, in points; longer text is wrapped.
 const PLATE_MARGIN: f32 = 20.0;
 
-/// Text of a size on a dark plate, so that it is readable on any picture.
+/// Draws text of a size in points on a dark plate, which makes it readable on any picture.
 fn draw_text_plate(painter: &Painter, at: Pos2, align: Align2, text: &str, size: f32) -> Rect {
     let width = painter.clip_rect().width() - 2.0 * PLATE_MARGIN;
     let text = painter.layout(text.to_owned(), FontId::proportional(size), Color32::WHITE, width);
@@ -400,7 +402,7 @@ fn draw_text_plate(painter: &Painter, at: Pos2, align: Align2, text: &str, size:
 
 #[cfg(test)]
 mod tests {
-    //! A pop that is named where force alone is given tells what the hand should find out.
+    //! Fails if a pop is named in an exercise with force alone, in which the hand has to find it.
 
     use EventKind::{Coaching, Confirm, Contact, Fault, RimRupture, SkinExit, StructureHit, TipRupture};
     use phrase::Phrase;

@@ -1,4 +1,4 @@
-//! The pictures of a briefing: decoded beside the window while it is drawn, then shown below the text.
+//! The pictures of a briefing: decoded in a background thread, then shown below the text.
 
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
@@ -11,37 +11,38 @@ use phrase::Phrase;
 use super::choose::own_words;
 use super::colours;
 
-/// Longest side of a picture that is shown, in pixels: it stays sharp at twice the width of the column, and every graphics card has room for it.
+/// Longest side of a picture shown, in pixels: sharp at twice the width of the column, and within
+/// the limits of every graphics card.
 const MOST_SIDE: u32 = 1080;
 
-/// The pictures of the exercise that is briefed.
+/// The pictures of the current briefing.
 #[derive(Default)]
 pub struct BriefingPictures {
-    /// Of which exercise they are, by the digest of its document.
+    /// Digest of the exercise's document.
     exercise: String,
-    /// As many as come, in order.
+    /// Decoded pictures still to arrive, in order.
     arriving: Option<Receiver<Decoded>>,
     shown: Vec<BriefingPicture>,
 }
 
-/// A picture with what is said of it.
+/// A picture with its description.
 struct BriefingPicture {
     named: ExercisePicture,
     state: PictureState,
 }
 
-/// How far a picture has come.
+/// State of a picture.
 enum PictureState {
     Decoding,
     Ready(TextureHandle),
     Unreadable(Phrase),
 }
 
-/// What became of a picture, or why it is not shown.
+/// A decoded picture, or the reason why it cannot be shown.
 type Decoded = Result<PicturePixels, Phrase>;
 
 impl BriefingPictures {
-    /// The pictures of an exercise: they are decoded once, when its briefing is opened.
+    /// Returns the pictures of an exercise. They are decoded once, when its briefing is opened.
     pub fn of(&mut self, bundle: &ExerciseBundle) -> &mut Self {
         if self.exercise != bundle.exercise.sha256 {
             bundle.exercise.sha256.clone_into(&mut self.exercise);
@@ -51,7 +52,7 @@ impl BriefingPictures {
         self
     }
 
-    /// Shows them below each other, as wide as the column at most.
+    /// Shows the pictures below each other, at most as wide as the column.
     pub fn show(&mut self, ui: &mut Ui) {
         self.take_arrived(ui.ctx());
         for picture in &self.shown {
@@ -60,7 +61,7 @@ impl BriefingPictures {
         }
     }
 
-    /// Takes in what has been decoded since the last frame.
+    /// Takes the pictures that were decoded since the last frame.
     fn take_arrived(&mut self, context: &egui::Context) {
         let Some(arriving) = &self.arriving else { return };
         let mut waiting = self.shown.iter_mut().filter(|picture| matches!(picture.state, PictureState::Decoding));
@@ -111,7 +112,8 @@ impl PictureState {
     }
 }
 
-/// Decodes pictures one after the other on a thread of its own, which ends when nobody waits for them any more.
+/// Decodes pictures one after the other in a background thread, which ends when the receiver is
+/// dropped.
 fn begin_decoding(pictures: Vec<PictureFile>) -> Receiver<Decoded> {
     let (sender, receiver) = channel();
     thread::spawn(move || {
@@ -127,14 +129,15 @@ fn begin_decoding(pictures: Vec<PictureFile>) -> Receiver<Decoded> {
 
 #[cfg(test)]
 mod tests {
-    //! A trainee must see the pictures that the author put there, as wide as there is room for, and what they show in words.
+    //! Fails if a picture of the author's is missing, smaller than the space for it, or without its
+    //! description.
 
     use eframe::egui::{Context, RawInput, Rect, pos2};
     use image::{DynamicImage, ImageFormat, RgbImage};
 
     use super::*;
 
-    /// The shipped exercise with the briefing of another: a wide picture, and one that nobody can read.
+    /// The shipped exercise with another briefing: a wide picture, and one that cannot be decoded.
     fn bundle() -> ExerciseBundle {
         let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("../../curricula/lower-back-basics/2-stop-in-the-fat.toml");

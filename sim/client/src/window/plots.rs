@@ -1,4 +1,4 @@
-//! Force over time and over depth, of one recording or two.
+//! Plots of force over time and over depth, of one recording or two.
 
 use std::ops::RangeInclusive;
 
@@ -12,10 +12,11 @@ use recording::{EventKind, Recording};
 
 use super::colours;
 
-/// A line has at most so many points, the least and the largest force of each stretch: with more it would fall into dashes.
+/// Maximum number of points of a line, the least and the greatest force of each stretch: with more
+/// the line would break into dashes.
 const MOST_POINTS: usize = 500;
 
-/// The curves of an attempt, thinned once.
+/// The curves of an attempt, reduced to few points.
 pub struct Curves {
     /// Name in the legend.
     pub name: &'static str,
@@ -23,19 +24,19 @@ pub struct Curves {
     time: Vec<[f64; 2]>,
     /// Force over displacement along the needle: mm, N.
     depth: Vec<[f64; 2]>,
-    /// Each pop: s, and the force just before it in N.
+    /// Each rupture: time in s, and the force just before it in N.
     pops: Vec<[f64; 2]>,
-    /// Length, in s.
+    /// Duration, in s.
     pub duration_s: f64,
 }
 
 impl Curves {
-    /// The needle was in the body at some time.
+    /// Whether the needle was ever in the body.
     pub fn entered(&self) -> bool {
         !self.depth.is_empty()
     }
 
-    /// The curves of a recording.
+    /// Computes the curves of a recording.
     pub fn new(name: &'static str, recording: &Recording) -> Self {
         let forces = HandForces::measure(recording);
         let inside = forces.iter().filter(|(sample, _)| sample.x_m > 0.0);
@@ -51,7 +52,8 @@ impl Curves {
     }
 }
 
-/// The points that are seen apart from the last one before them: however long a hand stood still, its way is drawn as finely.
+/// Returns the points that can be distinguished from the one before: a long rest takes no points
+/// from the rest of the path.
 fn distinct_points(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
     const LEAST_MM: f64 = 0.1;
     const LEAST_N: f64 = 0.03;
@@ -67,7 +69,8 @@ fn distinct_points(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
 
 const COLOURS: [Color32; 2] = [colours::FORCE, colours::WARN];
 
-/// Force over time, with the playhead where there is one. Answers the time that a person points at with the button down.
+/// Plots force over time, with the playhead if there is one; returns the time at the pointer while
+/// its button is down.
 pub fn plot_over_time(ui: &mut Ui, all: &[&Curves], playhead_s: Option<f64>, height: f32) -> Option<f64> {
     let plot = Plot::new("force_over_time").height(height).x_axis_label(tr!("time, s"));
     let plot = plot.y_axis_label(tr!("force, N")).x_axis_formatter(say_mark).y_axis_formatter(say_mark);
@@ -87,7 +90,7 @@ pub fn plot_over_time(ui: &mut Ui, all: &[&Curves], playhead_s: Option<f64>, hei
     shown.inner.filter(|_| shown.response.is_pointer_button_down_on())
 }
 
-/// Force over displacement, with the layers as bands.
+/// Plots force over displacement, with the layers as bands.
 pub fn plot_over_depth(ui: &mut Ui, all: &[&Curves], layers: &[LayerSpan], height: f32) {
     let plot = Plot::new("force_over_depth")
         .height(height)
@@ -113,27 +116,28 @@ pub fn plot_over_depth(ui: &mut Ui, all: &[&Curves], layers: &[LayerSpan], heigh
     });
 }
 
-/// A mark of an axis, with the decimals that its step asks for.
+/// Formats a mark of an axis, with the decimals that its step requires.
 pub fn say_mark(mark: GridMark, _shown: &RangeInclusive<f64>) -> String {
     let decimals = (-libm::log10(mark.step_size).floor()).clamp(0.0, 6.0) as usize;
     words::fixed(mark.value, decimals)
 }
 
-/// A moment that one jumps to.
+/// A moment to jump to.
 pub struct JumpMoment {
-    /// When, in s.
+    /// Time, in s.
     pub t_s: f64,
-    /// What happened, for whatever language the window speaks.
+    /// Description of the event, translatable.
     pub what: Phrase,
 }
 
-/// Moments of a recording that one jumps to.
+/// Returns the moments of a recording to jump to.
 pub fn recorded_moments(recording: &Recording, bundle: &ExerciseBundle) -> Vec<JumpMoment> {
     let told = recording.events.iter().filter(|event| event.kind != EventKind::Fault);
     told.map(|event| JumpMoment { t_s: event.t_s, what: explain_event(event, bundle) }).collect()
 }
 
-/// What happened, in words. A coach's message is kept in its document's language alone, and said in those that the document has.
+/// Describes an event. A coaching message is recorded in its document's main language, and shown in
+/// the user's language if the document has it.
 fn explain_event(event: &recording::Event, bundle: &ExerciseBundle) -> Phrase {
     let structure = || name_structure(&event.text);
     match event.kind {
@@ -155,7 +159,8 @@ fn explain_event(event: &recording::Event, bundle: &ExerciseBundle) -> Phrase {
 
 #[cfg(test)]
 mod tests {
-    //! A curve of straight lines between a few points shows a course of the force that was not there.
+    //! Fails if a curve is reduced to straight lines between few points, which would show a course
+    //! of the force that did not occur.
 
     use super::*;
 

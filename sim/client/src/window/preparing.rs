@@ -1,4 +1,5 @@
-//! An attempt in the making: force law, field and picture on a thread of their own, so that the window stays alive meanwhile.
+//! Prepares an attempt in a background thread: force law, field and picture. The window stays
+//! responsive meanwhile.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,32 +15,32 @@ use words::tr;
 use crate::exit::Failure;
 use crate::{clock, picture, sources};
 
-/// A wait is worth a bar after so long.
+/// Time after which a progress bar is shown.
 const PATIENCE: Duration = Duration::from_millis(300);
-/// What is made: the specimen, and its picture.
+/// Number of parts to prepare: the specimen, and its picture.
 const PARTS: u8 = 2;
 
-/// An attempt in the making.
+/// An attempt that is being prepared.
 pub struct Preparation {
     since: Instant,
     made: Arc<AtomicU8>,
     thread: JoinHandle<Result<PreparedAttempt, Failure>>,
 }
 
-/// What an attempt is made with.
+/// A prepared attempt.
 pub struct PreparedAttempt {
     /// The exercise.
     pub bundle: ExerciseBundle,
-    /// What the patient and the hand were drawn by.
+    /// Seed of the patient and the virtual operator's hand.
     pub seed: u64,
-    /// What is punctured.
+    /// The tissue to puncture.
     pub specimen: Arc<Specimen>,
-    /// What is constant in its pictures.
+    /// The constant part of its pictures.
     pub stage: Stage,
 }
 
 impl Preparation {
-    /// Begins it.
+    /// Starts the preparation.
     pub fn start(bundle: ExerciseBundle, seed: u64) -> Self {
         let made = Arc::new(AtomicU8::new(0));
         let progress = Arc::clone(&made);
@@ -55,21 +56,22 @@ impl Preparation {
         Self { since: clock::instant(), made, thread }
     }
 
-    /// The share that is made, once that has taken so long that somebody might wonder.
+    /// Returns the completed fraction, once the preparation takes so long that a progress bar is
+    /// shown.
     pub fn share(&self) -> Option<f32> {
         let made = self.made.load(Ordering::Relaxed);
         (self.since.elapsed() > PATIENCE).then(|| f32::from(made) / f32::from(PARTS))
     }
 
-    /// Whether there is nothing left to wait for.
+    /// Whether the preparation has ended.
     pub fn is_over(&self) -> bool {
         self.thread.is_finished()
     }
 
-    /// What was made; waits for it.
+    /// Waits for the preparation; returns its result.
     ///
     /// # Errors
-    /// When the law or the tissue refuse the scene.
+    /// If the law or the tissue rejects the scene.
     pub fn finish(self) -> Result<PreparedAttempt, Failure> {
         self.thread.join().unwrap_or_else(|_| Err(Failure::work(tr!("the patient could not be prepared"))))
     }

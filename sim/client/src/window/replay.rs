@@ -1,4 +1,4 @@
-//! A recording on a time axis: picture, plots, scrubbing, and a second recording as a ghost.
+//! The replay of a recording: picture, plots, timeline, and a second recording as a ghost.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use super::plots::{self, Curves, JumpMoment};
 use super::trial;
 use crate::picture::{Alignment, Look, Telling};
 
-/// Speeds, as multiples of the attempt's own.
+/// Playback speeds, relative to the attempt's own.
 const SPEEDS: [f64; 6] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0];
-/// The arrow keys go so far, in s; with shift a tenth.
+/// Step of the arrow keys, in s; with shift a tenth.
 const STEP_S: f64 = 0.5;
 
-/// A recording, and all that is made of it once.
+/// A recording, and the data derived from it once.
 pub struct ReplayView {
     telling: Telling,
     curves: Curves,
@@ -24,7 +24,7 @@ pub struct ReplayView {
 }
 
 impl ReplayView {
-    /// A recording under a name.
+    /// Prepares a recording under a name.
     #[must_use]
     pub fn new(name: &'static str, recording: Arc<Recording>, bundle: &ExerciseBundle) -> Self {
         Self {
@@ -35,7 +35,7 @@ impl ReplayView {
     }
 }
 
-/// A replay on the screen.
+/// The replay screen.
 pub struct Replay {
     shown: ReplayView,
     ghost: Option<(ReplayView, Alignment)>,
@@ -48,7 +48,7 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Shows a recording of an exercise, and another beside it.
+    /// Shows a recording of an exercise.
     #[must_use]
     pub fn new(bundle: &ExerciseBundle, recording: &Arc<Recording>) -> Self {
         let ExerciseBundle { exercise, scene, .. } = bundle;
@@ -64,7 +64,7 @@ impl Replay {
         }
     }
 
-    /// Adds a second recording, aligned by what both went through.
+    /// Adds a second recording as a ghost, aligned by the events that both have.
     #[must_use]
     pub fn beside(mut self, bundle: &ExerciseBundle, other: &Arc<Recording>) -> Self {
         let alignment = Alignment::new(&self.shown.telling.recording().events, &other.events);
@@ -72,7 +72,7 @@ impl Replay {
         self
     }
 
-    /// One frame. True when the person has seen enough.
+    /// Shows one frame; returns true if the user closes the replay.
     pub fn ui(&mut self, ui: &mut Ui, canvas: &mut Canvas) -> bool {
         self.advance(ui);
         let close = self.timeline(ui);
@@ -102,7 +102,8 @@ impl Replay {
         }
     }
 
-    /// The buttons, the slider and the moments to jump to.
+    /// Shows the buttons, the slider and the moments to jump to; returns true if the user closes
+    /// the replay.
     pub(super) fn timeline(&mut self, ui: &mut Ui) -> bool {
         let panel = egui::Panel::bottom("timeline").resizable(false);
         panel

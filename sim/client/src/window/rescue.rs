@@ -1,4 +1,5 @@
-//! An attempt that the disk has refused: it stays in memory until it is saved, here or elsewhere, or thrown away on purpose.
+//! An attempt that could not be written to disk: it stays in memory until the user saves it, here
+//! or elsewhere, or discards it.
 
 use std::path::PathBuf;
 
@@ -7,13 +8,13 @@ use eframe::egui::{Key, TextEdit, Ui};
 use super::colours;
 use crate::live::Unsaved;
 
-/// What the person does about it.
+/// The user's decision.
 pub enum RescueWish {
-    /// Nothing yet.
+    /// No decision yet.
     Wait,
-    /// Save it there.
+    /// Save it at this path.
     Save(PathBuf),
-    /// Throw it away.
+    /// Discard it.
     ThrowAway,
 }
 
@@ -21,24 +22,24 @@ pub enum RescueWish {
 pub struct Rescue {
     /// The attempt.
     pub unsaved: Box<Unsaved>,
-    /// Another folder to save it in, as it is typed.
+    /// Another folder to save it in, as typed.
     folder: String,
-    /// The person is about to leave it, and is asked back.
+    /// Whether the user is about to leave, and must confirm.
     leaving: bool,
 }
 
 impl Rescue {
-    /// Keeps an attempt.
+    /// Holds an unsaved attempt.
     pub fn new(unsaved: Box<Unsaved>) -> Self {
         Self { unsaved, folder: String::new(), leaving: false }
     }
 
-    /// The person wants to go: they are told what that would cost.
+    /// Warns a user who wants to leave that the attempt would be lost.
     pub fn leave(&mut self) {
         self.leaving = true;
     }
 
-    /// One frame.
+    /// Shows one frame; returns the user's decision.
     pub fn ui(&mut self, ui: &mut Ui) -> RescueWish {
         ui.heading(tr!("The attempt is not on disk yet"));
         ui.colored_label(colours::BAD, format!("× {}: {}", self.unsaved.path().display(), self.unsaved.why));
@@ -64,7 +65,7 @@ impl Rescue {
         PathBuf::from(self.folder.trim()).join(self.unsaved.path().file_name().unwrap_or_default())
     }
 
-    /// Throwing away takes two presses.
+    /// Discarding takes two clicks.
     fn farewell(&mut self, ui: &mut Ui) -> RescueWish {
         if !self.leaving {
             self.leaving = ui.button(tr!("Throw the attempt away …")).clicked();

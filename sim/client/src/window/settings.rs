@@ -1,4 +1,4 @@
-//! The page of settings: where the person stands, how devices move the needle, and how loud a pop is.
+//! The settings page: the user's side, devices and their speeds, and the loudness of a pop.
 
 use std::ops::RangeInclusive;
 
@@ -12,17 +12,18 @@ use crate::settings::{DEAD_ZONES, MOTIONS, SPEEDS, Settings, VOLUMES, YAWS_DEG};
 const DEVICES: [DeviceChoice; 5] =
     [DeviceChoice::Auto, DeviceChoice::OpenHaptics, DeviceChoice::Inverse3, DeviceChoice::Gamepad, DeviceChoice::Mouse];
 
-/// The page, open or not.
+/// The page, open or closed.
 #[derive(Default)]
 pub struct SettingsPage {
-    /// It is shown.
+    /// Whether it is shown.
     pub open: bool,
-    /// Why the settings could not be kept.
+    /// Why the settings could not be saved.
     pub refused: Option<String>,
 }
 
 impl SettingsPage {
-    /// Shows the page where it is open; what is changed counts from the next attempt on, and is kept.
+    /// Shows the page if it is open. Changes take effect with the next attempt; all but the choice
+    /// of the device are saved.
     pub fn ui(&mut self, ui: &Ui, settings: &mut Settings, device: &mut DeviceChoice) {
         let mut open = self.open;
         let before = *settings;

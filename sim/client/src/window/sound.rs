@@ -1,4 +1,5 @@
-//! The sound of a pop: a short click, for those who cannot feel it. Its caption is among the messages.
+//! The sound of a pop: a short click, for users who cannot feel it. Its caption is among the
+//! messages.
 
 use std::num::{NonZeroU16, NonZeroU32};
 use std::path::Path;
@@ -6,14 +7,14 @@ use std::path::Path;
 use rodio::buffer::SamplesBuffer;
 use rodio::{DeviceSinkBuilder, MixerDeviceSink};
 
-/// Samples a second.
+/// Sample rate, in Hz.
 const RATE_HZ: u32 = 48_000;
-/// A pop is over after so many seconds.
+/// Duration of a pop, in s.
 const LASTS_S: f32 = 0.12;
 
 /// The loudspeaker, if there is one.
 pub struct Sound {
-    /// The person wants to hear it.
+    /// Whether the user wants to hear it.
     pub on: bool,
     /// Loudness of a pop, from 0 to 1.
     volume: f32,
@@ -27,7 +28,7 @@ impl Sound {
         Self { on: sink.is_some() && volume > 0.0, volume, sink }
     }
 
-    /// A pop.
+    /// Plays a pop.
     pub fn pop(&self) {
         if let (true, Some(sink)) = (self.on, &self.sink) {
             sink.mixer().add(SamplesBuffer::new(NonZeroU16::MIN, click_sample_rate(), click_samples(self.volume)));
@@ -35,7 +36,7 @@ impl Sound {
     }
 }
 
-/// Asked on a machine without a sound card, the system's library writes its own complaints to the terminal.
+/// Checked first: without a sound card the system's library writes errors to the terminal.
 fn has_sound_card() -> bool {
     !cfg!(target_os = "linux") || Path::new("/dev/snd").exists()
 }
@@ -44,7 +45,7 @@ fn click_sample_rate() -> NonZeroU32 {
     NonZeroU32::new(RATE_HZ).unwrap_or(NonZeroU32::MIN)
 }
 
-/// A membrane that gives way: a falling tone that dies out.
+/// Synthesizes a rupturing membrane: a decaying tone of falling pitch.
 fn click_samples(volume: f32) -> Vec<f32> {
     let mut phase = 0.0_f32;
     let samples = 0..(LASTS_S * RATE_HZ as f32) as u32;

@@ -1,4 +1,5 @@
-//! Mouse and keyboard steer a set-point: how far the needle is to be, how far aside, and how it leans.
+//! Converts mouse and keyboard input to a set-point of the needle: depth, lateral position and
+//! tilt.
 
 use documents::ExerciseBundle;
 use haptics::devices::hand::Aim;
@@ -6,21 +7,21 @@ use nalgebra::{Rotation3, Unit, UnitQuaternion, Vector3};
 
 use crate::live::open::handle_along;
 
-/// What the person asks for in a frame.
+/// The steering input of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SteeringWish {
-    /// Further in (positive) or out, in m.
+    /// Advance along the needle, in m; positive is further in.
     pub advance_m: f64,
-    /// To the right and away from the person, in m.
+    /// Motion to the right and away from the user, in m.
     pub aside_m: [f64; 2],
-    /// Leans the tip to the right and away from the person, in rad.
+    /// Tilt of the tip to the right and away from the user, in rad.
     pub lean_rad: [f64; 2],
-    /// How often the position was confirmed.
+    /// Number of confirmations of the position.
     pub confirmed: u32,
 }
 
 impl SteeringWish {
-    /// The same motion at another speed.
+    /// Returns the same motion, scaled by a factor.
     pub fn at_speed(self, factor: f64) -> Self {
         Self {
             advance_m: self.advance_m * factor,
@@ -31,24 +32,26 @@ impl SteeringWish {
     }
 }
 
-/// The needle leans no further than this from straight down, in rad.
+/// Maximum tilt of the needle from straight down, in rad.
 const MOST_LEAN_RAD: f64 = 1.2;
-/// The set-point goes no further beyond the end of the shaft than this, in m: the hub would be pushed into the skin.
+/// Maximum distance of the set-point beyond the end of the shaft, in m: the hub would be pushed
+/// into the skin.
 const BEYOND_SHAFT_M: f64 = 0.002;
 
-/// The set-point of a virtual hand. Device frame: x to the right, y up, z towards the person.
+/// The set-point of a virtual hand. Device frame: x to the right, y up, z towards the user.
 #[derive(Clone, Debug)]
 pub struct Steering {
     axis: Unit<Vector3<f64>>,
-    /// From where it began, in m, patient frame.
+    /// Offset from the start, in m, patient frame.
     away_m: Vector3<f64>,
     confirmed: u32,
-    /// The set-point stays within this of where it began, in m.
+    /// Maximum offset from the start, in m.
     most_away_m: f64,
 }
 
 impl Steering {
-    /// Begins where the exercise's plan does, leaning as planned, and stays within reach of its needle.
+    /// Starts where the exercise's plan does, tilted as planned; the set-point stays within reach
+    /// of its needle.
     pub fn new(bundle: &ExerciseBundle) -> Self {
         let shaft_m = bundle.scene.needle.length_mm * 1e-3;
         let most_away_m = bundle.exercise.plan().approach_m + shaft_m + BEYOND_SHAFT_M;
@@ -56,7 +59,8 @@ impl Steering {
         Self { axis, away_m: Vector3::zeros(), confirmed: 0, most_away_m }
     }
 
-    /// Follows what the person asks for, and says where the hand is to be. Advancing goes along the needle.
+    /// Applies the input of a frame; returns the new target of the hand. Advancing moves along the
+    /// needle.
     pub fn follow(&mut self, wish: &SteeringWish) -> Aim {
         self.lean(wish.lean_rad);
         self.confirmed += wish.confirmed;
@@ -75,7 +79,8 @@ impl Steering {
     }
 
     fn lean(&mut self, [right_rad, away_rad]: [f64; 2]) {
-        // About y a positive turn takes down to the left, about x to the far side.
+        // A positive rotation about y turns the downward axis to the left, one about x to the far
+        // side.
         let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), -right_rad)
             * Rotation3::from_axis_angle(&Vector3::x_axis(), away_rad);
         let leaned = Unit::new_normalize(turn * self.axis.into_inner());
@@ -87,7 +92,7 @@ impl Steering {
 
 #[cfg(test)]
 mod tests {
-    //! A wish that goes the wrong way, or a needle that cannot be brought back, makes the mouse useless.
+    //! Fails if input moves the needle the wrong way, or if it cannot be brought back.
 
     use super::*;
 

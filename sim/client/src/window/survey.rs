@@ -1,5 +1,5 @@
-//! What the school asks after an attempt, beside the debriefing: a minute at most, saved with each answer, and gone without a
-//! trace for whoever does not want it.
+//! A survey after an attempt, next to the debrief. Each answer is saved at once; declining or
+//! deleting leaves no trace.
 
 mod question;
 
@@ -21,7 +21,7 @@ use crate::station::Pairing;
 /// Width of the panel, in points.
 const WIDTH: f32 = 420.0;
 
-/// A survey that is offered, answered or sent.
+/// A survey that is offered, open or sent.
 pub struct Survey {
     asked: Arc<AskedSurvey>,
     session: Uuid,
@@ -29,31 +29,31 @@ pub struct Survey {
     outbox: Outbox,
     language: String,
     stage: SurveyStage,
-    /// What the disk has refused.
+    /// The error to show.
     error: Option<String>,
 }
 
 enum SurveyStage {
-    /// Nobody has agreed to anything.
+    /// Offered; the trainee has not consented.
     Offered,
-    /// Somebody answers.
+    /// Open for answers.
     Open(Box<OpenAnswers>),
-    /// Sent; the way back to the answers is their secret.
+    /// Sent; the secret gives access to the answers.
     Sent { call: Call<Phrase>, secret: String },
 }
 
-/// Answers that are given.
+/// Answers that are being entered.
 struct OpenAnswers {
     sheet: AnswerSheet,
     /// In the order of the items.
     answers: Vec<Option<Said>>,
-    /// What was typed, in the order of the items.
+    /// Typed text, in the order of the items.
     typed: Vec<Typed>,
-    /// Which of the pages that are asked is shown.
+    /// Index of the page shown, among those that apply.
     step: usize,
 }
 
-/// What a frame has asked for.
+/// The user's action in a frame.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Wish {
     Nothing,
@@ -70,12 +70,13 @@ impl Survey {
         Self { asked, session, pairing, outbox, language, stage: SurveyStage::Offered, error: None }
     }
 
-    /// The language of the panel's own words: the one of the survey, where the window speaks it.
+    /// Returns the language of the panel's own text: that of the survey if the window supports it,
+    /// otherwise English.
     fn spoken(&self) -> Language {
         Language::named(&self.language).unwrap_or(Language::ENGLISH)
     }
 
-    /// One frame. True when the person wants to see it no more.
+    /// Shows one frame; returns true if the user closes the panel.
     pub fn ui(&mut self, ui: &mut Ui) -> bool {
         let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(egui::Margin::symmetric(16, 8));
         let panel = egui::Panel::right("survey").resizable(false).exact_size(WIDTH).frame(frame);
@@ -186,7 +187,7 @@ impl Survey {
         if ui.button(tr!("Close")).clicked() { Wish::Leave } else { Wish::Nothing }
     }
 
-    /// Does what the person has asked for. True when there is nothing more to show.
+    /// Carries out the user's action; returns true if there is nothing more to show.
     fn grant(&mut self, wish: Wish) -> bool {
         let done = match wish {
             Wish::Nothing => return false,
@@ -228,7 +229,7 @@ impl Survey {
         Ok(())
     }
 
-    /// Leaves no trace of what was not sent. False where the disk refuses to forget.
+    /// Deletes the answers that were not sent; returns false if that fails.
     fn forget(&mut self) -> bool {
         let SurveyStage::Open(open) = &self.stage else { return true };
         match self.outbox.forget_draft(&open.sheet) {
@@ -245,7 +246,7 @@ impl Survey {
 }
 
 impl OpenAnswers {
-    /// Writes the answers to what is asked on the sheet.
+    /// Updates the sheet with the answers to the questions that apply.
     fn write_down(&mut self, asked: &AskedSurvey) {
         let asked_items = asked_pages(&asked.instrument, &self.answers).into_iter().flat_map(|(_, items)| items);
         let given =
@@ -255,11 +256,12 @@ impl OpenAnswers {
 }
 
 impl Drop for Survey {
-    /// Whoever goes away in the middle has not sent anything: it waits for them on their own page.
+    /// Leaving in the middle hands in the answers as not final: the trainee can complete them on
+    /// their own page.
     fn drop(&mut self) {
         let SurveyStage::Open(open) = &self.stage else { return };
         if !open.sheet.answers.is_empty() {
-            // The draft is on the disk: what fails here is taken up at the next start.
+            // The draft is on the disk: if this fails, the next start takes it up.
             let _ = desk::hand_in(&self.outbox, &open.sheet, self.pairing.clone());
         }
     }

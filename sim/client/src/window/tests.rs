@@ -1,5 +1,6 @@
-//! Every screen that can be drawn without a graphics card, in every language, in a large window and a small one. Fails when something is
-//! said past the catalogues, when a text is cut or runs over another, or when a choice of language waits for another screen.
+//! Draws every screen that needs no graphics card, in every language, in a large window and a small
+//! one. Fails if a text bypasses the catalogues, is cut or overlaps another, or if a choice of
+//! language takes effect only on another screen.
 
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -19,7 +20,7 @@ use crate::live::desk::{DeskAnswer, DeskReply, Listed};
 use crate::live::{history, tests as attempts};
 use crate::shelf::Broken;
 
-/// The window as it is opened, and as small as it can be made.
+/// The initial and the minimum size of the window.
 const SIZES: [[f32; 2]; 2] = [[1280.0, 720.0], [720.0, 480.0]];
 
 /// A text on the screen.
@@ -31,7 +32,7 @@ struct DrawnText {
     elided: bool,
 }
 
-/// What a screen shows in a language, once it has settled.
+/// Returns the texts of a screen in a language, once it has settled.
 fn draw(language: Language, size: [f32; 2], mut show: impl FnMut(&mut Ui)) -> Vec<DrawnText> {
     let context = Context::default();
     colours::apply_colours(&context);
@@ -88,7 +89,7 @@ fn school_list(shelf: &Shelf) -> Vec<Listed> {
     .unwrap()
 }
 
-/// Draws every screen in a language and a size; gives each with its name to `look`.
+/// Draws every screen in a language and a size, and passes each with its name to `look`.
 fn every_screen(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, Vec<DrawnText>)) {
     draw_choices(language, size, look);
     draw_attempt(language, size, look);
@@ -158,7 +159,7 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
     );
 }
 
-/// A desk at which a guest is asked for their consent.
+/// A desk that asks a guest for consent.
 fn desk_of_guest() -> Desk {
     let terms = json!({
         "study": "STUDY", "consent": "CONSENT\nLINE", "controller": "CONTROLLER", "contact": "CONTACT", "kept_months": 12,
@@ -226,7 +227,7 @@ fn draw_attempt(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
     }
 }
 
-/// What of a text stands outside all brackets of the pseudo-language.
+/// Returns the parts of a text outside all brackets of the pseudo-language.
 fn unbracketed(text: &str) -> String {
     let mut depth = 0_u32;
     let outside = text.chars().filter(|c| {

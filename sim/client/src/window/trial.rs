@@ -1,4 +1,4 @@
-//! The attempt: picture in the middle, what is felt and said beside it.
+//! The attempt: the picture in the middle, the instruments and messages around it.
 
 use std::sync::Arc;
 
@@ -15,49 +15,51 @@ use crate::live::open::Steered;
 use crate::live::{self, Finished, Live, Phase};
 use crate::picture::Look;
 
-/// Speed of the needle under the arrow keys, in m/s; with shift a quarter of it.
+/// Speed of the needle with the arrow keys, in m/s; with shift a quarter of it.
 const KEY_M_PER_S: f64 = 0.006;
-/// Lean under the keys, in rad/s.
+/// Speed of the tilt with the keys, in rad/s; with shift a quarter of it.
 const KEY_RAD_PER_S: f64 = 0.25;
-/// Way of the needle under a drag, in m per point.
+/// Motion of the needle by a drag, in m per point.
 const DRAG_M: f64 = 0.000_08;
-/// Way of the needle for a notch of the wheel, in m, and a touchpad's points that make one.
+/// Motion of the needle by a notch of the wheel, in m, and points of a touchpad per notch.
 const NOTCH_M: f64 = 0.000_75;
 const NOTCH_POINTS: f64 = 40.0;
-/// So many notches count at once, and so many a second: a hand's, not a wheel's that spins on.
+/// Maximum number of notches at once, and per second: enough for a hand, but not for a wheel that
+/// spins on.
 const MOST_NOTCHES: f64 = 16.0;
 const MOST_NOTCHES_HZ: f64 = 60.0;
-/// A key that is let go within the frame was held so long, in s; a frame that takes longer than the other counts as that long.
+/// Time for which a key counts that is released within the frame, in s; and the longest time that
+/// counts for a frame, in s.
 const TAP_S: f64 = 0.08;
 const LONGEST_S: f32 = 0.25;
-/// Turn of the picture under a drag, in rad per point.
+/// Rotation of the picture by a drag, in rad per point.
 const ORBIT_RAD: f32 = 0.006;
 
-/// An attempt on the screen.
+/// The attempt screen.
 pub struct TrialScreen {
     live: Live,
     steering: Steering,
     wheel: Wheel,
     steered: Steered,
-    /// Why other devices were passed over.
+    /// Reasons why other devices were not used.
     passed_over: Vec<String>,
     look: Look,
     sound: Sound,
-    /// Factor on the speed of mouse and keys.
+    /// Factor of the speed of mouse and keys.
     pointer_speed: f64,
     pops_heard: u64,
 }
 
-/// What is to happen next.
+/// The next step.
 pub enum AfterTrial {
-    /// Go on.
+    /// Stay on this screen.
     Stay,
     /// The attempt is over.
     Over,
 }
 
 impl TrialScreen {
-    /// Shows an attempt, and what moves its device.
+    /// Shows an attempt, and moves its device if the window steers it.
     pub fn new(live: Live, steered: Steered, passed_over: Vec<String>, station: &Station) -> Self {
         let (guided, settings) = (station.guided, station.settings);
         let steering = Steering::new(&live.trial.bundle);
@@ -76,7 +78,7 @@ impl TrialScreen {
         }
     }
 
-    /// One frame.
+    /// Shows one frame.
     pub fn ui(&mut self, ui: &mut Ui, canvas: &mut Canvas) -> AfterTrial {
         ui.ctx().request_repaint();
         let latest = self.live.latest().cloned();
@@ -130,7 +132,8 @@ impl TrialScreen {
     }
 }
 
-/// A mouse's wheel or a touchpad, and how many of its notches count before it must wait: however they fall into frames.
+/// A mouse's wheel or a touchpad, with the number of notches that still count. The limit does not
+/// depend on the frame rate.
 struct Wheel {
     notches_left: f64,
 }
@@ -142,8 +145,8 @@ impl Default for Wheel {
 }
 
 impl Wheel {
-    /// How far the wheel sends the needle in within a frame of a length in s, in m: down is in. With the command key it zooms, and what a touchpad rolls on after the fingers
-    /// have left it moves nothing.
+    /// Returns the advance by the wheel in a frame of `dt_s`, in m; scrolling down is in. With the
+    /// command key the wheel zooms instead. A touchpad's momentum is ignored.
     fn advance_m(&mut self, events: &[Event], dt_s: f64) -> f64 {
         self.notches_left = (self.notches_left + MOST_NOTCHES_HZ * dt_s).min(MOST_NOTCHES);
         let notches = events.iter().map(|event| match event {
@@ -164,7 +167,8 @@ impl Wheel {
     }
 }
 
-/// Views by number, guide, and the person's own turn of the picture with the right button.
+/// Changes the view by number keys, the guide by G, and the user's own rotation of the picture by
+/// the right button.
 pub fn change_look(ui: &Ui, picture: &Response, look: &mut Look) {
     ui.input(|input| {
         let views =
@@ -193,13 +197,14 @@ pub fn change_look(ui: &Ui, picture: &Response, look: &mut Look) {
     }
 }
 
-/// What the person asks of a virtual hand in this frame.
+/// Returns the steering input of this frame for a virtual hand.
 fn steering_wish(ui: &Ui, picture: &Response, wheel: &mut Wheel) -> SteeringWish {
     let drag = if picture.dragged_by(PointerButton::Primary) { picture.drag_delta() } else { Default::default() };
     ui.input(|input| wished_motion(input, drag, picture.hovered().then_some(wheel)))
 }
 
-/// What the input of a frame asks for, with the drag in points and the wheel over the picture. Taps come as events: one that is over before the frame is drawn counts too.
+/// Converts the input of a frame, with the drag in points, and with the wheel if the pointer is
+/// over the picture. Keys are read from events, so that a tap that ends within the frame counts.
 fn wished_motion(input: &InputState, drag: egui::Vec2, wheel: Option<&mut Wheel>) -> SteeringWish {
     let dt_s = f64::from(input.stable_dt.min(LONGEST_S));
     let held_s = |key| match (input.key_down(key), input.key_pressed(key)) {
@@ -224,7 +229,7 @@ fn wished_motion(input: &InputState, drag: egui::Vec2, wheel: Option<&mut Wheel>
     }
 }
 
-/// How often a key went down.
+/// Returns how often a key was pressed.
 fn count_key_presses(events: &[Event], wanted: Key) -> u32 {
     let is_press =
         |event: &&Event| matches!(event, Event::Key { key, pressed: true, repeat: false, .. } if *key == wanted);
@@ -233,13 +238,13 @@ fn count_key_presses(events: &[Event], wanted: Key) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    //! A tap that is lost confirms nothing; a wheel that throws the needle through the body is no way to hold it.
+    //! Fails if a tap is lost, or if the wheel moves the needle through the body at once.
 
     use eframe::egui::{Modifiers, RawInput, TouchPhase};
 
     use super::*;
 
-    /// What these events ask for in a frame of 0.2 s, the first.
+    /// Returns the steering input of these events in a first frame of 0.2 s.
     fn asked(events: Vec<Event>) -> SteeringWish {
         asked_of(&mut Wheel::default(), 0.2, events)
     }

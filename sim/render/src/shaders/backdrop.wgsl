@@ -1,12 +1,12 @@
-// What is behind: the drape that the body lies on, and a softly lit room. All of it is smooth but the shadows, so that its light is
-// worked out at the corners of a grid.
+// The background: the drape under the body, and a softly lit room. All of it is smooth except the
+// shadows, so its light is computed at the corners of a grid.
 
 struct Varying {
     @builtin(position) clip: vec4f,
-    // As it is shown in the shadow, and in the lamp's light.
+    // Display colour in the shadow, and in the lamp's light.
     @location(0) dark: vec3f,
     @location(1) bright: vec3f,
-    // The place on the drape as the lamp sees it, times a number that is w.
+    // Position on the drape in the lamp's clip space, scaled; w holds the scale.
     @location(2) lamp: vec4f,
 }
 
@@ -21,7 +21,7 @@ fn fold_slope(at: vec2f) -> vec2f {
     return 0.20 * sharp * vec2f(1.0, 0.4) + 0.15 * cos(b) * vec2f(-0.4, 1.0) + 0.05 * cos(c) * vec2f(0.8, 0.6);
 }
 
-// The tray keeps light from the cloth, too: its middle, turn and half extent are those of `tray.rs`.
+// The tray shades the cloth too: its centre, rotation and half extent are those of `tray.rs`.
 fn beside_tray(off: vec2f) -> f32 {
     let from_middle = off + vec2f(0.0, 0.5 * scene.away.w) - TRAY;
     let turned = vec2f(0.976 * from_middle.x - 0.218 * from_middle.y, 0.218 * from_middle.x + 0.976 * from_middle.y);
@@ -39,14 +39,14 @@ fn cloth(world: vec3f, base: vec3f) -> Light {
     let from_focus = world - scene.focus.xyz;
     let off = vec2f(dot(from_focus, scene.across.xyz), dot(from_focus, scene.away.xyz) - 0.5 * scene.away.w);
     let outside = length(max(abs(off) - vec2f(scene.across.w, 0.5 * scene.away.w), vec2f(0.0)));
-    // The body keeps the light of the room from the cloth close to it.
+    // The body shades the cloth close to it from the room's light.
     let close = max(0.30, scene.look.x);
     let open = mix(close, 1.0, smoothstep(-0.004, 0.05, outside)) * beside_tray(off);
     let dark = base * (0.62 * open * (FILL * 0.6 + ambient(normal)));
     return Light(dark, dark + base * (0.62 * LAMP * wrapped(dot(normal, scene.lamp.xyz), 0.25)));
 }
 
-// Far off the drape is lost in the room; the picture is darker towards its corners.
+// Far away the drape fades into the room; the picture is darker towards its corners.
 fn of_light(light: Light, room: vec3f, far: f32, ndc: vec2f) -> Varying {
     let vignette = 1.0 - 0.20 * dot(ndc, ndc);
     let lost = smoothstep(0.16, 0.62, far);
@@ -73,13 +73,14 @@ fn backdrop_vertex(@location(0) at: vec4f) -> Varying {
     let far = select(1.0, length(world.xy - scene.focus.xy), up < -0.01);
     var out = of_light(cloth(world, TEAL), room, far, ndc);
     out.clip = vec4f(ndc, 1.0, 1.0);
-    // Times the ray's fall, by which the place on the drape is even over the picture.
+    // Scaled by the ray's descent, so that the position on the drape interpolates linearly over the
+    // picture.
     out.lamp = scene.light_clip_from_world * vec4f((scene.eye.xyz + LIFT) * ray.z + ray * height, ray.z);
     return out;
 }
 
-// Under a body that is seen through the cloth would turn red tissue grey: what is deeper in the body shows instead.
-// at: a corner of a grid under the body.
+// The cloth would turn red tissue grey under a body that is seen through: the colour of deeper
+// tissue is shown instead. at: a corner of a grid under the body.
 @vertex
 fn floor_vertex(@location(0) at: vec4f) -> Varying {
     let plan = scene.focus.xyz + scene.across.xyz * (at.x * scene.across.w) + scene.away.xyz * ((0.5 + 0.5 * at.y) * scene.away.w);
@@ -87,7 +88,7 @@ fn floor_vertex(@location(0) at: vec4f) -> Varying {
     let clip = scene.clip_from_world * vec4f(world, 1.0);
     let light = cloth(world, mix(TEAL, RED, scene.look.x));
     var out = of_light(light, vec3f(0.0), 0.0, clip.xy / max(clip.w, 1e-3));
-    // Behind everything but the room, and not seen from below.
+    // Behind everything but the room, and not visible from below.
     out.clip = select(vec4f(0.0, 0.0, -1.0, 1.0), vec4f(clip.xy, 0.99999 * clip.w, clip.w), scene.eye.z > world.z);
     out.lamp = scene.light_clip_from_world * vec4f(world + LIFT, 1.0);
     return out;
@@ -99,7 +100,7 @@ fn backdrop_fragment(in: Varying) -> @location(0) vec4f {
     return vec4f(mix(in.dark, in.bright, shadow(lamp) * beside_needle(lamp)), 1.0);
 }
 
-// Where no shadow falls.
+// Without shadows.
 @fragment
 fn bright_fragment(in: Varying) -> @location(0) vec4f {
     return vec4f(in.bright, 1.0);
@@ -115,7 +116,7 @@ fn paper_vertex(@location(0) at: vec4f) -> Paper {
     return Paper(vec4f(at.xy, 1.0, 1.0), 0.5 + 0.5 * at.y);
 }
 
-// Behind a section: paper.
+// The background of a section: paper.
 @fragment
 fn paper_fragment(in: Paper) -> @location(0) vec4f {
     return vec4f(mix(vec3f(0.80, 0.835, 0.86), vec3f(0.90, 0.925, 0.94), in.up), 1.0);

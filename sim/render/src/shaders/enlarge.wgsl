@@ -1,4 +1,5 @@
-// A picture drawn at a lower resolution, onto one of full size; and a level of a texture onto the next smaller one.
+// Copies a picture drawn at a lower resolution onto one of full size, and a mip level of a texture
+// onto the next smaller one.
 
 @group(0) @binding(0) var source: texture_2d<f32>;
 @group(0) @binding(1) var smooth_sampler: sampler;

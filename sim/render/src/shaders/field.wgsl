@@ -1,5 +1,6 @@
-// Superposition: the displacement of every boundary (rows) at every radius (columns) under the frame's loads. Drawn once a frame into
-// a small texture, which every corner of the body then reads.
+// Superposition: the displacement of every boundary (rows) at every radius (columns) under the
+// frame's loads. Rendered once per frame into a small texture, which every vertex of the body then
+// reads.
 
 @group(1) @binding(0) var responses: texture_2d<f32>;
 
@@ -17,7 +18,8 @@ fn sum(boundary: u32, sample: i32) -> f32 {
     return total;
 }
 
-// What a boundary gives way beside the axis, as a share of what it does on it, under a push on itself; without a field a plain hill.
+// Displacement of a boundary at a distance from the axis, relative to that on the axis, under a
+// load on the boundary itself; without a field a smooth hill.
 fn shape(boundary: u32, sample: i32) -> f32 {
     if boundary < scene.count.w {
         let row = i32(boundary * scene.count.w + boundary);
@@ -35,8 +37,9 @@ fn dent(boundary: u32) -> f32 {
     return scene.dents[boundary / 4u][boundary % 4u];
 }
 
-// The field, brought to where the boundary stands on the axis: made smaller as a whole, or pushed on by a load of the boundary's own. Either
-// way changes nothing where the field stands there already.
+// The field, adjusted to the boundary's displacement on the axis: scaled down as a whole, or
+// increased by a load on the boundary itself. Neither changes a field that already has this
+// displacement.
 fn brought(boundary: u32, sample: i32) -> f32 {
     let own = sum(boundary, sample);
     let on_axis = sum(boundary, 0);
@@ -50,7 +53,8 @@ fn brought(boundary: u32, sample: i32) -> f32 {
     return own + (wanted - on_axis) * shape(boundary, sample);
 }
 
-// Boundaries must not pass through each other: a layer keeps an eighth of its thickness, or what it keeps on the axis where that is less.
+// Boundaries must not pass through each other: a layer keeps an eighth of its thickness, or its
+// thickness on the axis if that is less.
 @fragment
 fn superpose(@builtin(position) at: vec4f) -> @location(0) u32 {
     let sample = i32(at.x);

@@ -1,4 +1,5 @@
-// Light on a surface: a lamp with shadows, a softer fill, and a room that is mirrored. Linear colours.
+// Lighting of a surface: a lamp with shadows, a softer fill light, and a mirrored room. Linear
+// colours.
 
 @group(1) @binding(0) var albedos: texture_2d_array<f32>;
 @group(1) @binding(1) var reliefs: texture_2d_array<f32>;
@@ -18,12 +19,13 @@ struct Surface {
     normal: vec3f,
     rough: f32,
     metal: f32,
-    // How far light wraps around what it enters: 0 wood, 0.4 skin.
+    // How far light wraps around by scattering below the surface: 0 wood, 0.4 skin.
     soft: f32,
     open: f32,
 }
 
-// What metal mirrors: softboxes beside and above, a dim room, the drape below.
+// The environment that metal mirrors: softboxes to the sides and above, a dim room, the drape
+// below.
 fn room(dir: vec3f, rough: f32) -> vec3f {
     let up = dir.z;
     let blur = 0.04 + 0.5 * rough;
@@ -33,7 +35,8 @@ fn room(dir: vec3f, rough: f32) -> vec3f {
     let flat_dir = dir.xy * inverseSqrt(max(dot(dir.xy, dir.xy), 1e-6));
     let side = dot(flat_dir, scene.across.xy);
     let ahead = dot(flat_dir, scene.away.xy);
-    // A tall softbox on the left before the body, a narrow one on the right, and dark between them: lines along a shaft.
+    // A tall softbox on the left in front of the body, a narrow one on the right, and dark between
+    // them: lines along a shaft.
     let left = smoothstep(-0.50 + blur, -0.70 - 0.3 * blur, side) * smoothstep(-1.05 - blur, -0.93 + 0.4 * blur, side);
     let right = smoothstep(0.62 - blur, 0.74 + 0.4 * blur, side) * smoothstep(0.97 + blur, 0.88 - 0.4 * blur, side);
     light += vec3f(1.02, 1.03, 1.04) * left + vec3f(0.46, 0.54, 0.62) * right;
@@ -45,21 +48,22 @@ fn ambient(normal: vec3f) -> vec3f {
     return mix(vec3f(0.10, 0.13, 0.14), sky, smoothstep(-1.0, 0.3, normal.z));
 }
 
-// Whether the shadow map is read four times a pixel instead of once.
+// Whether the shadow map is sampled four times per pixel instead of once.
 override soft_shadows: bool = false;
 
-// A place as the lamp sees it, lifted off its surface so that a surface does not shade itself.
+// Position in the lamp's clip space, offset from its surface so that a surface does not shade
+// itself.
 fn lamp_at(world: vec3f, normal: vec3f) -> vec3f {
     return (scene.light_clip_from_world * vec4f(world + normal * 4e-4, 1.0)).xyz;
 }
 
 fn shadow_read(at: vec3f, corner: vec2f) -> f32 {
     let uv = vec2f(0.5, -0.5) * at.xy + 0.5 + 0.85 * scene.lamp.w * corner;
-    // No thin thing is in the map: what is so near a surface is that surface.
+    // The map contains no thin objects: an occluder this close to a surface is the surface itself.
     return textureSampleCompareLevel(shadow_map, shadow_compare, uv, at.z - 2e-3);
 }
 
-// How much of the lamp reaches a place that the lamp sees there.
+// Fraction of the lamp's light at a position in the lamp's clip space.
 fn shadow(at: vec3f) -> f32 {
     var clear = 0.0;
     if soft_shadows {
@@ -68,20 +72,21 @@ fn shadow(at: vec3f) -> f32 {
     } else {
         clear = shadow_read(at, vec2f(0.0));
     }
-    // Without shadows their strength is 0.
+    // Without shadows, their strength is 0.
     return mix(1.0, clear, within_map(at) * scene.bend.w);
 }
 
-// Beyond the map there is light; towards its rim shadows fade.
+// Outside the map there is light; shadows fade towards its edge.
 fn within_map(at: vec3f) -> f32 {
     return smoothstep(1.0, 0.86, max(abs(at.x), abs(at.y)));
 }
 
-// How much wider a shadow's soft edge gets per metre away from what casts it: the lamp is no point.
+// Growth of a shadow's soft edge per metre of distance from the occluder: the lamp is not a point.
 const LAMP_WIDTH: f32 = 0.07;
 
-// How much of the lamp the needle lets by to a place that the lamp sees there. Worked out and not looked up, so that the shadow is sharp where
-// the needle goes in and lost where it stands high above.
+// Fraction of the lamp's light that passes the needle, at a position in the lamp's clip space. It
+// is computed analytically, so that the shadow is sharp at the entry and vanishes below a needle
+// that is far above.
 fn beside_needle(at: vec3f) -> f32 {
     let along = scene.shade_end.xyz - scene.shade_tip.xyz;
     let share = clamp(dot(at.xy - scene.shade_tip.xy, along.xy) / max(dot(along.xy, along.xy), 1e-9), 0.0, 1.0);
@@ -93,12 +98,13 @@ fn beside_needle(at: vec3f) -> f32 {
     let radius = mix(scene.focus.w, 1.1 * HANDLE, handle);
     let soft = 2e-4 + LAMP_WIDTH * max(above, 0.0);
     let dark = smoothstep(-soft, soft, radius - aside) * min(1.0, 2.0 * radius / (radius + soft));
-    // What is high above keeps less of the room's light away, too.
+    // A needle far above also shades less of the room's light.
     let strength = mix(0.8, 0.42, smoothstep(0.004, 0.04, above)) * smoothstep(0.0, 1e-3, above);
     return 1.0 - strength * dark * scene.tip.w * within_map(at);
 }
 
-// The shine of facets: GGX, with shadowing and Fresnel in one cheap factor (Lazarov 2013, Karis 2013).
+// Specular reflection of microfacets: GGX, with shadowing and Fresnel in one cheap factor (Lazarov
+// 2013, Karis 2013).
 fn glint(normal: vec3f, rough: f32, view: vec3f, light: vec3f) -> f32 {
     let half_way = normalize(view + light);
     let nh = max(dot(normal, half_way), 0.0);
@@ -108,14 +114,14 @@ fn glint(normal: vec3f, rough: f32, view: vec3f, light: vec3f) -> f32 {
     return a * a / (PI * d * d * 4.0 * lh * lh * (rough + 0.5)) * max(dot(normal, light), 0.0);
 }
 
-// Light that wraps around is redder the further it went under the surface.
+// Wrapped light is redder the further it travelled below the surface.
 fn wrapped(nl: f32, soft: f32) -> vec3f {
     let w = soft * vec3f(1.0, 0.45, 0.35);
     let scale = 1.0 / (1.0 + w);
     return max((nl + w) * scale * scale, vec3f(0.0));
 }
 
-// What is neither shiny nor wet; `clear` is how much of the lamp reaches it.
+// Diffuse light only; `clear` is the fraction of the lamp's light that arrives.
 fn matte(s: Surface, clear: f32) -> vec3f {
     let nl = dot(s.normal, scene.lamp.xyz);
     let fill = max(0.7 + dot(s.normal, FILL_FROM), 0.0) * 0.55;
@@ -142,7 +148,7 @@ fn lit_metal(s: Surface, view: vec3f, clear: f32) -> vec3f {
     return mirrored * (s.open * room + LAMP * (0.22 * clear * glint(s.normal, s.rough, view, scene.lamp.xyz)));
 }
 
-// Khronos PBR Neutral: colours of base stay what they are, highlights roll off.
+// Khronos PBR Neutral tone mapping: base colours are unchanged, highlights roll off.
 fn rolled_off(light: vec3f) -> vec3f {
     let low = min(light.x, min(light.y, light.z));
     let toe = select(0.04, low - 6.25 * low * low, low < 0.08);
@@ -152,7 +158,8 @@ fn rolled_off(light: vec3f) -> vec3f {
     if peak < start {
         return c;
     }
-    // The peak becomes new_peak = 1 - d²/a and is mixed with grey by 1 - 1/(0.15 (peak - new_peak) + 1); all by one division.
+    // The peak becomes new_peak = 1 - d²/a and is mixed with grey by 1 - 1/(0.15 (peak - new_peak)
+    // + 1); all by one division.
     let d = 1.0 - start;
     let a = peak + d - start;
     let b = (0.15 * (peak - 1.0) + 1.0) * a + 0.15 * d * d;
@@ -165,19 +172,20 @@ fn shown(light: vec3f) -> vec3f {
     return encoded(rolled_off(light));
 }
 
-// Encoded for the eye: the curve of sRGB, by roots.
+// Approximates the sRGB transfer function by roots.
 fn encoded(light: vec3f) -> vec3f {
     let a = sqrt(max(light, vec3f(0.0)));
     let b = sqrt(a);
     return 0.585122381 * a + 0.783140355 * b - 0.368262736 * sqrt(b);
 }
 
-// What is behind a body that fades shows through it, most where it is looked at straight: `clearest` is what is left there.
+// A fading body shows the objects behind it, most where the view is perpendicular to its surface:
+// `clearest` is the opacity there.
 fn seen_through(s: Surface, view: vec3f, light: vec3f, clearest: f32) -> vec4f {
     let rim = 1.0 - abs(dot(s.normal, view));
     let clear = smoothstep(0.0, 0.9, scene.look.x);
     let alpha = mix(1.0, mix(clearest, 0.45, rim * rim), clear);
-    // What light goes through glows in its own colour instead of darkening what is behind it.
+    // Transmitted light glows in the body's own colour instead of darkening the objects behind.
     let glow = s.base * 0.9 + 0.22;
     return vec4f(shown(mix(light, glow, 0.65 * clear)), alpha);
 }
@@ -186,7 +194,8 @@ fn towards_eye(world: vec3f) -> vec3f {
     return select(-scene.forward.xyz, normalize(scene.eye.xyz - world), scene.eye.w > 0.5);
 }
 
-// Distance in front of the cut face, negative behind it, and everywhere in a body that is not cut open.
+// Distance in front of the cut face, negative behind it; negative everywhere in a body that is not
+// cut open.
 fn before_cut(world: vec3f) -> f32 {
     return select(dot(world - scene.focus.xyz, scene.cut.xyz), -1.0, scene.look.y > 0.5);
 }

@@ -1,6 +1,7 @@
-// The needle: stylet, cannula and hub, in the needle's frame (+z from hub to tip, tip at the origin), bent and set into the patient frame.
+// The needle: stylet, cannula and hub, in the needle's frame (+z from hub to tip, tip at the
+// origin), bent and placed in the patient frame.
 
-// Radius of a drop that falls, in m, as in `hub.rs`.
+// Radius of a falling drop, in m, as in `hub.rs`.
 const DROP: f32 = 0.0023;
 
 struct Varying {
@@ -12,7 +13,7 @@ struct Varying {
 }
 
 fn placed(own: vec3f) -> vec3f {
-    // A cantilever held at the hub and pushed at the tip bends by s²(3 - s)/2.
+    // A cantilever clamped at the hub and loaded at the tip bends by s²(3 - s)/2.
     let s = clamp(1.0 + own.z / scene.needle_x.w, 0.0, 1.0);
     return scene.tip.xyz + turned(own) + scene.bend.xyz * (0.5 * s * s * (3.0 - s));
 }
@@ -21,7 +22,7 @@ fn turned(own: vec3f) -> vec3f {
     return scene.needle_x.xyz * own.x + scene.needle_y.xyz * own.y + scene.needle_z.xyz * own.z;
 }
 
-// A plunger goes in.
+// Part 5, the plunger, moves in.
 @vertex
 fn needle_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying {
     var out: Varying;
@@ -70,18 +71,18 @@ fn part_of(in: Varying) -> Surface {
     return s;
 }
 
-// Clear plastic, tinted: what stands in it is seen where it is looked at straight.
+// Clear tinted plastic: its content is visible where the view is perpendicular to it.
 fn hub_base(normal: vec3f, in: Varying) -> vec3f {
     let facing = abs(dot(normal, towards_eye(in.world)));
     let inside = smoothstep(0.15, 0.65, facing);
     let plastic = mix(vec3f(0.05, 0.22, 0.42), vec3f(0.16, 0.38, 0.58), inside);
-    // It fills from the needle on.
+    // It fills from the needle to its mouth.
     let filled = mix(scene.rim.x, scene.rim.y, scene.hub.x);
     let blood = inside * smoothstep(-3e-4, 3e-4, in.own.z - filled) * step(1e-3, scene.hub.x);
     return mix(plastic, vec3f(0.26, 0.008, 0.008), 0.96 * blood);
 }
 
-// A drop that hangs at the rim of the hub, and one that has fallen from it.
+// The drop that hangs at the rim of the hub, and one that has fallen from it.
 @vertex
 fn drop_vertex(@location(0) at: vec4f, @location(1) normal: vec4f, @builtin(instance_index) instance: u32) -> Varying {
     let falls = instance == 1u;
@@ -89,7 +90,7 @@ fn drop_vertex(@location(0) at: vec4f, @location(1) normal: vec4f, @builtin(inst
     let radius = select(scene.hub.z, whole, falls);
     let rim = placed(vec3f(0.0, 0.0, scene.rim.w)) + scene.across.xyz * scene.rim.z;
     var out: Varying;
-    // The picture's own down: the body lies on its belly in it.
+    // Down in the picture, along -z: the body is prone.
     out.world = rim + at.xyz * radius - vec3f(0.0, 0.0, radius + select(0.0, scene.hub.w, falls));
     out.normal = normal.xyz;
     out.own = vec3f(0.0);
@@ -98,14 +99,15 @@ fn drop_vertex(@location(0) at: vec4f, @location(1) normal: vec4f, @builtin(inst
     return out;
 }
 
-// Glass and water: clear where they are looked at straight, bright at their edges and where they mirror the lamp.
+// Glass and water: clear where the view is perpendicular, bright at edges and where they mirror the
+// lamp.
 @fragment
 fn glass_fragment(in: Varying) -> @location(0) vec4f {
     let view = towards_eye(in.world);
     let normal = normalize(in.normal);
     let facing = abs(dot(normal, view));
     let rim = pow(1.0 - facing, 2.0);
-    // In a section: a pale body with a dark outline, as the needle has.
+    // In a section: a pale body with a dark outline, like the needle.
     if scene.cut.w > 0.5 {
         return vec4f(mix(vec3f(0.62, 0.74, 0.84), vec3f(0.10, 0.12, 0.15), smoothstep(0.3, 0.8, rim)), 0.30 + 0.65 * smoothstep(0.3, 0.8, rim));
     }
@@ -120,7 +122,7 @@ fn glass_fragment(in: Varying) -> @location(0) vec4f {
     return vec4f(shown(colour), max(clear, 0.7 * mark));
 }
 
-// Another attempt's needle: the same shape, straight, seen through.
+// Another attempt's needle: the same shape, straight and transparent.
 @vertex
 fn ghost_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying {
     let axes = mat3x3f(scene.ghost_x.xyz, scene.ghost_y.xyz, scene.ghost_z.xyz);

@@ -1,4 +1,5 @@
-// What every shader of the picture shares: the frame's numbers, the body's shape and how it gives way. Lengths in m, patient frame.
+// Shared by all shaders of the picture: the frame's uniforms, and the body's shape and deformation.
+// Lengths in m, patient frame.
 
 struct Puncture {
     entry: vec3f,
@@ -11,24 +12,25 @@ struct Scene {
     clip_from_world: mat4x4f,
     world_from_clip: mat4x4f,
     light_clip_from_world: mat4x4f,
-    // Camera; w is 0 where rays are parallel.
+    // Position of the camera; w is 0 for parallel rays.
     eye: vec4f,
-    // Where the camera looks; w: width of a pixel at 1 m distance (at any distance where rays are parallel).
+    // Direction of the camera's view; w: width of a pixel at 1 m distance (at any distance for
+    // parallel rays).
     forward: vec4f,
     // Middle of the cut on the skin; w: radius of the needle.
     focus: vec4f,
     // Along the cut, to the right; w: half the block's width.
     across: vec4f,
-    // Into the block, level; w: depth of the block behind the cut.
+    // Into the block, horizontal; w: depth of the block behind the cut.
     away: vec4f,
-    // Down the cut, by one metre of depth; w: depth of the lowest boundary.
+    // Down the cut, per metre of depth; w: depth of the lowest boundary.
     down: vec4f,
     // Out of the cut face; w: 1 in the section view.
     cut: vec4f,
-    // The needle's axis as the tissue sees it; w: how near the needle is, 1 in the tissue.
+    // The needle's axis in the tissue; w: nearness of the needle, 1 in the tissue.
     axis: vec4f,
-    // The needle: three axes in the patient frame, tip, and what the tip is bent off. w: length; tip to rim; depth of the
-    // tip; strength of the needle's shadow, and of the body's.
+    // The needle: three axes in the patient frame, tip, and deflection of the tip by bending. w:
+    // length; tip to rim; depth of the tip; strength of the needle's shadow, and of the body's.
     needle_x: vec4f,
     needle_y: vec4f,
     needle_z: vec4f,
@@ -39,39 +41,45 @@ struct Scene {
     ghost_y: vec4f,
     ghost_z: vec4f,
     ghost: vec4f,
-    // Towards the lamp; w: size of a shadow texel as a share of the map.
+    // Direction to the lamp; w: size of a shadow texel relative to the map.
     lamp: vec4f,
-    // Fade of the body; 1 where it is not cut open; radius that the field reaches; half the extent of the skin's shape.
+    // Fade of the body; 1 if it is not cut open; radius of the field; half the extent of the skin's
+    // shape.
     look: vec4f,
-    // Where the skin's shape is centred (x, y); structure that is touched, or -1; level of the ground.
+    // Centre of the skin's shape (x, y); index of the touched structure, or -1; height of the
+    // ground.
     place: vec4f,
-    // The needle as the lamp sees it: its tip, and the end of what is on its hub. w: half the lamp's width, in m; share of the
-    // length at which the hub begins.
+    // The needle in the lamp's clip space: its tip, and the end of the part on its hub. w: half the
+    // width of the lamp's map, in m; fraction of the length at which the hub begins.
     shade_tip: vec4f,
     shade_end: vec4f,
-    // Blood in the hub, 0 to 1; way of the plunger; radius of the drop that hangs there; how far another has fallen.
+    // Blood in the hub, 0 to 1; travel of the plunger; radius of the hanging drop; distance that
+    // another has fallen.
     hub: vec4f,
-    // Along the needle: where the hub begins, its mouth; where a drop hangs, off the axis and along it.
+    // Along the needle: beginning of the hub, and its mouth. Position of a hanging drop, off the
+    // axis and along it.
     rim: vec4f,
-    // Radius that skin and layers bend with, or 0; direction of its line in plan, and 1, for a cylinder.
+    // Radius of curvature of skin and layers, or 0; for a cylinder, the direction of its line in
+    // plan, and 1.
     curve: vec4f,
-    // Layers; punctures; samples of the field along the radius; loads.
+    // Numbers of layers, punctures, samples of the field along the radius, and loads.
     count: vec4u,
-    // Top, bottom, material, 1 where the tip has opened it.
+    // Top, bottom, material, and 1 if the tip has opened it.
     layers: array<vec4f, 16>,
     punctures: array<Puncture, 16>,
     // Forces, four to a row.
     loads: array<vec4f, 12>,
-    // Where every boundary stands on the needle's line, four to a row.
+    // Displacement of every boundary on the needle's line, four to a row.
     dents: array<vec4f, 4>,
 }
 
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var skin_shape: texture_2d<f32>;
-// The bits of a float: every adapter can draw whole numbers, not every one floats.
+// The bits of a float: every adapter can render to integers, but not every one to floats.
 @group(0) @binding(2) var field: texture_2d<u32>;
 
-// Height of the skin above that of the force law at a place of the patient frame, and its slope in x and y.
+// Height of the skin above that of the force law at a position of the patient frame, and its slope
+// in x and y.
 fn skin_at(at: vec2f) -> vec3f {
     let size = vec2f(textureDimensions(skin_shape)) - 1.0;
     let texel = clamp((at - scene.place.xy) / (2.0 * scene.look.w) + 0.5, vec2f(0.0), vec2f(0.9999)) * size;
@@ -89,7 +97,8 @@ fn field_at(boundary: u32, sample: i32) -> f32 {
     return bitcast<f32>(textureLoad(field, vec2i(clamp(abs(sample), 0, last), i32(boundary)), 0).x);
 }
 
-// Displacement of a boundary at a distance from the axis, and its derivative. Samples lie at reach (i/(n-1))².
+// Displacement of a boundary at a distance from the axis, and its derivative. Samples are at the
+// radii reach (i/(n-1))².
 fn displacement(boundary: u32, radius: f32) -> vec2f {
     if boundary >= scene.count.x {
         return vec2f(0.0);
@@ -124,10 +133,11 @@ fn depth_of(boundary: u32) -> f32 {
     return select(scene.layers[min(boundary, 15u)].x, scene.down.w, boundary >= scene.count.x);
 }
 
-// So far aside, in radii, a layer goes straight on.
+// Lateral distance, relative to the radius, beyond which a layer continues straight.
 const TURNED = 0.75;
 
-// Height of a layer at a place in plan, at a depth below the skin, and its slope in x and y. `DrawnBend::height_m` does the same for the skin.
+// Height of a layer at a position in plan, at a depth below the skin, and its slope in x and y.
+// `DrawnBend::height_m` does the same for the skin.
 fn concentric(at: vec2f, depth: f32) -> vec3f {
     let radius = scene.curve.x - depth;
     if scene.curve.x <= 0.0 {
@@ -141,7 +151,7 @@ fn concentric(at: vec2f, depth: f32) -> vec3f {
     return vec3f(up - scene.curve.x - (far - arc) * slope, -slope * aside / max(far, 1e-6));
 }
 
-// The same of what lies on a table, where a block that bends ends.
+// The same, but not below the table, at which a block that bends ends.
 fn above_table(at: vec2f, depth: f32) -> vec3f {
     let lies = concentric(at, depth);
     let table = scene.focus.z - scene.down.w;
@@ -149,7 +159,7 @@ fn above_table(at: vec2f, depth: f32) -> vec3f {
     return select(lies, vec3f(table, 0.0, 0.0), scene.curve.x > 0.0 && is_on_table);
 }
 
-// A place on a boundary, in m across and away from the middle of the cut.
+// A position on a boundary, in m across and away from the middle of the cut.
 fn boundary_at(plan: vec2f, boundary: u32) -> Tissue {
     let depth = depth_of(boundary);
     let level = vec3f(scene.focus.xy, 0.0) + scene.across.xyz * plan.x + scene.away.xyz * plan.y;
@@ -172,7 +182,7 @@ fn boundary_at(plan: vec2f, boundary: u32) -> Tissue {
     return tissue;
 }
 
-// Hashes of the plane, and noise made of them.
+// Hashes of the plane, and noise computed from them.
 fn hash2(cell: vec2i) -> vec2f {
     var v = vec2u(bitcast<u32>(cell.x), bitcast<u32>(cell.y)) * 1664525u + 1013904223u;
     v.x += v.y * 1664525u;
@@ -184,7 +194,7 @@ fn hash2(cell: vec2i) -> vec2f {
     return vec2f(v & vec2u(0xffffffu)) / 16777216.0;
 }
 
-// Value noise that does not repeat, in 0..1.
+// Value noise without repetition, in 0..1.
 fn grain(at: vec2f) -> f32 {
     let cell = vec2i(floor(at));
     let f = fract(at);

@@ -19,7 +19,8 @@ fn solid_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying {
     return out;
 }
 
-// What lies beside the body is placed as the block is: to the right, away, and up from the drape.
+// Objects next to the body are placed relative to the block: to the right, away, and up from the
+// drape.
 @vertex
 fn tray_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying {
     var out: Varying;
@@ -31,8 +32,9 @@ fn tray_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying {
     return out;
 }
 
-// Kinds: 0 target, 1 vessel, 2 nerve, 3 bone, 4 organ. Told apart from the tissue around them, and from each other, by eyes that confuse
-// red and green too: nothing that lies in yellow fat is yellow, and an organ is bluer than muscle.
+// Kinds: 0 target, 1 vessel, 2 nerve, 3 bone, 4 organ. Users who confuse red and green must
+// distinguish them too, from the surrounding tissue and from each other: no structure in yellow fat
+// is yellow, and an organ is bluer than muscle.
 fn kind_of(kind: u32, world: vec3f) -> Surface {
     var s = Surface(vec3f(0.05, 0.42, 0.72), vec3f(0.0), 0.35, 0.0, 0.15, 1.0);
     let mottle = grain(world.xy * 1400.0 + world.z * 700.0);
@@ -96,7 +98,7 @@ struct Skin {
     @location(1) normal: vec3f,
 }
 
-// The skin of a whole patient and the drape on it, which lies over the block's rim.
+// The skin of a whole patient and the drape on it, which covers the block's edge.
 @vertex
 fn patient_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Skin {
     let world = at.xyz + 0.0015 * normal.xyz;
@@ -108,7 +110,7 @@ fn patient_shadow(@location(0) at: vec4f, @location(1) normal: vec4f) -> Skin {
     return Skin(scene.light_clip_from_world * vec4f(at.xyz, 1.0), at.xyz, normal.xyz);
 }
 
-// Where the block's own skin stands for the patient's, that skin is not there to cast a shadow either.
+// The patient's skin casts no shadow where the block's own skin replaces it.
 @fragment
 fn patient_shadow_beside(in: Skin) {
     if beside_block(in) < 0.0 {
@@ -116,8 +118,8 @@ fn patient_shadow_beside(in: Skin) {
     }
 }
 
-// How far a place on the back lies beside the block in plan, in m; below zero where the block's own skin, which gives way under the
-// needle, stands for the patient's.
+// Distance of a position on the back from the block in plan, in m; negative where the block's own
+// skin, which deforms under the needle, replaces the patient's.
 fn beside_block(in: Skin) -> f32 {
     let off = in.world - scene.focus.xyz;
     let away = dot(off, scene.away.xyz);
@@ -125,10 +127,11 @@ fn beside_block(in: Skin) -> f32 {
     return select(max(aside.x, aside.y), 1.0, in.normal.z < 0.0);
 }
 
-// A drape with a window, which the block is, lies on the back so far around it, in m.
+// A drape with the block as its window covers the back up to this distance from the block, in m.
 const DRAPED: f32 = 0.062;
 
-// As skin from above in `tissue.wgsl`, with its picture laid on from above or from a side; or the drape.
+// The same as skin from above in `tissue.wgsl`, with its texture projected from above or from a
+// side; or the drape.
 fn patient_surface(in: Skin, beside: f32) -> Surface {
     let normal = normalize(in.normal);
     let size = abs(normal);
@@ -143,7 +146,7 @@ fn patient_surface(in: Skin, beside: f32) -> Surface {
     let broad = 0.98 + 0.06 * sin(k.x + 1.7 * sin(0.7 * k.y)) + 0.05 * sin(1.3 * k.y - k.z + 1.9 * sin(0.8 * k.x));
     let skin = Surface(colour.rgb * colour.rgb * broad, normal, 0.5, 0.0, 0.42, mix(0.55, 1.0, colour.w));
     if beside > DRAPED {
-        // Darker where the drape's edge keeps the light off.
+        // Darker where the drape's edge blocks the light.
         return Surface(skin.base, skin.normal, skin.rough, 0.0, skin.soft, skin.open * smoothstep(-0.006, 0.008, beside - DRAPED));
     }
     let folds = vec3f(0.10 * sin(41.0 * in.world.x + 13.0 * in.world.y), 0.10 * sin(37.0 * in.world.y - 17.0 * in.world.x), 0.0);
@@ -176,14 +179,14 @@ fn patient_faded(in: Skin) -> @location(0) vec4f {
     return seen_through(s, view, light, 0.10);
 }
 
-// The far side of a patient who is seen through: flesh, darker the deeper it is.
+// The far side of a transparent patient: flesh, darker with depth.
 @fragment
 fn patient_inside(in: Skin) -> @location(0) vec4f {
     let s = Surface(vec3f(0.50, 0.19, 0.155), -normalize(in.normal), 0.9, 0.0, 0.4, 1.0);
     return vec4f(shown(matte(s, 0.5)), 1.0);
 }
 
-// Odd where the cut goes through a solid: its inside is counted into the stencil.
+// The count is odd where the cut passes through a solid: its inside is counted into the stencil.
 @fragment
 fn solid_inside(in: Varying) {
     if before_cut(in.world) > 0.0 {
@@ -201,7 +204,8 @@ fn solid_fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(
     s.normal = normalize(in.normal);
     var world = in.world;
     if !front {
-        // The far wall seen through the cut stands for the cut itself: moved into its plane and lit like it.
+        // The far wall, seen through the cut, represents the cut face: it is moved into its plane
+        // and lit like it.
         s.normal = scene.cut.xyz;
         world += view * (-before_cut(world) / max(dot(view, scene.cut.xyz), 1e-3));
         s.base *= 0.72;
@@ -218,7 +222,7 @@ fn solid_fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(
     return vec4f(shown(light), 1.0);
 }
 
-// In a section: what lies behind the cut face, as a shadow of itself.
+// In a section: structures behind the cut face, as silhouettes.
 @fragment
 fn solid_behind(in: Varying) -> @location(0) vec4f {
     if before_cut(in.world) > 0.0 || in.world.z < scene.place.w {
@@ -229,7 +233,7 @@ fn solid_behind(in: Varying) -> @location(0) vec4f {
     return vec4f(encoded(s.base), 0.10 + 0.5 * rim);
 }
 
-// Kinds: 0 planned line, 1 entry, 2 target; drawn as light, the same from every side.
+// Kinds: 0 planned line, 1 entry, 2 target; unlit, the same from every side.
 fn guide_colour(kind: u32) -> vec3f {
     return select(vec3f(0.10, 0.85, 0.75), vec3f(0.16, 0.42, 1.0), kind > 1u);
 }

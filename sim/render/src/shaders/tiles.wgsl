@@ -1,4 +1,5 @@
-// The materials' tiles, made once of noise: colour and openness; slope in x and y and roughness. They repeat without a seam.
+// The materials' tiles, generated once from noise: colour and openness; slope in x and y and
+// roughness. They repeat without a seam.
 
 struct Varying {
     @builtin(position) clip: vec4f,
@@ -11,7 +12,8 @@ fn tile_vertex(@builtin(vertex_index) index: u32) -> Varying {
     return Varying(vec4f(ndc, 0.0, 1.0), ndc * 0.5 + 0.5);
 }
 
-// A cell's number where the plane repeats. By division of floats: a processor divides integers one by one.
+// Wraps a cell's number in a periodic plane. Uses division of floats: software rendering divides
+// integers one by one.
 fn wrapped(cell: vec2f, period: vec2f) -> vec2i {
     return vec2i(cell - period * floor((cell + 0.5) / period));
 }
@@ -48,9 +50,11 @@ fn fibres(uv: vec2f, along: i32, across: i32) -> f32 {
     return periodic(uv * vec2f(f32(along), f32(across)), vec2i(along, across), 7);
 }
 
-// Cells around scattered points: distance to the nearest, how much farther the second is, and a number of the cell's own.
+// Cells around scattered points: distance to the nearest, additional distance to the second, and a
+// random number of the cell.
 fn cells(uv: vec2f, period: i32) -> vec3f {
-    // Not known to the compiler, so that it keeps the loop: unrolled everywhere it takes seconds to compile.
+    // Unknown to the compiler, so that it keeps the loop: unrolled everywhere, it takes seconds to
+    // compile.
     let one = min(period, 1);
     let at = uv * f32(period);
     let cell = vec2i(floor(at));
@@ -156,7 +160,7 @@ fn dermis(uv: vec2f) -> Tile {
 }
 
 struct Painted {
-    // The root of the colour, which eight bits hold better; openness.
+    // The square root of the colour, which eight bits represent more precisely; openness.
     @location(0) colour: vec4f,
     // Height in widths of the tile, roughness.
     @location(1) height: vec4f,
@@ -167,7 +171,8 @@ fn painted(here: Tile) -> Painted {
     return Painted(vec4f(sqrt(here.colour), open), vec4f(here.height, here.rough, 0.0, 1.0));
 }
 
-// Each material has its own entry: a processor that stands in for a graphics card would make all of them at every texel.
+// Each material has its own entry point: software rendering would compute all of them at every
+// texel.
 @fragment
 fn paint_skin(in: Varying) -> Painted {
     return painted(skin(in.uv));

@@ -6,35 +6,39 @@ struct Varying {
     @location(1) rest: vec3f,
     @location(2) normal: vec3f,
     @location(3) tangent: vec3f,
-    // Depth below the layer's top before anything moved; 1 on a cut face; steepness of the tent; tone.
+    // Undeformed depth below the layer's top; 1 on a cut face; slope of the tent; tone.
     @location(4) more: vec4f,
-    // Place on the material's tile, in tiles.
+    // Position on the material's tile, in tiles.
     @location(5) at: vec2f,
-    // What the layer is made of, and the picture of it: what a processor would look up pixel by pixel comes from the corners.
+    // The layer's material, and its texture: the vertices provide them, since looking them up per
+    // pixel is slow in software rendering.
     @location(6) @interpolate(flat) made: vec2u,
-    // As the lamp sees it.
+    // Position in the lamp's clip space.
     @location(7) lamp: vec3f,
-    // Distance from the needle's axis, in its radii, and how far below the tip. Even along every ray of corners.
+    // Distance from the needle's axis, in its radii, and distance below the tip. Linear along every
+    // ray of vertices.
     @location(8) needle: vec2f,
 }
 
-// Whether what is behind shows through.
+// Whether objects behind show through.
 override faded: bool = false;
 
-// The part of a body that is not cut open lies before the cut: the same corners, mirrored, numbered from here on.
+// A body that is not cut open also has a part in front of the cut: the same vertices, mirrored,
+// with instances numbered from here on.
 const BEFORE: u32 = 16u;
-// How far it goes on, as a share of what is behind.
+// Its extent relative to the part behind.
 const NEARER: f32 = 0.7;
 
 struct Placed {
     tissue: Tissue,
     boundary: u32,
     layer: u32,
-    // 1 behind the cut, -1 before it.
+    // 1 behind the cut, -1 in front of it.
     side: f32,
 }
 
-// plan: end of a ray from the middle of the cut, in m, and how far along it; wall: outward normal, 1 at the layer's bottom, 1 on a face.
+// plan: end of a ray from the middle of the cut, in m, and distance along it; wall: outward normal,
+// 1 at the layer's bottom, 1 on a face.
 fn placed(plan: vec3f, wall: vec4f, instance: u32) -> Placed {
     let before = instance >= BEFORE;
     let layer = instance % BEFORE;
@@ -55,7 +59,7 @@ fn tissue_vertex(@location(0) plan: vec3f, @location(1) wall: vec4f, @builtin(in
     let face = select(outward, scene.cut.xyz, wall.y < -0.5);
     out.normal = select(tissue.normal, face, wall.w > 0.5);
     out.tangent = select(vec3f(1.0, 0.0, 0.0), scene.away.xyz * wall.x - scene.across.xyz * (wall.y * at.side), wall.w > 0.5);
-    // Broad differences in tone, so that a tile is not seen to repeat.
+    // Broad differences in tone, which hide the repetition of a tile.
     let k = tissue.rest * 60.0;
     let broad = 0.98 + 0.06 * sin(k.x + 1.7 * sin(0.7 * k.y)) + 0.05 * sin(1.3 * k.y - k.z + 1.9 * sin(0.8 * k.x));
     let depth = depth_of(at.boundary);
@@ -81,7 +85,8 @@ fn tissue_shadow(@location(0) plan: vec3f, @location(1) wall: vec4f, @builtin(in
     return scene.light_clip_from_world * vec4f(placed(plan, wall, instance).tissue.world, 1.0);
 }
 
-// Pictures of the materials: skin, fat, muscle, fascia, bone, fluid, skin cut through. Width of a tile, in m.
+// Textures of the materials: skin, fat, muscle, fascia, bone, fluid, skin cut through. Width of a
+// tile, in m.
 fn tile_width(material: u32) -> f32 {
     switch material {
         case 0u: { return 0.036; }
@@ -93,7 +98,8 @@ fn tile_width(material: u32) -> f32 {
     }
 }
 
-// Depth of blood at a place on the skin, in units of its full depth: a pool with a ragged rim, and a trickle sideways.
+// Depth of blood at a position on the skin, relative to its full depth: a pool with a ragged edge,
+// and a trickle to the side.
 fn blood_depth(off: vec2f, blood: f32) -> f32 {
     let angle = atan2(off.y, off.x);
     let ragged = 0.16 * sin(3.0 * angle + 0.7) + 0.09 * sin(5.0 * angle + 2.1) + 0.05 * sin(9.0 * angle);
@@ -107,13 +113,13 @@ fn blood_depth(off: vec2f, blood: f32) -> f32 {
     return dome * (2.0 - dome);
 }
 
-// Depth of blood and darkness of a hole at a place on the skin.
+// Depth of blood and darkness of a hole at a position on the skin.
 fn wet(rest: vec3f) -> vec2f {
     var out = vec2f(0.0);
     for (var i = 0u; i < scene.count.y; i++) {
         let puncture = scene.punctures[i];
         let off = rest.xy - puncture.entry.xy;
-        // No farther than the pool and the trickle reach.
+        // Beyond the reach of pool and trickle there is nothing to add.
         if abs(off.y - 0.003) < 0.010 && off.x < 0.008 && off.x > -0.040 {
             out.y = max(out.y, smoothstep(0.85, 0.45, length(off) / scene.focus.w));
             if puncture.blood > 0.0 {
@@ -132,7 +138,7 @@ fn tilted(normal: vec3f, along_x: vec3f, along_y: vec3f, rise: vec2f) -> vec3f {
     return normalize(abs(area) * normal - sign(area) * (rise.x * a + rise.y * b));
 }
 
-// How much a place inside the body belongs to a track, and how bloody it is.
+// How much a position inside the body belongs to a track, and how bloody it is.
 fn track(rest: vec3f) -> vec2f {
     var out = vec2f(0.0);
     for (var i = 0u; i < scene.count.y; i++) {
@@ -163,21 +169,22 @@ fn band(material: u32) -> vec3f {
     }
 }
 
-// What a place of the body is made of, by the tiles.
+// The material at a position of the body, from the tiles.
 struct Bit {
     surface: Surface,
     view: vec3f,
     flat_normal: vec3f,
-    // Depth below the layer's top, and of a pixel.
+    // Depth below the layer's top, and its change per pixel.
     from_top: f32,
     pixel: f32,
 }
 
-// Each kind of face has its own entry: a processor that stands in for a graphics card runs both sides of every branch.
+// Each kind of face has its own entry point: software rendering executes both sides of every
+// branch.
 fn bit_of(in: Varying, rough: f32) -> Bit {
     let across = in.tangent;
     let view = towards_eye(in.world);
-    // What is seen from behind, through a faded body, is lit as seen.
+    // A face seen from behind, through a faded body, is lit from the viewer's side.
     let outward = normalize(in.normal);
     let flat_normal = select(outward, -outward, in.more.y > 0.5 && dot(outward, view) < 0.0);
     let along = cross(flat_normal, across);
@@ -195,12 +202,12 @@ fn bit_of(in: Varying, rough: f32) -> Bit {
     bit.surface.rough = relief.z;
     bit.surface.metal = 0.0;
     bit.surface.soft = 0.36;
-    // The needle keeps the room's light from what is close to it.
+    // The needle shades tissue close to it from the room's light.
     bit.surface.open = mix(0.55, 1.0, colour.w) * mix(1.0, smoothstep(-0.6, 2.6, in.needle.x), beside);
     return bit;
 }
 
-// `clear` is how much of the lamp reaches it.
+// `clear` is the fraction of the lamp's light that arrives.
 fn seen(bit: Bit, clear: f32, clearest: f32) -> vec4f {
     let light = lit(bit.surface, bit.view, clear);
     if faded {
@@ -224,7 +231,7 @@ fn face_fragment(in: Varying) -> @location(0) vec4f {
     return seen(lined_bit(in), shadow(in.lamp), 0.16);
 }
 
-// The same with tracks and what bled into them.
+// The same with tracks and the blood in them.
 @fragment
 fn tracked_fragment(in: Varying) -> @location(0) vec4f {
     var bit = lined_bit(in);
@@ -235,7 +242,8 @@ fn tracked_fragment(in: Varying) -> @location(0) vec4f {
     return seen(bit, shadow(in.lamp), 0.16);
 }
 
-// A boundary inside the body, seen when the body is faded: without relief and shine, which what lies over it would hide.
+// A boundary inside a faded body: without relief and specular light, which the tissue above it
+// would hide.
 @fragment
 fn sheet_fragment(in: Varying) -> @location(0) vec4f {
     var bit = bit_of(in, 0.0);

@@ -17,19 +17,22 @@ use crate::output;
 
 /// Validate scenes, exercises, curricula and instruments, and print the plan of their simulation
 ///
-/// Lists every issue of every file with its line and column. Refuses unsound scenes, whose ruptures would raise the
-/// force or the elastic energy, and names the largest sound threshold. Prints the layers, the spread between patients and
-/// the closed-form ruptures of each exercise, and the plan of its tissue: model, unknowns, bytes, expected error, cost. Of an exercise
-/// it judges an untouched needle, pricks, a lunge, and an attempt that is not confirmed or not withdrawn: a rubric that pays for
-/// these is found, as are lines that reward the worse value and metrics that no rubric should ask for. Exit 0 when all is well, 1 when
-/// anything was found. A planned way that meets bone before the target is named with the bone, the depth and the nearest free angle.
+/// Lists every issue of every file with its line and column. Rejects unsound scenes, whose ruptures
+/// would raise the force or the elastic energy, and prints the largest sound threshold. Prints the
+/// layers, the spread between patients and the closed-form ruptures of each exercise, and the plan
+/// of its tissue: model, unknowns, bytes, expected error, cost. If a planned path meets bone before
+/// the target, prints the bone, the depth and the nearest free angle. Tests the rubric of each
+/// exercise with an untouched needle, pricks, a lunge, and an attempt that is not confirmed or not
+/// withdrawn: a rubric that gives points for these is a finding, as are lines that reward the worse
+/// value and metrics that no rubric should use. Exits with status 0 without findings, otherwise 1.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet check curricula/scenes/*.toml curricula/lower-back-basics/course.toml")]
 pub struct CheckArgs {
     /// The documents
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
-    /// Check an exercise on a body with each of so many patients too, from seed 1, and list those that it can be done on
+    /// Check one exercise on a body with each patient of the seeds 1 to N, and list the seeds for
+    /// which it can be done
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     seeds: Option<u32>,
     /// Print the result as JSON

@@ -1,4 +1,4 @@
-//! `stylet check --seeds`: which patients an exercise on a body can be done on.
+//! `stylet check --seeds`: the patients on whom an exercise on a body can be done.
 
 use std::path::{Path, PathBuf};
 
@@ -12,15 +12,15 @@ use crate::exit::{Failure, Outcome};
 use crate::output;
 use crate::progress::Progress;
 
-/// A patient, and why the exercise cannot be done on it.
+/// A patient, and the reasons why the exercise cannot be done on it.
 #[derive(Serialize)]
 struct SeedReport {
     seed: u32,
-    /// What the check finds; empty where the exercise can be done.
+    /// Findings of the check; empty if the exercise can be done.
     issues: Vec<String>,
 }
 
-/// Checks the one exercise of `files` with patients from seed 1 to `most`.
+/// Checks the one exercise of `files` with each patient of the seeds 1 to `most`.
 pub fn run(files: &[PathBuf], most: u32, json: bool) -> Outcome {
     let [file] = files else { return Err(Failure::input("--seeds checks one exercise: name one file")) };
     let Document::Exercise(bundle) = documents::load::read_document(file)? else {
@@ -47,7 +47,7 @@ pub fn run(files: &[PathBuf], most: u32, json: bool) -> Outcome {
     if good.is_empty() { Err(Failure::Found) } else { Ok(()) }
 }
 
-/// An exercise and its scene as they are written.
+/// An exercise and its scene as written.
 struct Texts {
     exercise: String,
     scene: Table,
@@ -62,12 +62,12 @@ impl Texts {
             return Err(Failure::refused(&path, "no [anatomy]: only a body has other patients"));
         }
         let mut exercise: Table = read(file)?.parse().map_err(|error| Failure::refused(file, error))?;
-        // Pictures of a briefing lie beside the file, and show one patient.
+        // The pictures of a briefing are files next to the exercise, and show one patient only.
         exercise.remove("picture");
         Ok(Self { exercise: exercise.to_string(), scene })
     }
 
-    /// What the check finds with another patient.
+    /// Returns the findings of the check with another patient.
     fn check(&self, seed: u32) -> Result<Vec<String>, Failure> {
         let mut scene = self.scene.clone();
         if let Some(anatomy) = scene.get_mut("anatomy").and_then(toml::Value::as_table_mut) {
@@ -86,7 +86,7 @@ impl Texts {
     }
 }
 
-/// Issues without their places, which are those of another text.
+/// Returns issues without line and column, which refer to a generated document.
 fn reasons(issues: &[documents::Issue]) -> Vec<String> {
     issues.iter().map(|issue| format!("{}: {}", issue.field, issue.found)).collect()
 }

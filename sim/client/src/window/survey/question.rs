@@ -1,4 +1,4 @@
-//! A question and what answers it: marks on a line, a list, a field.
+//! A question and its input: marks on a line, a list, or a field.
 
 use assessment::questionnaire::{Answer, Refused, read_answer};
 use documents::Instrument;
@@ -9,19 +9,19 @@ use eframe::egui::{
 
 use crate::window::colours;
 
-/// Most marks on a line; a finer scale is a field for a number.
+/// Maximum number of marks on a line; a finer scale is a field for a number.
 const MOST_MARKS: usize = 21;
 /// Length of a line of marks, in points.
 const LINE: f32 = 300.0;
 
-/// What was typed into a field, and why it is no answer.
+/// Text typed into a field, and the reason why it is not a valid answer.
 #[derive(Clone, Debug, Default)]
 pub struct Typed {
     text: String,
     refused: Option<Refused>,
 }
 
-/// A question of an instrument in a language.
+/// A question of an instrument, in a language.
 #[derive(Clone, Copy)]
 pub struct Question<'a> {
     pub instrument: &'a Instrument,
@@ -34,7 +34,7 @@ impl Question<'_> {
         words.in_language(self.language).to_owned()
     }
 
-    /// One frame. True when the answer has changed.
+    /// Shows one frame; returns true if the answer has changed.
     pub fn ui(&self, ui: &mut Ui, answer: &mut Option<Answer>, typed: &mut Typed) -> bool {
         let Some(scale) = self.instrument.scale(self.item) else { return false };
         ui.add_space(10.0);
@@ -58,7 +58,7 @@ impl Question<'_> {
         true
     }
 
-    /// The field of a question; what was said, where something was.
+    /// Shows the input of a question; returns the new answer, if it was changed.
     fn field(&self, ui: &mut Ui, scale: &ScaleKind, answer: Option<&Answer>, typed: &mut Typed) -> Option<Vec<String>> {
         match scale {
             ScaleKind::Likert { points, labels, first, last, .. } if labels.is_empty() => {
@@ -101,7 +101,8 @@ impl Question<'_> {
         }
     }
 
-    /// A line of marks between two ends; there is no mark before one is set, for it would be an answer already.
+    /// Shows a line of marks between two ends. No mark is set initially, since that would be an
+    /// answer already.
     fn line(
         &self,
         ui: &mut Ui,
@@ -122,7 +123,7 @@ impl Question<'_> {
                 }
             }
         });
-        // Each end's words under their end.
+        // The text of each end is below it.
         ui.allocate_ui(vec2(LINE, 0.0), |ui| {
             ui.columns(2, |halves| {
                 halves[0].label(RichText::new(first).weak().small());
@@ -134,7 +135,8 @@ impl Question<'_> {
     }
 }
 
-/// Draws a line of marks, with the one that is set, and reads pointer and arrow keys; the mark that is set then.
+/// Draws a line of marks with the selected one, and reads pointer and arrow keys; returns the mark
+/// selected now.
 fn draw_line(ui: &mut Ui, marks: &[f64], at: Option<usize>, name: &str) -> Option<usize> {
     let (area, response) = ui.allocate_exact_size(vec2(LINE, 26.0), Sense::click_and_drag());
     let last = marks.len().saturating_sub(1);
@@ -150,7 +152,7 @@ fn draw_line(ui: &mut Ui, marks: &[f64], at: Option<usize>, name: &str) -> Optio
         ui.painter().circle_filled(pos2(x(at), area.center().y), 7.0, colours::FORCE);
     }
     response.widget_info(|| WidgetInfo { value: at.map(|at| marks[at]), ..WidgetInfo::slider(true, 0.0, name) });
-    // The arrows move the mark, not the focus.
+    // The arrow keys move the mark, not the focus.
     let arrows = EventFilter { horizontal_arrows: true, ..EventFilter::default() };
     ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, arrows));
     let pointed = response.interact_pointer_pos().map(|pointer| {
@@ -176,7 +178,7 @@ fn text_of(answer: Option<&Answer>) -> Option<&str> {
     }
 }
 
-/// A list to choose one from; choosing it again takes the answer back.
+/// Shows a list to choose one option from; choosing it again removes the answer.
 fn choose_one_option(
     ui: &mut Ui,
     options: impl Iterator<Item = (String, String)>,

@@ -1,5 +1,5 @@
-//! The panel, driven by keys alone. Fails when an answer is not on the disk at once, when what was declined or deleted leaves a
-//! trace, or when going away loses what was answered.
+//! Uses the panel by keys alone. Fails if an answer is not on the disk at once, if declined or
+//! deleted answers leave a trace, or if leaving loses answers.
 
 use std::fs;
 use std::path::Path;
@@ -37,7 +37,7 @@ text = { en = "Anything else?", de = "Noch etwas?" }
 scale = "words"
 "#;
 
-/// A station whose school cannot be reached.
+/// A station whose school is unreachable.
 struct SurveyStation {
     folder: TempDir,
     context: Context,
@@ -88,7 +88,7 @@ impl SurveyStation {
         keys.iter().for_each(|key| self.press(*key));
     }
 
-    /// Files in the outbox with an extension, but locks.
+    /// Returns the contents of the files in the outbox with an extension.
     fn files(&self, extension: &str) -> Vec<Value> {
         let found = fs::read_dir(self.folder.path()).unwrap().map(|entry| entry.unwrap().path());
         let read = |path: &Path| serde_json::from_slice(&fs::read(path).unwrap()).unwrap();
@@ -99,12 +99,12 @@ impl SurveyStation {
         self.files("draft").len() + self.files("answers").len()
     }
 
-    /// Past both languages to the agreement.
+    /// Moves past both languages to the agreement, and consents.
     fn begin(&mut self) {
         self.press_all(&[Key::Tab, Key::Tab, Key::Tab, Key::Enter]);
     }
 
-    /// Begins, and sets the line's second mark.
+    /// Consents, and sets the line's second mark.
     fn answer(&mut self) {
         self.begin();
         self.press_all(&[Key::Tab, Key::ArrowRight, Key::ArrowRight]);
@@ -133,7 +133,7 @@ fn each_answer_is_on_the_disk_at_once_and_can_be_deleted() {
         (drafts.len(), &drafts[0]["answers"], &drafts[0]["sent"]),
         (1, &json!({ "mental": 5.0 }), &json!(false))
     );
-    // The cross beside the line, the text, send, delete.
+    // The cross next to the line, the text, send, delete.
     station.press_all(&[Key::Tab, Key::Tab, Key::Tab, Key::Tab, Key::Enter]);
     assert!(station.survey.is_none(), "the panel is gone");
     assert_eq!(station.waits(), 0);
