@@ -57,6 +57,15 @@ struct Reminder<'a> {
     link: &'a str,
 }
 
+/// Where letters go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MailWay {
+    /// To a mail server.
+    Server,
+    /// Into a folder of the service's machine, where nobody receives them.
+    Folder,
+}
+
 /// What somebody is reminded of.
 #[derive(Clone, Copy, Debug)]
 pub struct Reminded<'a> {

@@ -9,17 +9,9 @@ use serde::Deserialize;
 use words::Language;
 
 use super::form::{FilledForm, read_ticked_box, read_trimmed_text};
+use super::letters::MailWay;
 use super::trainee::needed_in_words;
 use super::{Shell, format};
-
-/// Where letters go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MailWay {
-    /// To a mail server.
-    Server,
-    /// Into a folder of the service's machine, where nobody receives them.
-    Folder,
-}
 
 /// The page.
 #[derive(Debug, Template, WebTemplate)]

@@ -10,6 +10,7 @@ use time::OffsetDateTime;
 
 use super::charts::{self, ScorePoint};
 use super::concern::say_concern;
+use super::listed::PageNumbers;
 use super::progress::HabitsView;
 use super::session::uncounted_in_short;
 use super::{Shell, StatusWord, format};
@@ -151,17 +152,6 @@ pub struct OwnAttemptRow {
     pub flagged: bool,
     /// Why it counts nowhere; absent where it counts.
     pub uncounted: Option<Uncounted>,
-}
-
-/// A stretch of a long list.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PageNumbers {
-    /// This stretch, from 1.
-    pub page: u32,
-    /// How many stretches there are.
-    pub last: u32,
-    /// How many entries there are in all.
-    pub entries: u32,
 }
 
 /// What a course view is made of.
