@@ -14,6 +14,10 @@ use crate::device::DeviceInfo;
 /// A pop below this is lost in the friction of an arm, in N: a Phantom Omni has 0.26 N.
 pub const FELT_POP_N: f64 = 0.3;
 
+/// The springs of friction and cutting together are at most so many times as stiff as what the device can show (choice): they give way
+/// after a few tenths of a millimetre, and store little. `tests/main/passivity.rs` holds a free handle to that.
+const MOST_SLIDING: f64 = 5.0;
+
 /// The limit that a device sets to a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
@@ -29,9 +33,11 @@ pub enum Limit {
 /// can show, and what is felt of its force goes down with that.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scaling {
-    /// Force on the handle per force of the scene, from 0 to 1, of everything but the boundaries.
+    /// Force on the handle per force of the scene, from 0 to 1, of everything but boundaries, friction and cutting.
     pub factor: f64,
-    /// Why it is less than 1.
+    /// The same of friction and cutting, which hold a spring each: less where the two are far stiffer than the device can show.
+    pub sliding_factor: f64,
+    /// Why `factor` is less than 1.
     pub limit: Limit,
     /// Largest axial force on the way to the target, in N, unscaled.
     pub peak_n: f64,
@@ -68,7 +74,9 @@ impl Scaling {
             least => (least, Limit::Force),
         };
         let factors = boundary_factors(spec, factor, info.max_stiffness_n_per_m);
-        let shown = scale_spec(spec, factor, &factors);
+        let springs_n_per_m = 2.0 * spec.presliding_stiffness_n_per_m.max(f64::MIN_POSITIVE);
+        let sliding_factor = factor.min(MOST_SLIDING * info.max_stiffness_n_per_m.max(0.0) / springs_n_per_m);
+        let shown = scale_spec(spec, sliding_factor, &factors);
         let pops_n = tip_pops_n(&shown);
         let boundaries = shown.layers.iter().zip(&factors).enumerate().map(|(at, (layer, &factor))| ScaledBoundary {
             name: layer.name.clone(),
@@ -78,6 +86,7 @@ impl Scaling {
         let softest = shown.layers.iter().take(met).map(|layer| layer.stiffness_n_per_m);
         Self {
             factor,
+            sliding_factor,
             limit,
             peak_n,
             scaled_peak_n: self::peak_n(&shown, met),
@@ -91,7 +100,7 @@ impl Scaling {
     pub fn silent(self) -> Self {
         let silent = |boundary| ScaledBoundary { factor: 0.0, ..boundary };
         let boundaries = self.boundaries.into_iter().map(silent).collect();
-        Self { factor: 0.0, scaled_peak_n: 0.0, boundaries, ..self }
+        Self { factor: 0.0, sliding_factor: 0.0, scaled_peak_n: 0.0, boundaries, ..self }
     }
 
     /// The force of a tick on this device, in the patient frame, in N. Never allocates.
@@ -100,7 +109,8 @@ impl Scaling {
         let less = |boundary: usize| self.boundaries.get(boundary).map_or(0.0, |b| self.factor - b.factor);
         let softened_n =
             less(state.axial.tip_open) * output.axial.tip_n + less(state.axial.rim_open) * output.axial.rim_n;
-        output.force_n * self.factor + state.latched_axis().unwrap_or_default() * softened_n
+        let sliding_n = (self.factor - self.sliding_factor) * (output.axial.friction_n + output.axial.cutting_n);
+        output.force_n * self.factor + state.latched_axis().unwrap_or_default() * (softened_n + sliding_n)
     }
 
     /// The boundaries up to the target that the device cannot show as stiff as they are.
@@ -164,8 +174,8 @@ fn boundary_factors(spec: &AxialSpec, factor: f64, device_n_per_m: f64) -> Vec<f
     factors
 }
 
-/// The scene as the device shows it: boundaries by their own factors, everything else by that of the scene.
-fn scale_spec(spec: &AxialSpec, factor: f64, factors: &[f64]) -> AxialSpec {
+/// The boundaries of a scene as the device shows them, each by its own factor, with friction and cutting by theirs.
+fn scale_spec(spec: &AxialSpec, sliding_factor: f64, factors: &[f64]) -> AxialSpec {
     let scale = |(layer, own): (&Layer, &f64)| {
         let mut shown = layer.clone();
         for force in [
@@ -176,10 +186,10 @@ fn scale_spec(spec: &AxialSpec, factor: f64, factors: &[f64]) -> AxialSpec {
         ] {
             *force *= own;
         }
-        for force in [&mut shown.damping_n_s_per_m2, &mut shown.friction_n_per_m, &mut shown.cutting_n] {
-            *force *= factor;
+        for force in [&mut shown.friction_n_per_m, &mut shown.cutting_n] {
+            *force *= sliding_factor;
         }
-        shown.options.static_friction_n_per_m = shown.options.static_friction_n_per_m.map(|n| n * factor);
+        shown.options.static_friction_n_per_m = shown.options.static_friction_n_per_m.map(|n| n * sliding_factor);
         shown
     };
     AxialSpec { layers: spec.layers.iter().zip(factors).map(scale).collect(), ..spec.clone() }
@@ -317,7 +327,7 @@ mod tests {
                 let scaling = Scaling::new(&spec, 0.048, &device(force_n, stiffness));
                 assert!(scaling.scaled_peak_n <= force_n * (1.0 + 1e-12));
                 let factors: Vec<f64> = scaling.boundaries.iter().map(|boundary| boundary.factor).collect();
-                let shown = scale_spec(&spec, scaling.factor, &factors);
+                let shown = scale_spec(&spec, scaling.sliding_factor, &factors);
                 assert!(shown.layers.iter().all(|l| l.stiffness_n_per_m <= stiffness * (1.0 + 1e-12)));
                 assert_eq!(find_unsound_ruptures(&shown), [], "on {force_n} N, {stiffness} N/m");
             }

@@ -58,6 +58,15 @@ struct Reminder<'a> {
     link: &'a str,
 }
 
+/// The way letters are delivered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MailWay {
+    /// Sent through a mail server.
+    Server,
+    /// Written to a folder on the server, and not delivered.
+    Folder,
+}
+
 /// An assignment to be reminded of.
 #[derive(Clone, Copy, Debug)]
 pub struct Reminded<'a> {

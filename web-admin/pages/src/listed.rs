@@ -3,10 +3,19 @@
 use model::count_u32;
 use model::folding::{make_search_text, split_search_words};
 
-use super::trainee::PageNumbers;
-
 /// People on one page.
 const PER_PAGE: usize = 50;
+
+/// A stretch of a long list.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PageNumbers {
+    /// This stretch, from 1.
+    pub page: u32,
+    /// How many stretches there are.
+    pub last: u32,
+    /// How many entries there are in all.
+    pub entries: u32,
+}
 
 /// What is looked for, and which page is wanted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

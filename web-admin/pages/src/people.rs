@@ -13,8 +13,8 @@ use model::membership::MembershipRequest;
 
 use self::bulk::{BulkDone, BulkForm, BulkRefused};
 use super::form::FilledForm;
+use super::letters::MailWay;
 use super::listed::ListPart;
-use super::settings::MailWay;
 use super::{Shell, StatusWord, format, people};
 
 /// All roles, in the order of selection.

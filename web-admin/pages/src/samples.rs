@@ -16,13 +16,13 @@ use super::assignments::DueLine;
 use super::cohort::{CohortFigures, CohortPage, CourseShare, NamedTrainee, TraineeRow};
 use super::exercise::{Context, ExerciseFacts, ExercisePage};
 use super::judgement::{GradedAttempt, JudgementView, MetricSpread, OthersSpreads};
-use super::listed::{ListPart, ListQuery};
+use super::listed::{ListPart, ListQuery, PageNumbers};
 use super::news::NewsItem;
 use super::people::SelectOption;
 use super::progress::HabitsView;
 use super::session::{Drawing, Ruling, SessionOutcome, SessionPage, VerificationResult};
 use super::shell::ShellVisitor;
-use super::trainee::{CourseFacts, CourseView, OwnAttemptRow, PageNumbers, TraineePage};
+use super::trainee::{CourseFacts, CourseView, OwnAttemptRow, TraineePage};
 use super::{NavPlace, Shell, StatusWord};
 
 mod insertion;

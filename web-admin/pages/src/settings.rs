@@ -9,17 +9,9 @@ use serde::Deserialize;
 use words::Language;
 
 use super::form::{FilledForm, read_ticked_box, read_trimmed_text};
+use super::letters::MailWay;
 use super::trainee::needed_in_words;
 use super::{Shell, format};
-
-/// Where letters go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MailWay {
-    /// Sent through a mail server.
-    Server,
-    /// Written to a folder on the server, and not delivered.
-    Folder,
-}
 
 /// The settings page.
 #[derive(Debug, Template, WebTemplate)]

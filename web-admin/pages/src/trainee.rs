@@ -10,6 +10,7 @@ use time::OffsetDateTime;
 
 use super::charts::{self, ScorePoint};
 use super::concern::say_concern;
+use super::listed::PageNumbers;
 use super::progress::HabitsView;
 use super::session::uncounted_in_short;
 use super::{Shell, StatusWord, format};
@@ -152,17 +153,6 @@ pub struct OwnAttemptRow {
     pub flagged: bool,
     /// Why it does not count; `None` if it does.
     pub uncounted: Option<Uncounted>,
-}
-
-/// Position in a paginated list.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PageNumbers {
-    /// Number of this page, from 1.
-    pub page: u32,
-    /// Number of pages.
-    pub last: u32,
-    /// Total number of entries.
-    pub entries: u32,
 }
 
 /// Course data from which a course view is built.

@@ -108,7 +108,7 @@ impl Bench {
         let ledger = self.state.ledger();
         let boundaries = ledger.layers.iter().zip(&self.scaling.boundaries);
         let tents_j: f64 = boundaries.map(|(layer, boundary)| layer.elastic_j * boundary.factor).sum();
-        tents_j + self.scaling.factor * ledger.presliding_j
+        tents_j + self.scaling.sliding_factor * ledger.presliding_j
     }
 
     /// Goes to a depth in m, at 50 mm/s, and rests there.

@@ -53,6 +53,9 @@ impl FollowError {
     }
 }
 
+/// A coupled field may be off by so many times its tolerance: what is more is not felt.
+const MOST_UNCERTAIN: f64 = 3.0;
+
 /// The computation of a tissue's field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldPlan {
@@ -113,7 +116,7 @@ impl Field {
             let (error, tolerance) = (field.plan.expected_relative_error, tissue.tolerance);
             // Earlier recordings were made with whatever came of it.
             let is_felt = tissue.coupled && tissue.judging >= Judging::Fourth;
-            return if is_felt && error > tolerance {
+            return if is_felt && error > MOST_UNCERTAIN * tolerance {
                 Err(FollowError::Uncertain { error, tolerance })
             } else {
                 Ok(field)

@@ -164,7 +164,7 @@ fn a_field_that_is_hardly_known_is_shown_and_never_felt() {
     let pierced = make_ball([0.0, 0.0, -19.0], 9.0, 1000.0);
     let shown = lower_back_with(0.0, Skin::Flat, &[pierced]);
     let error = Field::new(&shown).expect("a field").plan().expected_relative_error;
-    assert!(error > shown.tolerance, "{error}: this lump is no hard case any more");
+    assert!(error > 3.0 * shown.tolerance, "{error}: this lump is no hard case any more");
     let felt = TissueSpec { coupled: true, ..shown };
     assert!(matches!(Field::new(&felt), Err(FollowError::Uncertain { .. })));
     assert!(Field::new(&TissueSpec { judging: Judging::Third, ..felt }).is_ok(), "earlier recordings re-simulate");

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use assessment::{Deduction, catalogue};
+use assessment::{Deduction, DeductionCause, catalogue};
 
 use crate::count_u32;
 
@@ -42,12 +42,14 @@ pub struct Habits {
 }
 
 impl Habits {
-    /// Computes habits and strengths from the deductions of attempts.
+    /// Computes habits and strengths from the deductions of attempts. Deductions for a missed requirement are left out: they say nothing about
+    /// a line.
     #[must_use]
     pub fn of(attempts: &[&[Deduction]]) -> Self {
         let mut by_metric: BTreeMap<&str, Vec<(usize, f64)>> = BTreeMap::new();
         for (place, deductions) in attempts.iter().enumerate() {
-            for deduction in *deductions {
+            let of_their_own = |deduction: &&Deduction| !matches!(deduction.cause, DeductionCause::Required { .. });
+            for deduction in deductions.iter().filter(of_their_own) {
                 by_metric.entry(&deduction.metric).or_default().push((place, deduction.points));
             }
         }
@@ -83,6 +85,8 @@ mod tests {
     //! Checks that a single bad attempt is not called a habit, and that a line with deductions is
     //! not called a strength.
 
+    use assessment::UnmetRequirement;
+
     use super::*;
 
     fn attempt(lost: &[(&str, f64)]) -> Vec<Deduction> {
@@ -90,9 +94,19 @@ mod tests {
             metric: (*metric).to_owned(),
             version: 1,
             points: *points,
-            cause: assessment::DeductionCause::NoSuchMetric,
+            cause: DeductionCause::NoSuchMetric,
         };
         lost.iter().map(deduction).collect()
+    }
+
+    #[test]
+    fn an_attempt_that_lacks_what_is_required_tells_of_no_habit() {
+        let mut missed = attempt(&[("peak_force_n", 10.0)]);
+        missed[0].cause = DeductionCause::Required { unmet: UnmetRequirement::Within };
+        let gentle = attempt(&[("peak_force_n", 0.0)]);
+        let attempts = [&missed[..], &missed, &missed, &gentle, &gentle, &gentle];
+        let Habits { habits, strengths } = Habits::of(&attempts);
+        assert_eq!((habits.len(), strengths.len()), (0, 1), "{habits:?}");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use model::directory::{BulkAct, BulkExemption, BulkPlan};
 
 use super::{SelectOption, bulk};
 use crate::Shell;
-use crate::settings::MailWay;
+use crate::letters::MailWay;
 
 /// Bulk actions, in the order of the list.
 pub const BULK_ACTS: [BulkAct; 5] = [BulkAct::Invite, BulkAct::Join, BulkAct::Leave, BulkAct::Disable, BulkAct::Enable];

@@ -7,7 +7,7 @@ use model::roster::{Leaving, LineOutcome, Refusal, RosterChange, RosterColumn, R
 use serde::Deserialize;
 
 use super::form::{FilledForm, read_ticked_box, read_trimmed_text};
-use super::settings::MailWay;
+use super::letters::MailWay;
 use super::{Shell, StatusWord, roster};
 
 mod columns;
