@@ -38,7 +38,7 @@ pub const ACCEPTED_FOR_ONE: &[(&str, &str, &str)] = &[
     ),
 ];
 
-/// True when what a package says of its licence, an SPDX expression or an older list with strokes, leaves a choice that is
+/// True when the licence of a package, an SPDX expression or an older list with slashes, leaves a choice that is
 /// accepted throughout. An expression that does not parse is not accepted.
 #[must_use]
 pub fn may_ship(package: &str, expression: &str) -> bool {

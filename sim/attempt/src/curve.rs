@@ -5,10 +5,10 @@
 //! with the greatest force are kept, so no peak is lost.
 
 use documents::ExerciseBundle;
-use recording::{Event, EventKind, Recording, Sample};
+use recording::{Event, EventKind, Recording};
 use serde::{Deserialize, Serialize};
 
-use crate::force::HandForces;
+use crate::force::{HandForces, HandSample};
 use crate::layers::{LayerSpan, span_layers};
 use crate::stages::{StageSpan, span_stages};
 
@@ -98,7 +98,7 @@ impl AttemptCurve {
     }
 }
 
-fn curve_point((sample, force_n): (&Sample, f64)) -> CurvePoint {
+fn curve_point(HandSample { sample, force_n }: HandSample<'_>) -> CurvePoint {
     CurvePoint {
         t_s: round_to_micro(sample.t_s),
         advance_mm: round_to_micro(sample.x_m * 1e3),

@@ -16,6 +16,15 @@ pub fn hand_force_n(sample: &Sample, axis: &Vector3<f64>) -> f64 {
     -axis.dot(&Vector3::new(force(0), force(1), force(2)))
 }
 
+/// A sample, and the force on the hand along the needle.
+#[derive(Clone, Copy, Debug)]
+pub struct HandSample<'a> {
+    /// The sample.
+    pub sample: &'a Sample,
+    /// The force, in N, positive outwards.
+    pub force_n: f64,
+}
+
 /// The force on the hand along the needle at each sample of a recording.
 #[derive(Clone, Debug)]
 pub struct HandForces<'a> {
@@ -40,20 +49,20 @@ impl<'a> HandForces<'a> {
     }
 
     /// Returns each sample with its force in N.
-    pub fn iter(&self) -> impl Iterator<Item = (&'a Sample, f64)> {
-        self.samples.iter().zip(self.forces_n.iter().copied())
+    pub fn iter(&self) -> impl Iterator<Item = HandSample<'a>> {
+        self.samples.iter().zip(&self.forces_n).map(|(sample, &force_n)| HandSample { sample, force_n })
     }
 
     /// Returns the samples with the least and the greatest force in each of `most / 2` even
     /// stretches, with their forces in N. A sample whose time, displacement or force is not finite
     /// is left out.
     #[must_use]
-    pub fn thin(&self, most: usize) -> Vec<(&'a Sample, f64)> {
-        let is_finite = |(sample, force_n): &(&Sample, f64)| {
+    pub fn thin(&self, most: usize) -> Vec<HandSample<'a>> {
+        let is_finite = |HandSample { sample, force_n }: &HandSample<'_>| {
             sample.t_s.is_finite() && sample.x_m.is_finite() && force_n.is_finite()
         };
         let finite: Vec<_> = self.iter().filter(is_finite).collect();
-        keep_extremes(&finite, most, |(_, force_n)| *force_n).into_iter().copied().collect()
+        keep_extremes(&finite, most, |hand| hand.force_n).into_iter().copied().collect()
     }
 
     /// Returns the force just before an event, in N. At a rupture the contactor's own force is that
@@ -117,7 +126,7 @@ mod tests {
         (samples[1].lateral_n, samples[1].force_n[0]) = ([3.0, 0.0, 0.0], 3.0);
         let attempt = recording(samples);
         let forces = HandForces::measure(&attempt);
-        let found: Vec<f64> = forces.iter().map(|(_, force_n)| force_n).collect();
+        let found: Vec<f64> = forces.iter().map(|hand| hand.force_n).collect();
         assert!(found.iter().zip([0.5, 5.0, 5.0]).all(|(a, b)| (a - b).abs() < 1e-6), "{found:?}");
         let pop = Event {
             t_s: 2.5,
@@ -143,15 +152,15 @@ mod tests {
         let kept = HandForces::measure(&attempt).thin(600);
         assert!(kept.len() <= 600);
         for t_s in [31.234, 45.678] {
-            assert!(kept.iter().any(|(sample, _)| (sample.t_s - t_s).abs() < 1e-9), "the extreme at {t_s} s");
+            assert!(kept.iter().any(|hand| (hand.sample.t_s - t_s).abs() < 1e-9), "the extreme at {t_s} s");
         }
-        assert!(kept.windows(2).all(|pair| pair[0].0.t_s < pair[1].0.t_s));
+        assert!(kept.windows(2).all(|pair| pair[0].sample.t_s < pair[1].sample.t_s));
     }
 
     #[test]
     fn few_samples_stay_and_what_is_not_a_number_does_not() {
         let attempt = recording(vec![sample(0.0, 0.1, 0.0), sample(1.0, f32::NAN, 0.0), sample(2.0, 0.3, 0.0)]);
-        let times: Vec<f64> = HandForces::measure(&attempt).thin(600).iter().map(|(sample, _)| sample.t_s).collect();
+        let times: Vec<f64> = HandForces::measure(&attempt).thin(600).iter().map(|hand| hand.sample.t_s).collect();
         assert_eq!(times, [0.0, 2.0]);
         assert!(HandForces::measure(&recording(vec![])).thin(600).is_empty());
     }

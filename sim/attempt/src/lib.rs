@@ -27,7 +27,7 @@ mod wounds;
 
 pub use curve::{AttemptCurve, CurveMark, CurvePoint, MAX_CURVE_POINTS, MarkKind};
 pub use dents::Dents;
-pub use force::{HandForces, hand_force_n, raise_to_rupture_n};
+pub use force::{HandForces, HandSample, hand_force_n, raise_to_rupture_n};
 pub use hand::HandChoice;
 pub use insertion::{Insertion, deepest_insertion, find_insertions, is_inserted, needle_axis};
 pub use layers::{LayerSpan, patient_thicknesses_m, span_layers};

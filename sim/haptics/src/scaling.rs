@@ -16,7 +16,7 @@ pub const FELT_POP_N: f64 = 0.3;
 
 /// The springs of friction and cutting together are at most so many times as stiff as what the device can show (choice): they give way
 /// after a few tenths of a millimetre, and store little. `tests/main/passivity.rs` holds a free handle to that.
-const MOST_SLIDING: f64 = 5.0;
+const MOST_SLIDING: f64 = 2.5;
 
 /// The limit that a device sets to a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -53,7 +53,7 @@ pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The instructor of whoever masters the course was there: so a certificate can be saved.
+/// Marks attempts of the person who masters the course as supervised, so that a certificate can be saved.
 async fn confirm_presence(state: &AppState) -> anyhow::Result<()> {
     let certified = LEARNERS.iter().find(|learner| learner.is_certified()).context("somebody who is certified")?;
     let find = async |name: &str| {
@@ -68,7 +68,7 @@ async fn confirm_presence(state: &AppState) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Everything that waits for somebody.
+/// Ratings and surveys that wait for an answer.
 async fn list_waiting(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Vec<WaitingReview>> {
     let mut waiting: Vec<WaitingReview> = Vec::new();
     loop {

@@ -40,9 +40,9 @@ const DAY_S: i64 = 86_400;
 /// The first attempt of a day begins at 9:00 UTC; the next ones follow every 15 minutes.
 const OPENING_S: i64 = 9 * 3600;
 const SLOT_S: i64 = 900;
-/// From four in the afternoon on everybody of the day has been there, and what an instructor says of it is said.
+/// From four in the afternoon on, the day's attempts and the comments on them are complete.
 const CLOSING_S: i64 = 16 * 3600;
-/// The course that everybody practises. The school teaches every shipped course; the others wait for whoever looks around.
+/// The course that all trainees practise. The school teaches every shipped course.
 const COURSE: &str = "lower-back-basics";
 /// The course for those who have mastered the first one, on a whole patient.
 const NEXT_COURSE: &str = "lumbar-epidural-on-a-body";

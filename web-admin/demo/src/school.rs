@@ -80,7 +80,7 @@ impl Learner {
         Skill::novice().towards(&Skill::expert(), 1.0 - remaining)
     }
 
-    /// Whether somebody comes so often that they master the whole course, and an instructor is there each time.
+    /// Whether the person practises so often that they master the whole course, always with an instructor.
     #[must_use]
     pub const fn is_certified(&self) -> bool {
         self.days.len() > 3

@@ -5,7 +5,7 @@
 //! A query uses the coarsest level that is still finer than requested, so that its cost is the same
 //! for a minute and for an hour.
 
-use attempt::HandForces;
+use attempt::{HandForces, HandSample};
 use recording::{Recording, Sample};
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -45,7 +45,7 @@ pub struct TimeSpan {
 impl TimeSpan {
     /// One sample with the force on the hand along the needle in N. A value that is not a number stays one, so that it never counts among
     /// its neighbours.
-    fn of((sample, force_n): (&Sample, f64)) -> Self {
+    fn of(HandSample { sample, force_n }: HandSample<'_>) -> Self {
         let finite = |value: f64| if value.is_finite() { value } else { f64::NAN };
         let (depth_mm, force_n) = (finite(f64::from(sample.depth_m) * 1e3), finite(force_n));
         Self {
@@ -118,7 +118,7 @@ impl Pyramid {
     }
 
     /// Builds the pyramid of samples in order of time, each with the force on the hand along the needle in N.
-    fn of_samples(samples: &[(&Sample, f64)]) -> Self {
+    fn of_samples(samples: &[HandSample<'_>]) -> Self {
         let mut base = 1;
         while samples.len().div_ceil(base) > MOST_FINEST {
             base *= FACTOR;
@@ -230,7 +230,8 @@ mod tests {
     fn pyramid(forces_n: &[f64]) -> Pyramid {
         let samples: Vec<Sample> =
             (0..forces_n.len()).map(|t_s| Sample { t_s: t_s as f64, ..Sample::default() }).collect();
-        Pyramid::of_samples(&samples.iter().zip(forces_n.iter().copied()).collect::<Vec<_>>())
+        let hand = samples.iter().zip(forces_n).map(|(sample, &force_n)| HandSample { sample, force_n });
+        Pyramid::of_samples(&hand.collect::<Vec<_>>())
     }
 
     #[test]

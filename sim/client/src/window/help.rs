@@ -24,7 +24,7 @@ pub const IN_A_LINE: &str =
 /// Whether figures for the station's maintainer are shown: F3 shows and hides them on every page of
 /// the window.
 pub fn shows_figures(ui: &Ui) -> bool {
-    let id = egui::Id::unique("station figures");
+    let id = egui::Id::unique(module_path!());
     let pressed = ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::F3));
     ui.ctx().data_mut(|data| {
         let shown = data.get_temp_mut_or_default::<bool>(id);

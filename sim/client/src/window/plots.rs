@@ -39,12 +39,12 @@ impl Curves {
     /// Computes the curves of a recording.
     pub fn new(name: &'static str, recording: &Recording) -> Self {
         let forces = HandForces::measure(recording);
-        let inside = forces.iter().filter(|(sample, _)| sample.x_m > 0.0);
-        let depth = inside.map(|(sample, force_n)| [sample.x_m * 1e3, force_n]);
+        let inside = forces.iter().filter(|hand| hand.sample.x_m > 0.0);
+        let depth = inside.map(|hand| [hand.sample.x_m * 1e3, hand.force_n]);
         let pops = recording.events.iter().filter(|event| event.kind.contactor().is_some());
         Self {
             name,
-            time: forces.thin(MOST_POINTS).iter().map(|(sample, force_n)| [sample.t_s, *force_n]).collect(),
+            time: forces.thin(MOST_POINTS).iter().map(|hand| [hand.sample.t_s, hand.force_n]).collect(),
             depth: distinct_points(depth),
             pops: pops.map(|event| [event.t_s, forces.before_n(event)]).collect(),
             duration_s: recording.samples.last().map_or(0.0, |sample| sample.t_s),

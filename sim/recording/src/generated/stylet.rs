@@ -158,7 +158,8 @@ pub struct Event {
     /// Tip position, in m; for a contact the entry point.
     #[prost(message, optional, tag = "5")]
     pub position_m: ::core::option::Option<Vector3>,
-    /// Force just before, in N: the contactor's elastic force at a rupture, the whole axial force otherwise.
+    /// Force just before, in N: the contactor's elastic force at a rupture, otherwise the layers' share of the axial force: bone and the hub
+    /// are only in force_n of NeedleSample.
     #[prost(double, tag = "6")]
     pub force_n: f64,
     /// Energy dissipated by a rupture, in J.

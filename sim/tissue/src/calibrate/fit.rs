@@ -1,5 +1,4 @@
-//! The complete fit: guess, descend from several starts, try neighbouring places, make sound,
-//! report.
+//! The complete fit: guess, descend from several starts, try neighbouring places, make sound, report.
 
 use law::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
 use law::operator::Draw;
@@ -27,14 +26,12 @@ const STRIDES: [isize; 6] = [1, -1, 4, -4, 16, -16];
 const ROUNDS: u32 = 12;
 /// Required gain for a move of a place, as a fraction of the sum of squares.
 const WORTH: f64 = 1e-5;
-/// A moved place is descended from only if it initially raises the sum of squares by no more than
-/// this factor.
+/// A moved place is descended from only if it initially raises the sum of squares by no more than this factor.
 const HOPELESS: f64 = 2.0;
-/// Number of the smallest drops that may not be ruptures but the end of a cut, where the next
-/// boundary is met.
+/// Number of the smallest drops that may not be ruptures but the end of a cut, where the next boundary is met.
 const DOUBTFUL: usize = 2;
-/// Iterations from another start that show whether it is promising, and from a promising one, to
-/// within this factor of the best sum of squares; rounds of other starts.
+/// Iterations from another start that show whether it is promising, and from a promising one, to within this factor of the best sum of
+/// squares; rounds of other starts.
 const GLANCE: u32 = 4;
 const SCATTER: u32 = 12;
 const PROMISING: f64 = 5.0;
@@ -42,18 +39,16 @@ const SCATTERINGS: u32 = 3;
 /// Number of starts drawn around a fit, and their seed.
 const DRAWS: u32 = 24;
 const DRAWS_SEED: u64 = 1;
-/// Number of a scene's rupture orders that are descended from again after a short descent, and
-/// number of these that are descended from fully.
+/// Number of a scene's rupture orders that are descended from again after a short descent, and number of these that are descended from
+/// fully.
 const LIKELY_ORDERS: usize = 40;
 const ORDERS: usize = 8;
-/// Maximum distance from the fit, in variances, of other interpretations that are descended from
-/// fully, and their maximum number.
+/// Maximum distance from the fit, in variances, of other interpretations that are descended from fully, and their maximum number.
 const NEAR: f64 = 150.0;
 const READINGS: usize = 12;
 /// Maximum number of descents to better minima found by a profile.
 const SETTLINGS: u32 = 4;
-/// Maximum number of rounds that lower unsound thresholds: each round settles at least the
-/// shallowest.
+/// Maximum number of rounds that lower unsound thresholds: each round settles at least the shallowest.
 const LOWERINGS: usize = 2 * law::axial::MAX_LAYERS;
 
 /// The start of a fit.
@@ -91,14 +86,13 @@ pub struct Fit {
     pub converged: bool,
     /// The structure of the residual beyond the curve's noise, if any.
     pub misfit: Option<Misfit>,
-    /// Number of other interpretations of the curve's drops that it does not reject: ruptures in
-    /// another order or at other positions. The intervals cover them.
+    /// Number of other interpretations of the curve's drops that it does not reject: ruptures in another order or at other positions. The
+    /// intervals cover them.
     pub readings: usize,
     /// Ruptures within the curve.
     pub peaks: Vec<Peak>,
-    /// Boundaries, from 0, that the law opens within the curve and none of whose ruptures is one of
-    /// its drops. The curve then does not determine which boundary ruptured at which drop, and no
-    /// parameter has an interval.
+    /// Boundaries, from 0, that the law opens within the curve and none of whose ruptures is one of its drops. The curve then does not
+    /// determine which boundary ruptured at which drop, and no parameter has an interval.
     pub unseen: Vec<usize>,
     /// Drops of the curve that no rupture explains: depth in m, fall in N.
     pub unexplained: Vec<(f64, f64)>,
@@ -173,9 +167,8 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
 }
 
 impl Search<'_, '_> {
-    /// Fits the requested number of layers. Without a request, a drop that may be noise, or that
-    /// the law makes without a rupture, where a cut ends, becomes a layer only if it pays for
-    /// itself on the curve.
+    /// Fits the requested number of layers. Without a request, a drop that may be noise, or that the law makes without a rupture, where a
+    /// cut ends, becomes a layer only if it pays for itself on the curve.
     fn by_drops(&mut self, asked: &Fresh) -> Result<Candidate, CalibrateError> {
         let mut best = self.best_of(guess_afresh(&self.model.front, self.model.curve, asked)?);
         for _ in 0..DOUBTFUL {
@@ -216,8 +209,7 @@ impl Search<'_, '_> {
         (all.iter().map(|candidate| self.descend(&candidate.guess, false, SCATTER)).collect(), rest)
     }
 
-    /// Descends fully from other interpretations of the curve close to the fit: the curve may not
-    /// reject them.
+    /// Descends fully from other interpretations of the curve close to the fit: the curve may not reject them.
     fn settle(&mut self, mut best: Candidate) -> Candidate {
         for _ in 0..SCATTERINGS {
             let variance = self.variance(&best);
@@ -264,9 +256,8 @@ impl Search<'_, '_> {
         self.refine(lower(lower(first, second), third), false)
     }
 
-    /// The Bayesian information criterion, n ln(cost/n) + p ln n: the lower, the better the layers
-    /// pay for themselves (Schwarz, "Estimating the dimension of a model", Ann. Stat. 6, 1978). The
-    /// variance is bounded below by [`FINEST_PART`] of the peak.
+    /// The Bayesian information criterion, n ln(cost/n) + p ln n: the lower, the better the layers pay for themselves (Schwarz,
+    /// "Estimating the dimension of a model", Ann. Stat. 6, 1978). The variance is bounded below by [`FINEST_PART`] of the peak.
     fn worth(&self, candidate: &Candidate) -> f64 {
         let samples = self.model.curve.len() as f64;
         let finest = (FINEST_PART * self.model.curve.peak_n()).powi(2);
@@ -283,9 +274,8 @@ impl Search<'_, '_> {
         Candidate { guess: Guess { spec, places: guess.places.clone() }, lowest }
     }
 
-    /// Descends again with one boundary after the other moved, or one rupture moved within its gap,
-    /// and keeps improvements: between two ruptures the bend at which the next boundary is met may
-    /// be mistaken for another.
+    /// Descends again with one boundary after the other moved, or one rupture moved within its gap, and keeps improvements: between two
+    /// ruptures the bend at which the next boundary is met may be mistaken for another.
     fn scatter(&mut self, mut best: Candidate) -> Candidate {
         for _ in 0..SCATTERINGS {
             let before = best.lowest.cost;
@@ -307,8 +297,7 @@ impl Search<'_, '_> {
         best
     }
 
-    /// Descends again from starts drawn around the fit, along its valley: the bends of the law make
-    /// steps in the valley's floor.
+    /// Descends again from starts drawn around the fit, along its valley: the bends of the law make steps in the valley's floor.
     fn draw(&mut self, mut best: Candidate) -> Candidate {
         let mut draw = Draw::new(DRAWS_SEED);
         for _ in 0..SCATTERINGS {
@@ -429,8 +418,7 @@ impl Search<'_, '_> {
     }
 }
 
-/// The places with one of them moved, if it stays within the curve and in order. Tips come first,
-/// then rims.
+/// The places with one of them moved, if it stays within the curve and in order. Tips come first, then rims.
 fn moved(places: &Places, which: usize, stride: isize, gaps: usize) -> Option<Places> {
     let layers = places.tip.len();
     let mut trial = places.clone();
@@ -440,9 +428,8 @@ fn moved(places: &Places, which: usize, stride: isize, gaps: usize) -> Option<Pl
     row.iter().flatten().is_sorted().then_some(trial)
 }
 
-/// Moves variables next to a bound onto it, and restores the starting value of every variable
-/// without effect on the curve: the descent may have changed it. The far side of a layer keeps its
-/// depth, not its distance from the near side.
+/// Moves variables next to a bound onto it, and restores the starting value of every variable without effect on the curve: the descent
+/// may have changed it. The far side of a layer keeps its depth, not its distance from the near side.
 fn tidy(model: &CurveModel<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Candidate {
     let mut variables = model.variables(&fitted.guess);
     let standings = find_standings(model, &fitted.guess);
@@ -482,8 +469,7 @@ fn without_cutting(variables: &[f64]) -> Vec<f64> {
     variables.iter().enumerate().map(or_none).collect()
 }
 
-/// Lowers thresholds that are still unsound to the largest sound values; after a fit under the
-/// constraint, by next to nothing.
+/// Lowers thresholds that are still unsound to the largest sound values; after a fit under the constraint, by next to nothing.
 pub(super) fn sound(mut spec: AxialSpec) -> AxialSpec {
     const BELOW: f64 = 1.0 - 1e-4;
     for _ in 0..LOWERINGS {

@@ -82,7 +82,12 @@ pub(super) fn weigh_change(
     let mut doubts = apart(level, &found.changed);
     let mut rungs = 1;
     let most = affordable(&asked.question)?;
-    let off = if is_pierced(&asked.question) { OFF_PIERCED } else { OFF };
+    let off = match (is_pierced(&asked.question), asked.question.footprint, asked.question.skin) {
+        (true, ..) => OFF_PIERCED,
+        // Earlier recordings were judged alike under every skin.
+        (false, Footprint::Bent, Skin::Sphere { .. } | Skin::Cylinder { .. }) => OFF_BENT,
+        (false, ..) => OFF,
+    };
     loop {
         let sizes = apart(level, &found.changed);
         let left_out: Vec<f64> = sizes.iter().zip(&doubts).map(|(size, doubt)| size + doubt).collect();
@@ -180,6 +185,8 @@ const RUNGS: [Rung; 5] = [
 /// lies within elements, the error falls little faster than with the first power of their size,
 /// which decreases by a third from rung to rung.
 const OFF: f64 = 2.0;
+/// The same under a skin that bends, where the error of the flat layers that it is compared with counts, too.
+const OFF_BENT: f64 = 3.0;
 /// The same if the needle passes through an inclusion: the change there is neither small nor
 /// smooth.
 const OFF_PIERCED: f64 = 4.0;

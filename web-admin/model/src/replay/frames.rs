@@ -1,7 +1,9 @@
 //! The moving part of a replay: frames of needle and tents, small enough to be sent before
 //! playback.
 
-use attempt::{Dents, HandForces, Hub, Wounds, find_insertions, is_inserted, needle_axis, patient_thicknesses_m};
+use attempt::{
+    Dents, HandForces, HandSample, Hub, Wounds, find_insertions, is_inserted, needle_axis, patient_thicknesses_m,
+};
 use documents::ExerciseBundle;
 use nalgebra::Vector3;
 use recording::{Recording, Sample};
@@ -77,8 +79,8 @@ impl Frames {
         for k in 0..count {
             let share = k as f64 / (count - 1).max(1) as f64;
             let t_s = first.t_s + share * (last.t_s - first.t_s);
-            while let Some(next) = samples.next_if(|(next, _)| next.t_s <= t_s) {
-                (sample, force_n) = next;
+            while let Some(next) = samples.next_if(|next| next.sample.t_s <= t_s) {
+                HandSample { sample, force_n } = next;
                 wounds.sample(sample);
                 while let Some(event) = events.next_if(|event| event.t_s <= sample.t_s) {
                     dents.event(event);
