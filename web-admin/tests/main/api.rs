@@ -52,7 +52,7 @@ async fn a_series_keeps_the_peak_and_refuses_nonsense() {
     assert_eq!(ada.upload(&bytes).await.status, 201);
     let path = format!("/api/v1/sessions/{}/series", attempt.session_id);
     let recorded = recording::Recording::read(bytes.as_slice()).unwrap();
-    let peak_n = recorded.samples.iter().map(recording::Sample::axial_n).fold(f64::MIN, f64::max);
+    let peak_n = attempt::HandForces::measure(&recorded).iter().map(|hand| hand.force_n).fold(f64::MIN, f64::max);
     for points in [1_usize, 50, 1000] {
         let answer = ada.get(&format!("{path}?points={points}")).await.json();
         let spans = answer["spans"].as_array().unwrap();

@@ -193,7 +193,7 @@ fn open_window(
     make: impl FnOnce(Canvas) -> Result<Window, Box<dyn std::error::Error + Send + Sync>>,
 ) -> Outcome {
     let viewport =
-        egui::ViewportBuilder::default().with_inner_size([1280.0, 720.0]).with_min_inner_size([720.0, 480.0]);
+        egui::ViewportBuilder::default().with_inner_size([1280.0, 720.0]).with_min_inner_size([900.0, 500.0]);
     let viewport = viewport.with_title(title);
     let options = NativeOptions { viewport, ..NativeOptions::default() };
     let create = |context: &CreationContext<'_>| {

@@ -21,7 +21,7 @@ use crate::live::{history, tests as attempts};
 use crate::shelf::Broken;
 
 /// The initial and the minimum size of the window.
-const SIZES: [[f32; 2]; 2] = [[1280.0, 720.0], [720.0, 480.0]];
+const SIZES: [[f32; 2]; 2] = [[1280.0, 720.0], [900.0, 500.0]];
 
 /// A text on the screen.
 #[derive(Clone, Debug)]
