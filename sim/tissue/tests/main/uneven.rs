@@ -120,7 +120,7 @@ fn what_has_an_axis_only_is_refused_by_name() {
 
 /// A response matrix in m/N of finite elements that share no line with this program: row by displaced boundary, column by loaded one.
 fn independent_m_per_n(case: &str) -> Vec<Vec<f64>> {
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/field/uneven.json");
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/lump/uneven.json");
     let all: serde_json::Value = serde_json::from_slice(&std::fs::read(file).expect("a file")).expect("JSON");
     serde_json::from_value(all["cases"][case]["uneven_m_per_n"].clone()).expect("a matrix")
 }
