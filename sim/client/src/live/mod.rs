@@ -115,7 +115,7 @@ impl Live {
 /// trainee; if no thread can be started, there is no warning.
 fn warn_of_heat(trial: &LiveTrial, setup: Setup, shown: &Arc<Mutex<AttemptView>>) {
     let exercise = &trial.bundle.exercise;
-    let (operator, limit_s) = (Operator::skilled(&Skill::expert(), &exercise.plan(), 0), exercise.time_limit_s);
+    let (operator, limit_s) = (Operator::skilled(&Skill::expert(), &trial.bundle.plan(), 0), exercise.time_limit_s);
     let shown = Arc::downgrade(shown);
     let rehearsal = move || {
         let cooled_s = servo::rehearse(setup, operator, limit_s).map_or(0.0, |rehearsal| rehearsal.cooled_s);
