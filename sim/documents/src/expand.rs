@@ -23,6 +23,7 @@ use crate::feel::TissueFeel;
 use crate::mesh::write_stl;
 use crate::planned::PlannedNeedle;
 use crate::source::Files;
+use crate::tip::NeedleScaling;
 use crate::walk::Walked;
 
 /// Structures farther from the planned needle than this are left out, in m.
@@ -36,6 +37,11 @@ const STRUCTURE_QUALITY: BodyQuality = BodyQuality::Medium;
 const THIN_MM: [f64; 2] = [0.5, 1.5];
 /// Thickness of the dura, in mm. Our choice, within 0.3 to 0.6 mm.
 const DURA_MM: f64 = 0.5;
+/// Thickness of the lumbodorsal fascia, in mm, taken from the muscle below it. Our choice.
+const FASCIA_MM: f64 = 0.8;
+/// Way through the kidney to the calyx, and through the calyx, in mm. Our choice.
+const PARENCHYMA_MM: f64 = 16.0;
+const CALYX_MM: f64 = 8.0;
 /// Wall of a vessel: stiffness in N/m and rupture force in N, as in lower-back-vessel.
 const VESSEL_WALL: [f64; 2] = [600.0, 0.6];
 /// Name of the skin's file.
@@ -60,6 +66,7 @@ pub(crate) struct SceneAnatomy {
     offset_mm: [f64; 2],
     angle_deg: f64,
     azimuth_deg: f64,
+    introducer_mm: f64,
     parts: Option<Vec<String>>,
 }
 
@@ -68,6 +75,7 @@ pub(crate) struct SceneAnatomy {
 pub(crate) struct MetLayer {
     name: String,
     tissue: &'static str,
+    feel: &'static TissueFeel,
     thickness_mm: f64,
     /// Thresholds of tip and rim, in N.
     pub(crate) rupture_n: [f64; 2],
@@ -122,7 +130,7 @@ impl SceneAnatomy {
     ///
     /// # Errors
     /// If no body has these numbers.
-    pub(crate) fn enter(&self, needle_mm: f64) -> Result<EnteredBody, Phrase> {
+    pub(crate) fn enter(&self, needle_mm: f64, scaling: NeedleScaling) -> Result<EnteredBody, Phrase> {
         let posture = Posture::named(&self.posture).unwrap_or(Posture::Prone);
         let level = Level::above(&self.interspace).unwrap_or(Level::L3);
         let Self { seed, weight_kg, age_years, .. } = *self;
@@ -132,9 +140,13 @@ impl SceneAnatomy {
         let planned =
             PlannedNeedle { angle_deg: self.angle_deg, azimuth_deg: self.azimuth_deg, ..PlannedNeedle::default() };
         let direction = planned.axis(&Skin::Flat);
-        let met = to_canal(&body.list_layers_from(&entry, &direction, needle_mm / 1e3));
+        let met = body.list_layers_from(&entry, &direction, needle_mm / 1e3);
+        let met = if scaling == NeedleScaling::Version1 { to_canal(&met) } else { met };
         let depth_m = met.last().map_or(0.0, |layer| layer.to_m);
-        let layers = list_layers(&met, libm::cos(self.angle_deg.to_radians()));
+        let cosine = libm::cos(self.angle_deg.to_radians());
+        let mut layers = list_layers(&met, cosine, scaling);
+        place_introducer(&mut layers, self.introducer_mm * cosine, scaling);
+        name_apart(&mut layers);
         let exists = |word: &str| self.parts.as_ref().is_none_or(|parts| parts.iter().any(|part| part == word));
         let parts = PARTS.into_iter().filter(|(word, _)| exists(word)).map(|(_, kind)| kind).collect();
         Ok(EnteredBody { body, entry, direction, parts, planned, layers, depth_m })
@@ -159,22 +171,65 @@ fn to_canal(met: &[LayerOnPath]) -> Vec<LayerOnPath> {
 
 /// Returns the layers of a path; `cosine` is that of its angle to the skin's normal. Bone and
 /// vessels are structures, not layers: the tissue in front of them continues.
-fn list_layers(met: &[LayerOnPath], cosine: f64) -> Vec<MetLayer> {
+fn list_layers(met: &[LayerOnPath], cosine: f64, scaling: NeedleScaling) -> Vec<MetLayer> {
     let mut layers: Vec<MetLayer> = Vec::new();
     for layer in met {
         let thickness_mm = (layer.to_m - layer.from_m) * 1e3 * cosine;
         let least_mm = if layer.tissue == Tissue::Fat { THIN_MM[1] } else { THIN_MM[0] };
         let tissue = name_tissue(layer.tissue).filter(|_| thickness_mm >= least_mm);
+        let above = layers.last().map(|last| last.tissue);
         match (tissue, layers.last_mut()) {
-            (Some("cerebrospinal fluid"), _) => {
-                layers.push(MetLayer::new("dura", DURA_MM));
-                layers.push(MetLayer::new("cerebrospinal fluid", thickness_mm - DURA_MM));
-            }
             (None, Some(last)) => last.thickness_mm += thickness_mm,
             (Some(tissue), Some(last)) if last.tissue == tissue => last.thickness_mm += thickness_mm,
-            (tissue, _) => layers.push(MetLayer::new(tissue.unwrap_or("skin of the back"), thickness_mm)),
+            (tissue, _) => {
+                let parts = list_parts(tissue.unwrap_or("skin"), above, thickness_mm, scaling);
+                layers.extend(parts.into_iter().map(|(tissue, part_mm)| MetLayer::new(tissue, part_mm, scaling)));
+            }
         }
     }
+    layers
+}
+
+/// Returns the parts of a tissue along a needle that comes from the tissue above: the dura around
+/// the fluid and, from version 2 of the scaling, the fascia over muscle and the calyx in a kidney.
+fn list_parts(
+    tissue: &'static str,
+    above: Option<&str>,
+    thickness_mm: f64,
+    scaling: NeedleScaling,
+) -> Vec<(&'static str, f64)> {
+    let has_all = scaling >= NeedleScaling::Version2;
+    match (tissue, above) {
+        ("cerebrospinal fluid", _) => vec![("dura", DURA_MM), (tissue, thickness_mm - DURA_MM)],
+        (_, Some("cerebrospinal fluid")) if has_all => vec![("dura", DURA_MM), (tissue, thickness_mm - DURA_MM)],
+        ("muscle", Some("fat")) if has_all && thickness_mm > FASCIA_MM => {
+            vec![("fascia", FASCIA_MM), (tissue, thickness_mm - FASCIA_MM)]
+        }
+        ("kidney", _) if has_all && thickness_mm > PARENCHYMA_MM + CALYX_MM => {
+            let behind_mm = thickness_mm - PARENCHYMA_MM - CALYX_MM;
+            vec![(tissue, PARENCHYMA_MM), ("calyx", CALYX_MM), (tissue, behind_mm)]
+        }
+        _ => vec![(tissue, thickness_mm)],
+    }
+}
+
+/// Replaces what lies above the end of an introducer by the introducer.
+fn place_introducer(layers: &mut Vec<MetLayer>, introducer_mm: f64, scaling: NeedleScaling) {
+    if introducer_mm <= 0.0 {
+        return;
+    }
+    let mut left_mm = introducer_mm;
+    for layer in layers.iter_mut() {
+        let within_mm = layer.thickness_mm.min(left_mm);
+        layer.thickness_mm -= within_mm;
+        left_mm -= within_mm;
+    }
+    layers.retain(|layer| layer.thickness_mm > 0.0);
+    layers.insert(0, MetLayer::new("introducer", introducer_mm - left_mm, scaling));
+}
+
+/// Gives each layer a name of its own.
+fn name_apart(layers: &mut [MetLayer]) {
     for at in 0..layers.len() {
         let own = layers[at].name.clone();
         let earlier = layers[..at].iter().filter(|layer| layer.tissue == layers[at].tissue).count();
@@ -184,13 +239,12 @@ fn list_layers(met: &[LayerOnPath], cosine: f64) -> Vec<MetLayer> {
             _ => format!("{own} {}", earlier + 1),
         };
     }
-    layers
 }
 
 /// Returns the tissue of a layer; `None` for tissues that are only structures.
 fn name_tissue(tissue: Tissue) -> Option<&'static str> {
     let part = match tissue {
-        Tissue::Skin => return Some("skin of the back"),
+        Tissue::Skin => return Some("skin"),
         Tissue::Fat => return Some("fat"),
         Tissue::Part(part) => part,
     };
@@ -208,14 +262,16 @@ fn name_tissue(tissue: Tissue) -> Option<&'static str> {
 }
 
 impl MetLayer {
-    fn new(tissue: &'static str, thickness_mm: f64) -> Self {
-        let feel = TissueFeel::of(tissue);
-        let name = if tissue == "skin of the back" { "skin" } else { tissue };
-        Self { name: name.to_owned(), tissue, thickness_mm, rupture_n: [feel.tip_n, feel.rim_n] }
+    fn new(tissue: &'static str, thickness_mm: f64, scaling: NeedleScaling) -> Self {
+        let feel = match (tissue, scaling) {
+            ("skin", NeedleScaling::Version1) => TissueFeel::of("skin of the back", scaling),
+            _ => TissueFeel::of(tissue, scaling),
+        };
+        Self { name: tissue.to_owned(), tissue, feel, thickness_mm, rupture_n: [feel.tip_n, feel.rim_n] }
     }
 
     fn table(&self) -> Table {
-        let feel = TissueFeel::of(self.tissue);
+        let feel = self.feel;
         let lowered = if self.rupture_n[0] < feel.tip_n || self.rupture_n[1] < feel.rim_n {
             " Thresholds lowered until no rupture raises the force in these layers."
         } else {
@@ -237,6 +293,12 @@ impl MetLayer {
         let numbers = numbers.map(|(key, number)| (key.to_owned(), Value::Float(number)));
         let texts = texts.map(|(key, text)| (key.to_owned(), Value::from(text)));
         let mut table: Table = numbers.into_iter().chain(texts).collect();
+        if feel.stiffening_n_per_m2 > 0.0 {
+            table.insert("stiffening_n_per_m2".to_owned(), Value::Float(feel.stiffening_n_per_m2));
+        }
+        if !feel.derived.is_empty() {
+            table.insert("provenance".to_owned(), Value::Array(list_provenance(feel)));
+        }
         if let Some(MaxwellBranch { share, time_s }) = feel.branch {
             let branch =
                 [("share", share), ("time_s", time_s)].map(|(key, number)| (key.to_owned(), Value::Float(number)));
@@ -245,6 +307,16 @@ impl MetLayer {
         }
         table
     }
+}
+
+/// Returns the provenance of a layer's numbers that are no choices.
+fn list_provenance(feel: &TissueFeel) -> Vec<Value> {
+    let of_tissue = feel.derived.iter().map(|key| (*key, feel.source));
+    let all =
+        [("thickness_mm", "The body's published dimensions, along the planned needle.")].into_iter().chain(of_tissue);
+    let rows = all.map(|(key, source)| [("key", key), ("class", "derived"), ("source", source)]);
+    rows.map(|row| Value::Table(row.map(|(key, text)| (key.to_owned(), Value::from(text))).into_iter().collect()))
+        .collect()
 }
 
 impl EnteredBody {

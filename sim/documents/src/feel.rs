@@ -1,11 +1,12 @@
-//! Mechanical properties of tissues: one table for all scenes built from shapes, and lowering of
-//! thresholds until they are sound.
+//! Mechanical properties of tissues: one table for all scenes built from shapes, in each version of
+//! the scaling, and lowering of thresholds until they are sound.
 
 use law::axial::{Contactor, MaxwellBranch};
 use tissue::follow::FollowError;
 
 use crate::model::Scene;
 use crate::planned::PlannedNeedle;
+use crate::tip::NeedleScaling;
 
 /// Mechanical properties of a tissue, for the reference needle like all numbers of a layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +15,8 @@ pub struct TissueFeel {
     pub tissue: &'static str,
     /// Stiffness of its upper boundary, in N/m.
     pub stiffness_n_per_m: f64,
+    /// κ of an upper boundary that stiffens with its dent, in N/m².
+    pub stiffening_n_per_m2: f64,
     /// Damping per inserted length, in N·s/m².
     pub damping_n_s_per_m2: f64,
     /// Force at which the tip opens the upper boundary, in N.
@@ -33,6 +36,8 @@ pub struct TissueFeel {
     pub texture: &'static str,
     /// Source of the numbers.
     pub source: &'static str,
+    /// Keys of the numbers that are derived from a measurement; the others are choices.
+    pub derived: &'static [&'static str],
 }
 
 const TRAINING: &str = "As in lower-back-training: stiffness from the paper's Table I, all else our choice for training; density from the literature.";
@@ -47,8 +52,65 @@ const SAC: &str = "Stiffness and threshold of the dura as in epidural-71kg, whic
 
 const KIDNEY: &str = "The muscle of lower-back-training, for want of a measured kidney.";
 
-/// Skin, fat, fascia and muscle of the training scene, and a ligament between the last two; then
-/// the tissues on the path to the epidural space.
+const RENAL_SKIN: &str = "Thresholds: forces of percutaneous renal access into fresh cadavers, 2.75 to 2.80 N for an 18G trocar (10.1089/end.2016.0342), divided by its \
+                          diameter; 6.04 N under a Tuohy needle of 16G follow by the tip's factor. Stiffness and the rest: our choice.";
+const RENAL_WAY: &str = "Friction: from the slope of force over depth, 35 to 59 N/m for an 18G trocar (10.1089/end.2016.0342), divided by its diameter. The rest: our \
+                         choice; no force of its own is published for it.";
+const PROFILE: &str = "Cutting: from a model of a patient of 71.1 kg in a public epidural simulator (needle and number of people unknown), divided by a Tuohy needle's \
+                       diameter and tip. Friction, thresholds and stiffness: our choice; resistance is cutting, so that it is held until the layer ends.";
+const LOWER_FACE: &str = "The lower face of the ligamentum flavum, where resistance is lost. That its force grows with speed: porcine spines, Naemura and Saito 2009 \
+                          (10.1007/978-3-642-03906-5_9), without figures; threshold, stiffness and branch: our choice.";
+const DURA: &str = "Threshold: our choice, within the largest force drops of fine spinal needles through porcine dura, at most 2.1 N (10.1371/journal.pone.0247346). \
+                    Stiffness: our choice, for a dent of 2 to 6 mm.";
+const CAPSULE: &str = "Our choice, of the order of an 18G needle's ruptures of organs, 1.4 to 2.3 N; nobody has published a force at a human kidney.";
+const UNMEASURED: &str = "Our choice; no force is published for it.";
+
+/// The tissues of version 2 of the scaling: what an 18G trocar or a Tuohy needle meets in published
+/// measurements, divided by the needle's diameter and tip.
+const MEASURED_FEELS: [TissueFeel; 14] = [
+    TissueFeel {
+        stiffening_n_per_m2: 60_000.0,
+        ..derived(
+            feel("skin", "skin", RENAL_SKIN, [150.0, 94.0, 3.31, 3.65, 94.0, 0.31, 1090.0]),
+            &["tip_rupture_n", "rim_rupture_n"],
+        )
+    },
+    derived(feel("fat", "fat", RENAL_WAY, [120.0, 31.0, 0.16, 0.19, 39.0, 0.16, 950.0]), &["friction_n_per_m"]),
+    feel("fascia", "fascia", UNMEASURED, [1102.0, 94.0, 2.36, 2.83, 94.0, 0.47, 1130.0]),
+    derived(feel("muscle", "muscle", RENAL_WAY, [394.0, 94.0, 1.42, 1.73, 98.0, 0.55, 1050.0]), &["friction_n_per_m"]),
+    feel("ligament", "fascia", UNMEASURED, [1100.0, 94.0, 1.8, 2.3, 60.0, 1.5, 1120.0]),
+    derived(
+        feel("supraspinous ligament", "fascia", PROFILE, [2362.0, 94.0, 0.86, 1.1, 24.0, 2.43, 1130.0]),
+        &["cutting_n"],
+    ),
+    derived(
+        feel("interspinous ligament", "fascia", PROFILE, [2362.0, 94.0, 0.43, 0.55, 24.0, 4.72, 1130.0]),
+        &["cutting_n"],
+    ),
+    derived(
+        feel("ligamentum flavum", "fascia", PROFILE, [2362.0, 94.0, 0.43, 0.55, 24.0, 5.4, 1130.0]),
+        &["cutting_n"],
+    ),
+    relaxing(
+        feel("epidural space", "fat", LOWER_FACE, [3150.0, 31.0, 1.43, 1.8, 3.0, 0.0, 950.0]),
+        MaxwellBranch { share: 1.2, time_s: 0.8 },
+    ),
+    feel("dura", "fascia", DURA, [1100.0, 31.0, 2.2, 2.8, 1.0, 0.05, 1130.0]),
+    feel("cerebrospinal fluid", "fluid", UNMEASURED, [100.0, 20.0, 0.1, 0.12, 1.0, 0.0, 1010.0]),
+    feel("kidney", "muscle", CAPSULE, [394.0, 94.0, 1.57, 2.05, 63.0, 0.47, 1050.0]),
+    feel("calyx", "fluid", UNMEASURED, [630.0, 20.0, 0.47, 0.6, 10.0, 0.0, 1010.0]),
+    feel("introducer", "tissue", INTRODUCER, [1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 1050.0]),
+];
+
+const INTRODUCER: &str =
+    "An introducer that is already in place: the needle slides in metal. Its friction: our choice.";
+
+const fn derived(feel: TissueFeel, keys: &'static [&'static str]) -> TissueFeel {
+    TissueFeel { derived: keys, ..feel }
+}
+
+/// The tissues of version 1 of the scaling: skin, fat, fascia and muscle of the training scene as it
+/// was, and a ligament between the last two; then the tissues on the path to the epidural space.
 const FEELS: [TissueFeel; 13] = [
     feel("skin", "skin", TRAINING, [331.0, 300.0, 1.0, 1.3, 100.0, 0.3, 1090.0]),
     feel("fat", "fat", TRAINING, [83.0, 100.0, 0.5, 0.6, 15.0, 0.1, 950.0]),
@@ -73,6 +135,7 @@ const fn feel(tissue: &'static str, texture: &'static str, source: &'static str,
     TissueFeel {
         tissue,
         stiffness_n_per_m,
+        stiffening_n_per_m2: 0.0,
         damping_n_s_per_m2,
         tip_n,
         rim_n,
@@ -82,6 +145,7 @@ const fn feel(tissue: &'static str, texture: &'static str, source: &'static str,
         branch: None,
         texture,
         source,
+        derived: &[],
     }
 }
 
@@ -90,10 +154,15 @@ const fn relaxing(feel: TissueFeel, branch: MaxwellBranch) -> TissueFeel {
 }
 
 impl TissueFeel {
-    /// Returns the properties of a tissue; those of muscle if the name is unknown.
+    /// Returns the properties of a tissue in a version of the scaling; those of muscle if the name
+    /// is unknown.
     #[must_use]
-    pub fn of(tissue: &str) -> &'static Self {
-        FEELS.iter().find(|feel| feel.tissue == tissue).unwrap_or(&FEELS[3])
+    pub fn of(tissue: &str, scaling: NeedleScaling) -> &'static Self {
+        let feels: &'static [Self] = match scaling {
+            NeedleScaling::Version1 => &FEELS,
+            NeedleScaling::Version2 => &MEASURED_FEELS,
+        };
+        feels.iter().find(|feel| feel.tissue == tissue).unwrap_or(&feels[3])
     }
 }
 

@@ -26,9 +26,11 @@ mod describe;
 #[cfg(test)]
 mod handbook;
 mod json;
+mod loss;
 mod mesh;
 mod placing;
 mod planned;
+mod provenance;
 mod read_anatomy;
 mod read_curriculum;
 mod read_exercise;
@@ -39,6 +41,7 @@ mod scaling;
 mod source;
 mod structure_names;
 mod suggest;
+mod tip;
 mod tissue;
 mod walk;
 mod way;
@@ -55,11 +58,15 @@ pub use instrument::Instrument;
 pub use law::structures::{Shape, StructureKind, StructureSpec};
 pub use load::{Document, DocumentKind, ExerciseBundle};
 pub use mesh::write_stl;
-pub use model::{Needle, Scene, SceneFibres, SceneLayer, SceneLayerOptions, SceneSkin, SceneStructure, TissueOptions};
+pub use model::{
+    Needle, NeedleFamily, Scene, SceneFibres, SceneLayer, SceneLayerOptions, SceneSkin, SceneStructure, TissueOptions,
+};
 pub use patient::Patient;
 pub use planned::PlannedNeedle;
+pub use provenance::{ClassCounts, NumberClass, NumberProvenance};
 pub use schema::document_schema;
 pub use segmentation::{SegmentationEntry, SegmentationLabel, SegmentationLabels};
 pub use source::{MOST_BYTES, list_named_texts};
 pub use structure_names::{SHIPPED_STRUCTURE_NAMES, name_structure};
+pub use tip::{NeedleScaling, UnknownScaling};
 pub use wording::Wording;

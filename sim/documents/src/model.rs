@@ -7,6 +7,9 @@ use nalgebra::Point3;
 use serde::Deserialize;
 use tissue::volumetric::Material;
 
+use crate::provenance::NumberProvenance;
+use crate::tip::NeedleScaling;
+
 /// A layer as in the document: for 2.0 mm diameter, diamond tip, lubrication 1, toughness 1.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct SceneLayer {
@@ -44,6 +47,9 @@ pub struct SceneLayer {
     pub texture: String,
     /// Source of the numbers.
     pub source: String,
+    /// Class and source of single numbers.
+    #[serde(default)]
+    pub provenance: Vec<NumberProvenance>,
     /// Options from version 3 of the law on.
     #[serde(flatten)]
     pub options: SceneLayerOptions,
@@ -85,6 +91,35 @@ pub struct SceneFibres {
     pub held_radius_mm: f64,
 }
 
+/// Family of a needle. A published force was measured with one family and judges no other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NeedleFamily {
+    /// Access needle of a percutaneous renal procedure, 18G, two parts.
+    RenalAccess,
+    /// Tuohy needle for the epidural space, 16G to 18G.
+    Tuohy,
+    /// Spinal needle, 20G to 27G.
+    Spinal,
+    /// Veress needle.
+    Veress,
+    /// Laparoscopic trocar, 3 to 12 mm.
+    Trocar,
+    /// Needle into an isolated organ.
+    Organ,
+}
+
+impl NeedleFamily {
+    /// The words for the families in a document, in the order of the variants.
+    pub(crate) const WORDS: [&str; 6] = ["renal-access", "tuohy", "spinal", "veress", "trocar", "organ"];
+
+    /// Returns the family's word in a document.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        Self::WORDS[self as usize]
+    }
+}
+
 /// The needle.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Needle {
@@ -94,7 +129,9 @@ pub struct Needle {
     pub diameter_mm: f64,
     /// Exponent p of P, f ∝ D^p.
     pub diameter_exponent: f64,
-    /// Tip type: diamond, bevel, conical or blunt.
+    /// Family, which decides with which published figures its forces may be compared.
+    pub family: Option<NeedleFamily>,
+    /// Tip type: diamond, bevel, conical, blunt, pencil-point, tuohy or cutting-dilating.
     pub tip: String,
     /// Hub attachment: stylet or syringe.
     pub hub: String,
@@ -180,6 +217,8 @@ pub struct Scene {
     pub description: String,
     /// Version of the force law.
     pub law: ForceLaw,
+    /// Version of the needle's scaling.
+    pub scaling: NeedleScaling,
     /// Layers from the surface down.
     pub layers: Vec<SceneLayer>,
     /// The needle.

@@ -141,8 +141,8 @@ fn check_fibres(doc: &mut Walked) {
         if !layer["fibres"].is_object() {
             continue;
         }
-        if tip != "bevel" {
-            let allowed = phrase!("allowed: nothing under this tip, for only tip = \"bevel\" has one edge to turn");
+        if !["bevel", "tuohy"].contains(&tip.as_str()) {
+            let allowed = phrase!("allowed: nothing under this tip; \"bevel\" and \"tuohy\" have one edge to turn");
             doc.refuse(&format!("layer[{at}].fibres"), Phrase::data(format!("tip = \"{tip}\"")), allowed);
         }
         let tension = layer["fibres"]["pretension_n_per_m"].as_f64().unwrap_or_default();

@@ -14,9 +14,11 @@ use crate::error::DocumentError;
 use crate::expand::{SceneAnatomy, check_expandable};
 use crate::model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
 use crate::planned::PlannedNeedle;
+use crate::provenance::check_provenance;
 use crate::read_anatomy::{Anatomy, read_anatomy};
 use crate::read_options::check_options;
 use crate::source::{Files, Find, Source};
+use crate::tip::{NeedleScaling, tip_factor};
 use crate::walk::Walked;
 
 /// A scene with the keys of its TOML document.
@@ -26,6 +28,7 @@ struct RawScene {
     title: String,
     description: String,
     law: ForceLaw,
+    scaling: NeedleScaling,
     anatomy: Option<SceneAnatomy>,
     #[serde(default)]
     layer: Vec<SceneLayer>,
@@ -101,6 +104,8 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<ReadScene, Do
     check_speed_window(&mut doc);
     check_damping_time(&mut doc);
     check_options(&mut doc);
+    check_scaling(&mut doc);
+    check_provenance(&mut doc);
     check_walls(&mut doc);
     check_elastic(&mut doc);
     check_skin(&mut doc);
@@ -112,7 +117,7 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<ReadScene, Do
     let unsound = doc.issue("anatomy", phrase!("layers in which no thresholds are sound"), allowed);
     let raw: RawScene = doc.finish()?;
     match &raw.anatomy {
-        Some(anatomy) => expand(&source, anatomy, &raw.needle, find)?.ok_or_else(|| unsound.into()),
+        Some(anatomy) => expand(&source, anatomy, &raw, find)?.ok_or_else(|| unsound.into()),
         None => Ok(ReadScene { files: shapes.files.clone(), scene: scene(raw, shapes, source.sha256), expanded: None }),
     }
 }
@@ -121,12 +126,12 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<ReadScene, Do
 fn expand(
     source: &Source,
     anatomy: &SceneAnatomy,
-    needle: &Needle,
+    raw: &RawScene,
     find: Find<'_>,
 ) -> Result<Option<ReadScene>, DocumentError> {
     let place = |why| DocumentError::from(source.issue(0, "anatomy", why, phrase!("allowed: a body's numbers")));
     let document: toml::Table = toml::from_str(source.text()).map_err(|why| place(Phrase::data(why)))?;
-    let mut body = anatomy.enter(needle.length_mm).map_err(place)?;
+    let mut body = anatomy.enter(raw.needle.length_mm, raw.scaling).map_err(place)?;
     let file = format!("{} (its anatomy)", source.file);
     let write = |table: &toml::Table| toml::to_string(table).map_err(|why| place(Phrase::data(why)));
     let layered = Source::new(&file, write(&body.with_layers(&document))?.as_bytes())?;
@@ -155,6 +160,7 @@ fn scene(raw: RawScene, shapes: Anatomy, sha256: String) -> Scene {
         title: raw.title,
         description: raw.description,
         law: raw.law,
+        scaling: raw.scaling,
         layers: raw.layer,
         needle: raw.needle,
         rate,
@@ -211,6 +217,22 @@ fn check_needle(doc: &mut Walked) {
             let allowed = phrase!("needed by a trocar: the force in N at which its rim opens the boundary");
             doc.refuse(&field, phrase!("missing"), allowed);
         }
+    }
+}
+
+/// Checks that the scaling has the tip, and a body's introducer.
+fn check_scaling(doc: &mut Walked) {
+    let number = doc.value["scaling"].as_u64().unwrap_or(1);
+    let Ok(scaling) = NeedleScaling::try_from(u32::try_from(number).unwrap_or_default()) else { return };
+    let tip = doc.value["needle"]["tip"].as_str().unwrap_or_default().to_owned();
+    if !tip.is_empty() && tip_factor(&tip, scaling).is_none() {
+        let allowed = phrase!("allowed: diamond, bevel, conical, blunt; scaling = 2 has this tip");
+        doc.refuse("needle.tip", Phrase::quoted(&tip), allowed);
+    }
+    let introducer_mm = doc.value["anatomy"]["introducer_mm"].as_f64().unwrap_or_default();
+    if introducer_mm > 0.0 && scaling < NeedleScaling::Version2 {
+        let allowed = phrase!("allowed: 0 mm; scaling = 2 has an introducer");
+        doc.refuse("anatomy.introducer_mm", Phrase::Data(measure(introducer_mm, "mm")), allowed);
     }
 }
 

@@ -2,8 +2,8 @@
 //!
 //! The tables hold for 2.0 mm diameter, diamond tip, lubrication 1 and toughness 1. For another
 //! needle, stiffness, damping, stiffening and friction are proportional to the diameter, thresholds
-//! and cutting to its power p; the tip is a factor on the thresholds, lubrication on friction, and
-//! toughness on thresholds, friction and cutting.
+//! and cutting to its power p; the tip is a factor on the thresholds and, from version 2 of the
+//! scaling, on cutting, lubrication on friction, and toughness on thresholds, friction and cutting.
 
 use law::axial::{AxialSpec, Breakaway, FibrousSheet, Layer, LayerOptions, RateDependence, tense_stiffness_n_per_m};
 use law::beam::tube_n_m2;
@@ -14,6 +14,7 @@ use tissue::SpecimenSpec;
 use crate::model::{Needle, Scene, SceneFibres, SceneLayer, SceneLayerOptions};
 use crate::patient::Patient;
 use crate::planned::PlannedNeedle;
+use crate::tip::{NeedleScaling, tip_factor};
 
 /// Diameter for which the scenes' numbers hold, in mm.
 const REFERENCE_DIAMETER_MM: f64 = 2.0;
@@ -24,8 +25,10 @@ struct Factors {
     diameter: f64,
     /// On thresholds and cutting.
     diameter_power: f64,
-    /// On thresholds.
+    /// On thresholds and, from version 2, on cutting.
     tip: f64,
+    /// Version of the scaling.
+    scaling: NeedleScaling,
     /// On friction.
     lubrication: f64,
     /// The needle's radius, in m; not a factor, but used by the mechanical formulas.
@@ -33,12 +36,14 @@ struct Factors {
 }
 
 impl Factors {
-    fn new(needle: &Needle) -> Self {
+    fn new(needle: &Needle, scaling: NeedleScaling) -> Self {
         let diameter = needle.diameter_mm / REFERENCE_DIAMETER_MM;
         Self {
             diameter,
             diameter_power: libm::pow(diameter, needle.diameter_exponent),
-            tip: tip_factor(&needle.tip),
+            // Reading a scene refuses a tip that its scaling does not have.
+            tip: tip_factor(&needle.tip, scaling).unwrap_or(1.0),
+            scaling,
             lubrication: needle.lubrication,
             radius_m: 0.5e-3 * needle.diameter_mm,
         }
@@ -57,7 +62,7 @@ impl Factors {
             tip_rupture_n: self.torn_n(layer).unwrap_or(layer.tip_rupture_n * threshold),
             rim_rupture_n: layer.rim_rupture_n * threshold,
             friction_n_per_m: layer.friction_n_per_m * friction,
-            cutting_n: layer.cutting_n * (self.diameter_power * layer.toughness_factor),
+            cutting_n: self.cut_n(layer),
             options: LayerOptions {
                 stiffening_n_per_m2: layer.options.stiffening_n_per_m2 * self.diameter,
                 branches: layer.options.relaxation.clone(),
@@ -94,6 +99,21 @@ impl Factors {
         Some(punch.threshold_n() * layer.toughness_factor)
     }
 
+    /// Returns the factor on a layer's cutting force.
+    fn cutting(&self, layer: &SceneLayer) -> f64 {
+        let tip = if self.scaling >= NeedleScaling::Version2 { self.tip } else { 1.0 };
+        self.diameter_power * tip * layer.toughness_factor
+    }
+
+    /// Returns the cutting force, in N. From version 2 a layer with a fracture energy and no cutting
+    /// force is cut with the force of the balance that gives its threshold: Shergold and Fleck derive
+    /// it for a punch that advances steadily.
+    fn cut_n(&self, layer: &SceneLayer) -> f64 {
+        let is_derived = self.scaling >= NeedleScaling::Version2 && layer.cutting_n <= 0.0;
+        let derived_n = if is_derived { self.torn_n(layer) } else { None };
+        derived_n.unwrap_or_else(|| layer.cutting_n * self.cutting(layer))
+    }
+
     /// Returns the layer for which [`Factors::layer`] yields `met`.
     fn undone(&self, written: &SceneLayer, met: &Layer) -> SceneLayer {
         let threshold = self.diameter_power * self.tip * written.toughness_factor;
@@ -104,7 +124,7 @@ impl Factors {
             tip_rupture_n: met.tip_rupture_n / threshold,
             rim_rupture_n: met.rim_rupture_n / threshold,
             friction_n_per_m: met.friction_n_per_m / (self.diameter * self.lubrication * written.toughness_factor),
-            cutting_n: met.cutting_n / (self.diameter_power * written.toughness_factor),
+            cutting_n: met.cutting_n / self.cutting(written),
             options: SceneLayerOptions {
                 stiffening_n_per_m2: met.options.stiffening_n_per_m2 / self.diameter,
                 relaxation: met.options.branches.clone(),
@@ -124,18 +144,8 @@ impl Scene {
     /// scaling. Properties that a specification does not contain (density, texture, spread, …) are
     /// unchanged.
     pub(crate) fn layers_of(&self, spec: &AxialSpec) -> Vec<SceneLayer> {
-        let factors = Factors::new(&self.needle);
+        let factors = Factors::new(&self.needle, self.scaling);
         self.layers.iter().zip(&spec.layers).map(|(written, met)| factors.undone(written, met)).collect()
-    }
-}
-
-/// Returns the factor of a tip on the thresholds.
-fn tip_factor(tip: &str) -> f64 {
-    match tip {
-        "bevel" => 0.85,
-        "conical" => 1.4,
-        "blunt" => 3.0,
-        _ => 1.0,
     }
 }
 
@@ -181,7 +191,7 @@ impl Scene {
     /// not depend on it. A layer that is missing in `patient` has its nominal thickness.
     #[must_use]
     pub fn axial_spec(&self, patient: &Patient) -> AxialSpec {
-        let factors = Factors::new(&self.needle);
+        let factors = Factors::new(&self.needle, self.scaling);
         let thickness_mm =
             |at: usize, layer: &SceneLayer| patient.thickness_mm.get(at).copied().unwrap_or(layer.thickness_mm);
         let layers = self.layers.iter().enumerate().map(|(at, l)| factors.layer(l, thickness_mm(at, l))).collect();

@@ -16,6 +16,8 @@ const END_M: f64 = 1e-3;
 const MOST_DEG: u32 = 45;
 const STEP_DEG: usize = 1;
 const TURN_DEG: usize = 15;
+/// Layers of a body that a needle is to reach; what lies behind them blocks no way.
+const GOALS: [&str; 3] = ["epidural space", "cerebrospinal fluid", "calyx"];
 
 impl ExerciseBundle {
     /// The remark on a planned way that meets bone before the target; none where the way is free.
@@ -27,12 +29,14 @@ impl ExerciseBundle {
 }
 
 impl Scene {
-    /// The same for a way that a scene plans through all of its layers to the last.
+    /// The same for a way that a scene plans: to the deepest of the spaces that a needle is to reach, else
+    /// through all of its layers to the last.
     #[must_use]
     pub(crate) fn remark_blocked_way(&self, planned: &PlannedNeedle) -> Option<Remark> {
         let incidence: Incidence = planned.incidence(&self.skin_shape);
-        let above_last = self.layers.len().saturating_sub(1);
-        let depth_m: f64 = self.layers.iter().take(above_last).map(|layer| layer.thickness_mm * 1e-3).sum();
+        let goal = self.layers.iter().rposition(|layer| GOALS.contains(&layer.name.as_str()));
+        let above = goal.unwrap_or(self.layers.len().saturating_sub(1));
+        let depth_m: f64 = self.layers.iter().take(above).map(|layer| layer.thickness_mm * 1e-3).sum();
         remark_blocked_way(self, planned, incidence.way_m(depth_m), "anatomy.angle_deg")
     }
 }

@@ -1,26 +1,34 @@
 //! Computes a scene's value for each figure and compares the two.
 
-use documents::Scene;
+use documents::{NeedleFamily, Scene};
 use law::puncture::{PunctureParams, PunctureSpec};
 use phrase::sentence;
 
-use crate::figures::{FIGURES, MeasuredQuantity, PublishedFigure, PublishedRange};
-use crate::insertion::{ProbeInsertion, ProbeMoment, greatest_n, hold_at, insert_at, layers_alone};
+use crate::figures::{FIGURES, PublishedFigure, PublishedRange};
+use crate::insertion::{
+    ProbeInsertion, ProbeMoment, greatest_n, hold_at, insert_at, insert_to, insertion_speed_m_per_s, layers_alone,
+};
+use crate::quantity::MeasuredQuantity;
 
-/// Insertion speed, in m/s.
-const SPEED_M_PER_S: f64 = 5e-3;
 /// Duration of a hold, in s.
 const HELD_S: f64 = 8.0;
 /// Distance behind a boundary within which a loss of force is searched, in m.
 const BEHIND_M: f64 = 5e-3;
-
-/// Smallest relative increase that a test can detect (choice): two standard errors of 40 specimens
-/// whose forces have a relative standard deviation of one sixth.
-pub(crate) const TOLD_APART: f64 = 0.05;
+/// Way over which a slope is taken in a scene without a calyx, in m.
+const WAY_M: f64 = 90e-3;
+/// Factors on friction of a dry and of a lubricated shaft.
+const LUBRICATIONS: [f64; 2] = [1.5, 0.5];
 
 /// The reason why a scene cannot be compared with a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Incomparable {
+    /// The figure was measured with another family of needles.
+    Family {
+        /// The figure's family.
+        measured: NeedleFamily,
+        /// The scene's family; `None` if it states none.
+        scene: Option<NeedleFamily>,
+    },
     /// The scene has no such layer.
     NoLayer(&'static str),
     /// The needle did not get far enough: a boundary of this layer did not open.
@@ -34,12 +42,12 @@ pub enum Incomparable {
 /// The result of comparing a scene with a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Agreement {
-    /// Within the published range.
+    /// Within the accepted range.
     Inside,
-    /// Below or above the published range.
+    /// Below or above the accepted range.
     Outside,
     /// A single value was published, without a spread: only the ratio is given.
-    Beside {
+    SingleValue {
         /// The scene's value divided by the published value.
         ratio: f64,
     },
@@ -58,6 +66,8 @@ pub struct DossierLine {
     pub agreement: Agreement,
     /// Whether the scene was fitted to this figure.
     pub fitted: bool,
+    /// Why the scene may be outside, if it may.
+    pub excepted: Option<&'static str>,
 }
 
 /// A scene compared with every figure.
@@ -65,6 +75,8 @@ pub struct DossierLine {
 pub struct SceneDossier {
     /// The scene's id.
     pub scene: String,
+    /// The family of its needle.
+    pub family: Option<NeedleFamily>,
     /// A line for each figure, in the order of [`FIGURES`](crate::FIGURES).
     pub lines: Vec<DossierLine>,
 }
@@ -72,75 +84,115 @@ pub struct SceneDossier {
 /// Compares each scene with every figure.
 #[must_use]
 pub fn make_dossiers(scenes: &[Scene]) -> Vec<SceneDossier> {
-    scenes.iter().map(|scene| SceneDossier { scene: scene.id.clone(), lines: compare_scene(scene) }).collect()
+    let dossier = |scene: &Scene| SceneDossier {
+        scene: scene.id.clone(),
+        family: scene.needle.family,
+        lines: compare_scene(scene),
+    };
+    scenes.iter().map(dossier).collect()
+}
+
+/// Returns how many comparisons with a published range are inside, and how many there are.
+#[must_use]
+pub fn count_inside(dossiers: &[SceneDossier]) -> [usize; 2] {
+    let lines = || dossiers.iter().flat_map(|dossier| &dossier.lines);
+    let inside = lines().filter(|line| line.agreement == Agreement::Inside).count();
+    let outside = lines().filter(|line| line.agreement == Agreement::Outside).count();
+    [inside, inside + outside]
 }
 
 /// Compares a scene with every figure, in the figures' order. Forces are those of the layers on a
 /// needle inserted perpendicularly.
-///
-/// # Panics
-/// Never for a scene that was read: reading checks the law's requirements.
 #[must_use]
-#[expect(clippy::expect_used, reason = "reading a scene checks what the law asks")]
 pub fn compare_scene(scene: &Scene) -> Vec<DossierLine> {
-    let params = layers_alone(scene).expect("a scene that was read makes a law");
-    let probed = ProbedScene { scene, insertion: insert_at(&params, SPEED_M_PER_S), params };
+    let probed = ProbedScene::new(scene);
     let line = |figure: &'static PublishedFigure| {
-        let measured = probed.measure(&figure.quantity);
+        let measured = probed.compare(figure);
         DossierLine {
             figure,
             value: measured.ok(),
             agreement: measured.map_or_else(Agreement::Incomparable, |value| judge(value, &figure.range)),
             fitted: figure.fitted.contains(&scene.id.as_str()),
+            excepted: figure.excepted.iter().find(|(id, _)| *id == scene.id).map(|(_, why)| *why),
         }
     };
     FIGURES.iter().map(line).collect()
 }
 
+/// Returns a scene's value of a quantity, in the quantity's unit.
+///
+/// # Errors
+/// If the scene has no such value, with the reason.
+pub fn measure_scene(scene: &Scene, quantity: &MeasuredQuantity) -> Result<f64, Incomparable> {
+    ProbedScene::new(scene).measure(quantity)
+}
+
 fn judge(value: f64, range: &PublishedRange) -> Agreement {
-    let inside = match *range {
-        PublishedRange::Between { low, high } => (low..=high).contains(&value),
-        PublishedRange::Above(low) => value > low,
-        PublishedRange::ToldApart(low) => value > low * (1.0 + TOLD_APART),
-        PublishedRange::Single(published) => return Agreement::Beside { ratio: value / published },
-        PublishedRange::Unstated => return Agreement::Incomparable(Incomparable::NoValues),
+    let Some([low, high]) = range.accepted() else {
+        return match *range {
+            PublishedRange::Single(published) => Agreement::SingleValue { ratio: value / published },
+            _ => Agreement::Incomparable(Incomparable::NoValues),
+        };
     };
-    if inside { Agreement::Inside } else { Agreement::Outside }
+    if (low..=high).contains(&value) { Agreement::Inside } else { Agreement::Outside }
 }
 
 /// A scene and the insertion simulated in it.
 struct ProbedScene<'a> {
     scene: &'a Scene,
     params: PunctureParams,
+    speed_m_per_s: f64,
     insertion: ProbeInsertion,
 }
 
-impl ProbedScene<'_> {
+impl<'a> ProbedScene<'a> {
+    #[expect(clippy::expect_used, reason = "reading a scene checks what the law asks")]
+    fn new(scene: &'a Scene) -> Self {
+        let params = layers_alone(scene).expect("a scene that was read makes a law");
+        let speed_m_per_s = insertion_speed_m_per_s(scene);
+        Self { scene, insertion: insert_at(&params, speed_m_per_s), params, speed_m_per_s }
+    }
+
+    fn compare(&self, figure: &PublishedFigure) -> Result<f64, Incomparable> {
+        let own = self.scene.needle.family;
+        match figure.family {
+            Some(measured) if own != Some(measured) => Err(Incomparable::Family { measured, scene: own }),
+            _ => self.measure(&figure.quantity),
+        }
+    }
+
     fn measure(&self, quantity: &MeasuredQuantity) -> Result<f64, Incomparable> {
         let insertion = &self.insertion;
         match *quantity {
+            MeasuredQuantity::PeakUntilThrough { layer } => {
+                let through = insertion.through[self.boundary(layer)?].ok_or(Incomparable::NotReached(layer))?;
+                Ok(greatest_n(&insertion.moments[..through]))
+            }
             MeasuredQuantity::OpeningForce { layer } => self.opening_force_n(insertion, layer),
-            MeasuredQuantity::OpeningDepth { layer } => {
-                let opened = self.opening(insertion, layer)?;
-                Ok(insertion.moments[opened].x_m)
+            MeasuredQuantity::PeakAround { layer } => self.peak_around_n(insertion, layer),
+            MeasuredQuantity::HeldForce { layer } => self.held_n(layer),
+            MeasuredQuantity::OpeningDepth { layer } => Ok(insertion.moments[self.opening(layer)?].x_m),
+            MeasuredQuantity::Dent { layer } => {
+                let top_m = self.top_m(self.boundary(layer)?);
+                Ok(insertion.moments[self.opening(layer)?].x_m - top_m)
             }
-            MeasuredQuantity::PeakUntil { layer } => {
-                let opened = self.opening(insertion, layer)?;
-                Ok(greatest_n(&insertion.moments[..opened]))
+            MeasuredQuantity::ForceAtOpening { layer } => Ok(self.loss(layer)?.before_n),
+            MeasuredQuantity::LossBehind { layer } => self.loss(layer).map(|loss| loss.before_n - loss.left_n),
+            MeasuredQuantity::RelativeLossBehind { layer } => {
+                self.loss(layer).map(|loss| 1.0 - loss.left_n / loss.before_n)
             }
-            MeasuredQuantity::LossBehind { layer } => {
-                let opened = self.opening(insertion, layer)?;
-                let (before, after) = insertion.moments.split_at(opened);
-                let Some(last) = before.last() else { return Err(Incomparable::NotReached(layer)) };
-                let near = after.iter().take_while(|moment| moment.x_m < last.x_m + BEHIND_M);
-                Ok(last.force_n - near.map(|moment| moment.force_n).fold(last.force_n, f64::min))
+            MeasuredQuantity::WaySlope => Ok(slope_n_per_m(&self.whole_way(&self.params).moments)),
+            MeasuredQuantity::LayerDepth { layer } => self.boundary(layer).map(|boundary| self.top_m(boundary)),
+            MeasuredQuantity::Thickness { layer } => {
+                self.boundary(layer).map(|boundary| self.scene.layers[boundary].thickness_mm / 1e3)
             }
-            MeasuredQuantity::OverallSlope => Ok(slope_n_per_m(&insertion.moments)),
             MeasuredQuantity::SpeedRatio { layer, slow_m_per_s, fast_m_per_s } => {
                 let [slow_n, fast_n] = [slow_m_per_s, fast_m_per_s]
-                    .map(|speed| self.opening_force_n(&insert_at(&self.params, speed), layer));
+                    .map(|speed| self.peak_around_n(&insert_at(&self.params, speed), layer));
                 Ok(fast_n? / slow_n?)
             }
+            MeasuredQuantity::TipRatio { layer, tip } => self.tip_ratio(layer, tip),
+            MeasuredQuantity::DryRatio => Ok(self.dry_ratio()),
             MeasuredQuantity::TearingShare => Ok(self.shares().tearing),
             MeasuredQuantity::SpreadingShare => Ok(self.shares().spreading),
             MeasuredQuantity::FrictionShare => Ok(self.shares().friction),
@@ -157,13 +209,69 @@ impl ProbedScene<'_> {
         self.scene.layers.iter().position(|own| own.name == layer).ok_or(Incomparable::NoLayer(layer))
     }
 
-    fn opening(&self, insertion: &ProbeInsertion, layer: &'static str) -> Result<usize, Incomparable> {
-        insertion.opened[self.boundary(layer)?].ok_or(Incomparable::NotReached(layer))
+    /// Returns the depth of a boundary in the undeformed tissue, in m.
+    fn top_m(&self, boundary: usize) -> f64 {
+        self.scene.layers[..boundary].iter().map(|layer| layer.thickness_mm / 1e3).sum()
+    }
+
+    fn opening(&self, layer: &'static str) -> Result<usize, Incomparable> {
+        self.insertion.opened[self.boundary(layer)?].ok_or(Incomparable::NotReached(layer))
     }
 
     fn opening_force_n(&self, insertion: &ProbeInsertion, layer: &'static str) -> Result<f64, Incomparable> {
         let stretch = insertion.stretch(self.boundary(layer)?).ok_or(Incomparable::NotReached(layer))?;
         Ok(greatest_n(stretch))
+    }
+
+    fn peak_around_n(&self, insertion: &ProbeInsertion, layer: &'static str) -> Result<f64, Incomparable> {
+        let boundary = self.boundary(layer)?;
+        let below = Some(boundary + 1).filter(|below| *below < self.scene.layers.len());
+        let stretch = insertion.between(boundary.checked_sub(1), below).ok_or(Incomparable::NotReached(layer))?;
+        Ok(greatest_n(stretch))
+    }
+
+    fn held_n(&self, layer: &'static str) -> Result<f64, Incomparable> {
+        let boundary = self.boundary(layer)?;
+        let (top_m, thickness_m) = (self.top_m(boundary), self.scene.layers[boundary].thickness_mm / 1e3);
+        let middle = (top_m + 0.25 * thickness_m)..(top_m + 0.75 * thickness_m);
+        let within = self.insertion.moments.iter().filter(|moment| middle.contains(&moment.x_m));
+        let mut forces_n: Vec<f64> = within.map(|moment| moment.force_n).collect();
+        forces_n.sort_by(f64::total_cmp);
+        forces_n.get(forces_n.len() / 2).copied().ok_or(Incomparable::NotReached(layer))
+    }
+
+    fn loss(&self, layer: &'static str) -> Result<ResistanceLoss, Incomparable> {
+        let (before, after) = self.insertion.moments.split_at(self.opening(layer)?);
+        let Some(last) = before.last() else { return Err(Incomparable::NotReached(layer)) };
+        let near = after.iter().take_while(|moment| moment.x_m < last.x_m + BEHIND_M);
+        let left_n = near.map(|moment| moment.force_n).fold(last.force_n, f64::min);
+        Ok(ResistanceLoss { before_n: last.force_n, left_n })
+    }
+
+    /// Inserts over the whole way: to the calyx, or to 90 mm.
+    fn whole_way(&self, params: &PunctureParams) -> ProbeInsertion {
+        let end_m = self.boundary("calyx").map_or(WAY_M, |calyx| self.top_m(calyx));
+        insert_to(params, self.speed_m_per_s, end_m)
+    }
+
+    fn dry_ratio(&self) -> f64 {
+        let last_n = |lubrication: f64| {
+            let mut scene = self.scene.clone();
+            scene.needle.lubrication = lubrication;
+            let way = self.whole_way(&params_of(&scene));
+            way.moments.last().map_or(0.0, |moment| moment.force_n)
+        };
+        let [dry_n, lubricated_n] = LUBRICATIONS.map(last_n);
+        dry_n / lubricated_n
+    }
+
+    fn tip_ratio(&self, layer: &'static str, tip: &'static str) -> Result<f64, Incomparable> {
+        let peak_n = |tip: &str| {
+            let mut scene = self.scene.clone();
+            tip.clone_into(&mut scene.needle.tip);
+            self.peak_around_n(&insert_at(&params_of(&scene), self.speed_m_per_s), layer)
+        };
+        Ok(peak_n(tip)? / peak_n("diamond")?)
     }
 
     #[expect(clippy::expect_used, reason = "a sheet under an edge is a layer whose numbers were checked")]
@@ -176,7 +284,7 @@ impl ProbedScene<'_> {
         let [along_n, across_n] = [[along_x, along_y], [-along_y, along_x]].map(|edge| {
             let turned = PunctureSpec { axial: spec.axial.under_edge(edge), ..spec.clone() };
             let params = PunctureParams::new(turned).expect("a sheet under an edge is a layer");
-            self.opening_force_n(&insert_at(&params, SPEED_M_PER_S), layer)
+            self.opening_force_n(&insert_at(&params, self.speed_m_per_s), layer)
         });
         Ok(across_n? / along_n?)
     }
@@ -190,6 +298,17 @@ impl ProbedScene<'_> {
         let whole = tearing + spreading + friction;
         WorkShares { tearing: tearing / whole, spreading: spreading / whole, friction: friction / whole }
     }
+}
+
+#[expect(clippy::expect_used, reason = "reading a scene checks what the law asks; another tip or lubricant keeps it")]
+fn params_of(scene: &Scene) -> PunctureParams {
+    layers_alone(scene).expect("a scene that was read makes a law")
+}
+
+/// Force just before a boundary opens, and the least behind it, in N.
+struct ResistanceLoss {
+    before_n: f64,
+    left_n: f64,
 }
 
 /// Shares of the work of an insertion; their sum is 1.

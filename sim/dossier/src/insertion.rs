@@ -1,7 +1,7 @@
 //! Simulates a needle inserted perpendicularly at a constant speed and records the force on the
 //! hand.
 
-use documents::{Patient, Scene};
+use documents::{NeedleFamily, Patient, Scene};
 use law::axial::{Contactor, ParamError};
 use law::ledger::Ledger;
 use law::operator::needle_pose;
@@ -14,6 +14,8 @@ const DT: f64 = 1e-3;
 const WAY_M: f64 = 5e-6;
 /// Largest travel beyond the last boundary, in m: boundaries tent before they open.
 const BEYOND_M: f64 = 0.04;
+/// Thickness that the last layer gets, in m: a way may be longer than the layers of a scene.
+const ENDLESS_M: f64 = 1.0;
 
 /// One tick of an insertion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,8 +33,17 @@ pub struct ProbeInsertion {
     pub moments: Vec<ProbeMoment>,
     /// For each boundary, the index in `moments` at which the tip opened it.
     pub opened: Vec<Option<usize>>,
+    /// For each boundary, the index at which the last contactor was through it.
+    pub through: Vec<Option<usize>>,
     /// Energy ledger.
     pub ledger: Ledger,
+}
+
+/// Returns the speed of the insertion that is compared, in m/s: 1.5 mm/s for a Tuohy needle, which is
+/// advanced in small steps, else 5 mm/s.
+#[must_use]
+pub fn insertion_speed_m_per_s(scene: &Scene) -> f64 {
+    if scene.needle.family == Some(NeedleFamily::Tuohy) { 1.5e-3 } else { 5e-3 }
 }
 
 /// Returns the law for a scene's layers without its structures, which a study's needle did not hit.
@@ -42,6 +53,7 @@ pub struct ProbeInsertion {
 pub fn layers_alone(scene: &Scene) -> Result<PunctureParams, ParamError> {
     let mut spec = scene.puncture_spec(&Patient::nominal(scene));
     spec.structures.clear();
+    spec.hub_stiffness_n_per_m = None;
     PunctureParams::new(spec)
 }
 
@@ -66,10 +78,10 @@ impl<'a> Probe<'a> {
         step(self.params, &mut self.state, &mut self.scratch, &input).axial.total_n()
     }
 
-    /// Returns the boundaries that the tip opened in the last step.
-    fn opened(&self) -> impl Iterator<Item = usize> + '_ {
-        self.scratch.events.iter().filter_map(|event| match event {
-            PunctureEvent::Rupture(rupture) if rupture.contactor == Contactor::Tip => Some(rupture.boundary),
+    /// Returns the boundaries that a contactor opened in the last step.
+    fn opened(&self, by: Contactor) -> impl Iterator<Item = usize> + '_ {
+        self.scratch.events.iter().filter_map(move |event| match event {
+            PunctureEvent::Rupture(rupture) if rupture.contactor == by => Some(rupture.boundary),
             _ => None,
         })
     }
@@ -81,19 +93,48 @@ pub fn insert_at(params: &PunctureParams, speed_m_per_s: f64) -> ProbeInsertion 
     let layers = &params.spec().axial.layers;
     let deepest_m: f64 = layers.iter().rev().skip(1).map(|layer| layer.thickness_m).sum();
     let end_m = (deepest_m + BEYOND_M).min(params.spec().needle_length_m);
+    insert_until(params, speed_m_per_s, end_m, |opened| opened.iter().all(Option::is_some))
+}
+
+/// Inserts at a speed in m/s to a displacement in m; the last layer ends nowhere.
+///
+/// # Panics
+/// Never: a checked law stays one with a thicker last layer.
+#[must_use]
+#[expect(clippy::expect_used, reason = "a checked law stays one with a thicker last layer")]
+pub fn insert_to(params: &PunctureParams, speed_m_per_s: f64, end_m: f64) -> ProbeInsertion {
+    let mut spec = params.spec().clone();
+    if let Some(last) = spec.axial.layers.last_mut() {
+        last.thickness_m = ENDLESS_M;
+    }
+    let endless = PunctureParams::new(spec).expect("a thicker last layer");
+    insert_until(&endless, speed_m_per_s, end_m, |_| false)
+}
+
+fn insert_until(
+    params: &PunctureParams,
+    speed_m_per_s: f64,
+    end_m: f64,
+    is_done: impl Fn(&[Option<usize>]) -> bool,
+) -> ProbeInsertion {
+    let spec = &params.spec().axial;
     let dt_s = DT.max(WAY_M / speed_m_per_s);
     let mut probe = Probe::new(params);
-    let (mut moments, mut opened) = (Vec::new(), vec![None; layers.len()]);
+    let mut moments = Vec::new();
+    let (mut opened, mut passed) = (vec![None; spec.layers.len()], vec![None; spec.layers.len()]);
     let mut x_m = 0.0;
-    while x_m < end_m && opened.iter().any(Option::is_none) {
+    while x_m < end_m && !is_done(&passed) {
         let force_n = probe.go(x_m, dt_s);
-        for boundary in probe.opened() {
-            opened[boundary].get_or_insert(moments.len());
+        let last = if spec.tip_to_rim_m > 0.0 { Contactor::Rim } else { Contactor::Tip };
+        for (contactor, at) in [(Contactor::Tip, &mut opened), (last, &mut passed)] {
+            for boundary in probe.opened(contactor) {
+                at[boundary].get_or_insert(moments.len());
+            }
         }
         moments.push(ProbeMoment { x_m, force_n });
         x_m += speed_m_per_s * dt_s;
     }
-    ProbeInsertion { moments, opened, ledger: probe.state.ledger().clone() }
+    ProbeInsertion { moments, opened, through: passed, ledger: probe.state.ledger().clone() }
 }
 
 /// Presses to a displacement at a speed in m/s, holds there for a time in s, and returns the
@@ -120,8 +161,18 @@ impl ProbeInsertion {
     /// `None` if it never opened.
     #[must_use]
     pub fn stretch(&self, boundary: usize) -> Option<&[ProbeMoment]> {
-        let end = self.opened[boundary]?;
-        let above = boundary.checked_sub(1).and_then(|above| self.opened[above]);
+        self.between(boundary.checked_sub(1), Some(boundary))
+    }
+
+    /// Returns the ticks from the opening of one boundary, or from contact, to that of another, or to
+    /// the end; `None` if the other never opened.
+    #[must_use]
+    pub fn between(&self, above: Option<usize>, boundary: Option<usize>) -> Option<&[ProbeMoment]> {
+        let end = match boundary {
+            Some(boundary) => self.opened[boundary]?,
+            None => self.moments.len(),
+        };
+        let above = above.and_then(|above| self.opened[above]);
         // If a lower boundary opened first, the ticks belong to both.
         let begin = above.filter(|above| *above < end).map_or(0, |above| above + 1);
         Some(&self.moments[begin.min(end.saturating_sub(1))..end])

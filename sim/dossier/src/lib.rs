@@ -6,19 +6,26 @@
 //! contains another unit.
 
 mod compare;
+mod curve;
 mod figures;
 mod insertion;
 mod picture;
+mod quantity;
 mod shipped;
 mod sources;
 mod table;
 mod text;
 mod words;
 
-pub use compare::{Agreement, DossierLine, Incomparable, SceneDossier, compare_scene, make_dossiers};
-pub use figures::{FIGURES, MeasuredQuantity, PublishedFigure, PublishedRange};
+pub use compare::{
+    Agreement, DossierLine, Incomparable, SceneDossier, compare_scene, count_inside, make_dossiers, measure_scene,
+};
+pub use curve::{draw_force_curve, profile_force_n};
+pub use figures::{FIGURES, PublishedFigure, PublishedRange};
+pub use insertion::insertion_speed_m_per_s;
 pub use picture::draw_dossier;
+pub use quantity::MeasuredQuantity;
 pub use shipped::{SHIPPED_SCENES, read_shipped_scenes};
-pub use sources::{HowKnown, MeasurementSource};
+pub use sources::{MeasurementSource, Provenance};
 pub use table::write_dossier_table;
-pub use text::{list_comparison_lines, write_dossier_text};
+pub use text::{summarise_dossiers, write_dossier_text};

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use crate::compare::{SceneDossier, TOLD_APART};
+use crate::compare::SceneDossier;
 use crate::figures::{FIGURES, PublishedFigure, PublishedRange};
 use crate::words::say_range;
 
@@ -27,23 +27,24 @@ const SHOWN: (f64, f64) = (0.05, 20.0);
 /// Ratios with a line and a label.
 const MARKED: [f64; 3] = [0.1, 1.0, 10.0];
 
-/// Returns the middle of the published range, and its ends divided by the middle. `None` if no
-/// values are published.
+/// Returns the middle of the accepted range, and its ends divided by the middle. `None` if no values
+/// are published.
 fn bar_of(figure: &PublishedFigure) -> Option<(f64, f64, f64)> {
-    match figure.range {
-        PublishedRange::Between { low, high } => {
+    match (figure.range.accepted(), figure.range) {
+        (Some([low, high]), PublishedRange::Above(value) | PublishedRange::Distinguishable(value)) => {
+            Some((value, low / value, high.min(SHOWN.1)))
+        }
+        (Some([low, high]), _) => {
             let middle = f64::midpoint(low, high);
             Some((middle, low / middle, high / middle))
         }
-        PublishedRange::Above(low) => Some((low, 1.0, SHOWN.1)),
-        PublishedRange::ToldApart(low) => Some((low, 1.0 + TOLD_APART, SHOWN.1)),
-        PublishedRange::Single(value) => Some((value, 1.0, 1.0)),
-        PublishedRange::Unstated => None,
+        (None, PublishedRange::Single(value)) => Some((value, 1.0, 1.0)),
+        (None, _) => None,
     }
 }
 
 /// Draws the figures for which at least one scene has a value; every value is divided by the middle
-/// of its published range.
+/// of its accepted range.
 #[must_use]
 pub fn draw_dossier(dossiers: &[SceneDossier]) -> String {
     let compared = |place: &usize| dossiers.iter().any(|dossier| dossier.lines[*place].value.is_some());

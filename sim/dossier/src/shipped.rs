@@ -5,7 +5,7 @@ use std::path::Path;
 use documents::{DocumentError, Scene};
 
 /// The text of every shipped scene.
-pub const SHIPPED_SCENES: [&str; 15] = [
+pub const SHIPPED_SCENES: [&str; 14] = [
     include_str!("../../../curricula/scenes/lower-back-paper.toml"),
     include_str!("../../../curricula/scenes/lower-back-training.toml"),
     include_str!("../../../curricula/scenes/epidural-71kg.toml"),
@@ -13,7 +13,6 @@ pub const SHIPPED_SCENES: [&str; 15] = [
     include_str!("../../../curricula/scenes/lower-back-obese.toml"),
     include_str!("../../../curricula/scenes/lower-back-thick-needle.toml"),
     include_str!("../../../curricula/scenes/lower-back-vessel.toml"),
-    include_str!("../../../curricula/scenes/lower-back-measured-skin.toml"),
     include_str!("../../../curricula/scenes/liver-18g.toml"),
     include_str!("../../../curricula/scenes/heart-18g.toml"),
     include_str!("../../../curricula/scenes/epidural-midline.toml"),

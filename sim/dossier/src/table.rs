@@ -1,13 +1,16 @@
 //! The dossier as a machine-readable table.
 
+use documents::NeedleFamily;
+
 use crate::compare::{Agreement, DossierLine, SceneDossier};
 use crate::figures::PublishedRange;
 use crate::words::say_why;
 
-const COLUMNS: [&str; 14] = [
+const COLUMNS: [&str; 15] = [
     "figure",
     "title",
     "conditions",
+    "family",
     "unit",
     "published_low",
     "published_high",
@@ -40,18 +43,20 @@ fn row_of_line(scene: &str, line: &DossierLine) -> Vec<String> {
     let figure = line.figure;
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
     let (low, high) = match figure.range {
-        PublishedRange::Between { low, high } => (Some(low), Some(high)),
-        PublishedRange::Above(low) | PublishedRange::ToldApart(low) => (Some(low), None),
+        PublishedRange::Between { low, high } | PublishedRange::Means { low, high } => (Some(low), Some(high)),
+        PublishedRange::Spread { mean, deviation } => (Some(mean - 2.0 * deviation), Some(mean + 2.0 * deviation)),
+        PublishedRange::Above(low) | PublishedRange::Distinguishable(low) => (Some(low), None),
         PublishedRange::Single(value) => (Some(value), Some(value)),
         PublishedRange::Unstated => (None, None),
     };
     let (agreement, why) = match line.agreement {
         Agreement::Inside => ("inside", String::new()),
         Agreement::Outside => ("outside", String::new()),
-        Agreement::Beside { ratio } => ("no spread published", format!("{ratio:.3} times the published value")),
+        Agreement::SingleValue { ratio } => ("no spread published", format!("{ratio:.3} times the published value")),
         Agreement::Incomparable(why) => ("not comparable", say_why(why)),
     };
-    let texts = [figure.id, figure.title, figure.conditions, figure.quantity.unit()].map(str::to_owned);
+    let family = figure.family.map_or("", NeedleFamily::word);
+    let texts = [figure.id, figure.title, figure.conditions, family, figure.quantity.unit()].map(str::to_owned);
     let fitted = if line.fitted { "yes" } else { "no" };
     let source = [figure.source.citation, figure.source.doi, figure.source.known.words()].map(str::to_owned);
     let measured = [number(low), number(high), scene.to_owned(), number(line.value), agreement.to_owned(), why];

@@ -50,7 +50,7 @@ fn say_verdict(line: &DossierLine) -> String {
     let verdict = match line.agreement {
         Agreement::Inside => tr!("inside").to_owned(),
         Agreement::Outside => tr!("outside").to_owned(),
-        Agreement::Beside { ratio } => tr!("{ratio} times it", ratio = format::format_fixed(ratio, 2)),
+        Agreement::SingleValue { ratio } => tr!("{ratio} times it", ratio = format::format_fixed(ratio, 2)),
         Agreement::Incomparable(_) => tr!("not comparable").to_owned(),
     };
     if line.fitted { tr!("{verdict}; the scene was fitted to it", verdict = verdict) } else { verdict }
@@ -60,8 +60,15 @@ fn say_range(quantity: &MeasuredQuantity, range: &PublishedRange) -> String {
     let say = |value: f64| say_value(quantity, value);
     match *range {
         PublishedRange::Between { low, high } => tr!("{low} to {high}", low = say(low), high = say(high)),
+        PublishedRange::Means { low, high } if low < high => {
+            tr!("means {low} to {high}, ± 25 %", low = say(low), high = say(high))
+        }
+        PublishedRange::Means { low, .. } => tr!("mean {low}, ± 25 %", low = say(low)),
+        PublishedRange::Spread { mean, deviation } => {
+            tr!("{mean} ± 2 × {deviation}", mean = say(mean), deviation = say(deviation))
+        }
         PublishedRange::Above(low) => tr!("above {low}", low = say(low)),
-        PublishedRange::ToldApart(low) => tr!("clearly above {low}", low = say(low)),
+        PublishedRange::Distinguishable(low) => tr!("clearly above {low}", low = say(low)),
         PublishedRange::Single(value) => say(value),
         PublishedRange::Unstated => tr!("no values").to_owned(),
     }
@@ -91,16 +98,16 @@ mod tests {
             DossierLine { figure, value: Some(value), agreement, fitted: id == "epidural_skin_depth" }
         };
         let said = list_measured_lines(&[
-            line("skin_opening_force", 1.0, Agreement::Outside),
+            line("skin_peak", 1.0, Agreement::Outside),
             line("epidural_skin_depth", 13.9e-3, Agreement::Beside { ratio: 0.998 }),
             line("tearing_share", 0.81, Agreement::Beside { ratio: 1.33 }),
         ]);
         let cells: Vec<_> = said.iter().map(|line| [&*line.published, &*line.value, &*line.verdict]).collect();
-        assert_eq!(cells[0], ["2.75\u{a0}N to 2.80\u{a0}N", "1.00\u{a0}N", "outside"]);
+        assert_eq!(cells[0], ["means 2.75\u{a0}N to 2.80\u{a0}N, ± 25 %", "1.00\u{a0}N", "outside"]);
         assert_eq!(cells[1], ["13.9\u{a0}mm", "13.9\u{a0}mm", "1.00 times it; the scene was fitted to it"]);
         assert_eq!(cells[2][1..], ["81\u{a0}%", "1.33 times it"]);
         assert_eq!(said[0].href.as_deref(), Some("https://doi.org/10.1089/end.2016.0342"));
-        let silent = DossierLine { value: None, ..line("skin_opening_force", 1.0, Agreement::Outside) };
+        let silent = DossierLine { value: None, ..line("skin_peak", 1.0, Agreement::Outside) };
         assert!(list_measured_lines(&[silent]).is_empty(), "what cannot be compared is not shown");
     }
 }

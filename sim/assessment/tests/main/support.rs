@@ -23,6 +23,7 @@ pub fn bundle() -> ExerciseBundle {
         needle: needle(),
         rate: None,
         law: ForceLaw::Version2,
+        scaling: documents::NeedleScaling::Version1,
         structures: Vec::new(),
         skin: None,
         skin_shape: law::Skin::Flat,
@@ -81,6 +82,7 @@ fn layer(name: &str, thickness_mm: f64) -> SceneLayer {
         recoil_time_s: None,
         texture: name.into(),
         source: String::new(),
+        provenance: Vec::new(),
         options: SceneLayerOptions::default(),
     }
 }
@@ -88,6 +90,7 @@ fn layer(name: &str, thickness_mm: f64) -> SceneLayer {
 fn needle() -> Needle {
     Needle {
         kind: "trocar".into(),
+        family: None,
         diameter_mm: 2.0,
         diameter_exponent: 1.0,
         tip: "diamond".into(),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use documents::Scene;
 use dossier::{
-    SceneDossier, draw_dossier, make_dossiers, read_shipped_scenes, write_dossier_table, write_dossier_text,
+    draw_dossier, draw_force_curve, make_dossiers, read_shipped_scenes, write_dossier_table, write_dossier_text,
 };
 
 use crate::exit::{Failure, Outcome};
@@ -13,10 +13,11 @@ use crate::{output, sources};
 
 /// Compare scenes with published measurements
 ///
-/// Lists every published figure that can be cited with the value of a scene: inside, outside, one
+/// Compares every published figure that can be cited with the value of a scene: inside, outside, one
 /// value without a spread, or not comparable, with the reason; with its source, its DOI, and
-/// whether it was read or recalled. Nothing is tuned to pass. Prints Markdown; with --out,
-/// dossier.md, dossier.csv and dossier.svg are written.
+/// whether it was read or recalled. A figure judges scenes of the family of needles that it was
+/// measured with. Prints Markdown; with --out, writes dossier.md, dossier.csv, dossier.svg and, for
+/// each scene, its force against depth with the published ranges.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     stylet validate --out dossier\n  \
@@ -32,24 +33,28 @@ pub struct ValidateArgs {
 
 /// Runs the command.
 pub fn run(args: &ValidateArgs) -> Outcome {
-    let dossiers = dossiers_of(&args.scenes)?;
+    let scenes = if args.scenes.is_empty() {
+        read_shipped_scenes()?
+    } else {
+        args.scenes.iter().map(|file| read_scene(file)).collect::<Result<Vec<_>, _>>()?
+    };
+    let dossiers = make_dossiers(&scenes);
     let Some(folder) = &args.out else {
         let text = write_dossier_text(&dossiers);
         return output::print_buffered(|out| write!(out, "{text}"));
     };
     fs::create_dir_all(folder).map_err(|error| Failure::refused(folder, format_args!("cannot be created: {error}")))?;
-    let text = format!("{}\n![](dossier.svg)\n", write_dossier_text(&dossiers));
+    let mut text = format!("{}\n## Force against depth\n\n", write_dossier_text(&dossiers));
+    text.push_str("Green and orange bars: the accepted range of a force, inside and outside; blue wedge: the published slope.\n\n");
+    for scene in &scenes {
+        let name = format!("force-{}.svg", scene.id);
+        write_file(&folder.join(&name), draw_force_curve(scene))?;
+        text.push_str(&format!("### {}\n\n![Force against depth of {}]({name})\n\n", scene.title, scene.id));
+    }
+    text.push_str("## All scenes\n\n![The scenes' values, relative to what is published](dossier.svg)\n");
     write_file(&folder.join("dossier.md"), text)?;
     write_file(&folder.join("dossier.csv"), write_dossier_table(&dossiers).map_err(Failure::work)?)?;
     write_file(&folder.join("dossier.svg"), draw_dossier(&dossiers))
-}
-
-fn dossiers_of(files: &[PathBuf]) -> Result<Vec<SceneDossier>, Failure> {
-    if files.is_empty() {
-        return Ok(make_dossiers(&read_shipped_scenes()?));
-    }
-    let scenes = files.iter().map(|file| read_scene(file)).collect::<Result<Vec<_>, _>>()?;
-    Ok(make_dossiers(&scenes))
 }
 
 fn read_scene(file: &Path) -> Result<Scene, Failure> {

@@ -98,8 +98,8 @@ fn drawn_material(texture: &str) -> DrawnMaterial {
 
 fn drawn_needle(scene: &Scene, spec: &PunctureSpec) -> DrawnNeedle {
     let tip = match scene.needle.tip.as_str() {
-        "bevel" => Tip::Bevel,
-        "conical" => Tip::Conical,
+        "bevel" | "tuohy" => Tip::Bevel,
+        "conical" | "pencil-point" => Tip::Conical,
         "blunt" => Tip::Blunt,
         _ => Tip::Diamond,
     };

@@ -2,6 +2,9 @@
 
 use super::{DescribedField, DescribedTable, FieldKind, Presence, Text};
 use crate::mesh::Axes;
+use crate::model::NeedleFamily;
+use crate::provenance::{NUMBER_KEYS, NumberClass};
+use crate::tip::TIP_WORDS;
 use anatomy::{AGES_YEARS, WEIGHTS_KG};
 use law::axial::MAX_BRANCHES;
 use law::structures::StructureKind;
@@ -18,6 +21,12 @@ pub(crate) static SCENE: DescribedTable = DescribedTable {
             "law",
             FieldKind::Integer { min: 1, max: 5 },
             "Version of the force law; 1 if left out, as scenes were before there was another",
+        )
+        .or(1.0),
+        DescribedField::new(
+            "scaling",
+            FieldKind::Integer { min: 1, max: 2 },
+            "Version of how the needle scales the tissue's numbers, and of the tissues of [anatomy]; 1 if left out, as scenes were before there was another",
         )
         .or(1.0),
         DescribedField::new(
@@ -96,6 +105,13 @@ static ANATOMY: DescribedTable = DescribedTable {
             "Where the needle then leans to: 0 to the patient's right, 90 to the head",
         )
         .or(0.0),
+        DescribedField::number(
+            "introducer_mm",
+            "mm",
+            0.0..=60.0,
+            "Length along the planned needle of an introducer that is already in place: its tissue is felt no more. With scaling = 2",
+        )
+        .or(0.0),
         DescribedField::new(
             "parts",
             FieldKind::Texts(&Text::ID),
@@ -128,7 +144,7 @@ static LAYER: DescribedTable = DescribedTable {
         ),
         DescribedField::number("friction_n_per_m", "N/m", 0.0..=1e5, "Coulomb friction cap c per inserted length")
             .or(0.0),
-        DescribedField::number("cutting_n", "N", 0.0..=100.0, "Force f of cutting new material").or(0.0),
+        DescribedField::number("cutting_n", "N", 0.0..=100.0, "Force f of cutting new material; with scaling = 2, that of the fracture energy if left out where a layer has one").or(0.0),
         DescribedField::number("density_kg_per_m3", "kg/m³", 100.0..=5000.0, "Density").or(1050.0),
         DescribedField::number("poisson_ratio", "", 0.0..=0.499, "Poisson ratio").or(0.45),
         DescribedField::number(
@@ -143,6 +159,12 @@ static LAYER: DescribedTable = DescribedTable {
         DescribedField::text("texture", &Text::NAME, "Texture of the picture: skin, fat, muscle, fascia, …; fluid runs out of an open hub")
             .or_text("tissue"),
         DescribedField::text("source", &Text::PROSE, "Where the numbers come from").or_text(""),
+        DescribedField::new(
+            "provenance",
+            FieldKind::Tables { table: &PROVENANCE, min: 0, max: NUMBER_KEYS.len() },
+            "Class and source of single numbers; a number without is a choice",
+        )
+        .with(Presence::Empty),
         DescribedField::number(
             "stiffening_n_per_m2",
             "N/m²",
@@ -181,6 +203,27 @@ static LAYER: DescribedTable = DescribedTable {
             FieldKind::Table(&FIBRES),
             "A sheet of connective tissue, whose other numbers are those under a bevel's edge across the fibres. With law = 3",
         ),
+    ],
+};
+
+static PROVENANCE: DescribedTable = DescribedTable {
+    doc: "Where one number of a layer comes from",
+    fields: &[
+        DescribedField::new("key", FieldKind::Choice(&NUMBER_KEYS), "The number").required(),
+        DescribedField::new(
+            "class",
+            FieldKind::Choice(&NumberClass::WORDS),
+            "Measured, derived from a measurement by the scaling that source states, or a choice for want of one",
+        )
+        .required(),
+        DescribedField::text("source", &Text::PROSE, "The publication, the scaling or the reason").or_text(""),
+        DescribedField::number(
+            "low",
+            "",
+            0.0..=1e9,
+            "Lower end of the published range, in the number's unit; a measured number needs it",
+        ),
+        DescribedField::number("high", "", 0.0..=1e9, "Upper end, likewise"),
     ],
 };
 
@@ -231,13 +274,18 @@ static NEEDLE: DescribedTable = DescribedTable {
             "A trocar has a rim behind its tip, a needle has none",
         )
         .or_text("trocar"),
-        DescribedField::number("diameter_mm", "mm", 0.1..=10.0, "Diameter D").or(2.0),
+        DescribedField::new(
+            "family",
+            FieldKind::Choice(&NeedleFamily::WORDS),
+            "Family, which decides with which published figures its forces may be compared; with none if left out",
+        ),
+        DescribedField::number("diameter_mm", "mm", 0.1..=15.0, "Diameter D").or(2.0),
         DescribedField::number("diameter_exponent", "", 0.8..=2.0, "Exponent p: thresholds and cutting go with D^p")
             .or(1.0),
         DescribedField::new(
             "tip",
-            FieldKind::Choice(&["diamond", "bevel", "conical", "blunt"]),
-            "Tip, a factor on the thresholds",
+            FieldKind::Choice(&TIP_WORDS),
+            "Tip, a factor on the thresholds and, with scaling = 2, on cutting; the last three with scaling = 2",
         )
         .or_text("diamond"),
         DescribedField::new(

@@ -23,6 +23,7 @@ pub(super) fn scene() -> Scene {
         needle: needle(),
         rate: None,
         law: law::axial::ForceLaw::Version2,
+        scaling: documents::NeedleScaling::Version1,
         structures: vec![
             structure("lumbar vessel", StructureKind::Vessel, -0.008, -0.018),
             structure("transverse process", StructureKind::Bone, 0.022, -0.022),
@@ -52,6 +53,7 @@ fn layer(name: &str, thickness_mm: f64) -> SceneLayer {
         recoil_time_s: None,
         texture: name.to_owned(),
         source: "sample".to_owned(),
+        provenance: Vec::new(),
         options: SceneLayerOptions::default(),
     }
 }
@@ -59,6 +61,7 @@ fn layer(name: &str, thickness_mm: f64) -> SceneLayer {
 fn needle() -> Needle {
     Needle {
         kind: "trocar".to_owned(),
+        family: None,
         diameter_mm: 2.0,
         diameter_exponent: 1.0,
         tip: "diamond".to_owned(),

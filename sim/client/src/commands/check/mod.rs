@@ -54,8 +54,11 @@ pub fn run(args: &CheckArgs) -> Outcome {
         false => output::print_buffered(|out| reports.iter().try_for_each(|report| report.write(out)))?,
     }
     for report in &reports {
-        for warning in report.plans.iter().filter_map(|plan| plan.tissue.warning()) {
-            output::print_warning(format_args!("{}: {warning}", report.file));
+        for plan in &report.plans {
+            for warning in plan.warnings.iter().cloned().chain(plan.tissue.warning().map(|warning| warning.to_string()))
+            {
+                output::print_warning(format_args!("{}: {warning}", report.file));
+            }
         }
     }
     for line in reports.iter().flat_map(|report| &report.issues) {

@@ -1,6 +1,6 @@
 //! The plan of a scene's simulation: effective layers, ruptures in closed form, tissue model.
 
-use documents::{ExerciseBundle, Patient, PlannedNeedle, Scene, SceneLayer, spec_along_path};
+use documents::{ClassCounts, ExerciseBundle, Patient, PlannedNeedle, Remark, Scene, SceneLayer, spec_along_path};
 use law::axial::{AxialSpec, Contactor, Layer, RuptureCriterion};
 use law::closed_form;
 use serde::Serialize;
@@ -24,6 +24,11 @@ pub struct ScenePlan {
     /// The needle for which they hold, if they depend on its speed or on the direction of its edge.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ruptures_hold_for: Vec<&'static str>,
+    /// Numbers of the layers that are measured, derived from a measurement, or chosen.
+    pub classes: ClassCounts,
+    /// What the author should look at, though it is no finding.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// The deforming tissue.
     #[serde(flatten)]
     pub tissue: TissuePlan,
@@ -95,9 +100,17 @@ impl ScenePlan {
                 .map(|(written, met)| LayerPlan::new(written, met))
                 .collect(),
             ruptures: ruptures(&nominal),
+            classes: scene.count_classes(),
+            warnings: list_warnings(scene),
             tissue: TissuePlan::new(scene, planned)?,
         })
     }
+}
+
+/// Lists measured numbers outside their range, and the losses of resistance before the last.
+fn list_warnings(scene: &Scene) -> Vec<String> {
+    let remarks = scene.list_departed_numbers().into_iter().chain(scene.remark_early_loss());
+    remarks.map(|Remark { field, found, allowed }| format!("{field}: {found}; {allowed}")).collect()
 }
 
 impl LayerPlan {

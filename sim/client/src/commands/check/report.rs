@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use documents::ClassCounts;
 use serde::Serialize;
 
 use super::plan::ScenePlan;
@@ -67,6 +68,8 @@ fn write_plan(plan: &ScenePlan, out: &mut dyn Write) -> io::Result<()> {
         let (friction, cutting) = (layer.friction_n_per_m, layer.cutting_n);
         writeln!(out, "  {name:36} {thickness:>16} {k:>10.1} {friction:>12.2} {cutting:>10.3}")?;
     }
+    let ClassCounts { measured, derived, choices } = plan.classes;
+    writeln!(out, "  numbers of the layers: {measured} measured, {derived} derived, {choices} choices")?;
     writeln!(out, "  {:36} {:>16} {:>10} {:>12}", "rupture (nominal patient)", "tip at mm", "before N", "after N")?;
     for rupture in &plan.ruptures {
         let name = rupture.contactor.into_layer(&rupture.layer).to_string();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use documents::{Scene, StructureKind, TissueFeel};
+use documents::{NeedleScaling, Scene, StructureKind, TissueFeel};
 use law::structures::Surface;
 use nalgebra::Vector3;
 
@@ -86,7 +86,7 @@ pub fn write(args: &ImportArgs, imported: &Imported) -> Result<WrittenImport, Fa
 }
 
 fn feel_of(layer: &ImportedLayer) -> &'static TissueFeel {
-    TissueFeel::of(layer.label.tissue().unwrap_or_default())
+    TissueFeel::of(layer.label.tissue().unwrap_or_default(), NeedleScaling::Version2)
 }
 
 fn thresholds(layer: &ImportedLayer) -> Thresholds {
@@ -134,7 +134,7 @@ fn scene_text(args: &ImportArgs, imported: &Imported, thresholds: &[Thresholds])
     );
     let mut text = format!(
         "# Made by stylet anatomy import. Patient frame: the origin is on the skin at the entry, +z points out of the body.\n\nid = {}\nlaw = \
-         5\ntitle = {}\ndescription = {}\n",
+         5\nscaling = 2\ntitle = {}\ndescription = {}\n",
         quoted(&id(args)),
         quoted(imported.title),
         quoted(&description)
@@ -142,8 +142,8 @@ fn scene_text(args: &ImportArgs, imported: &Imported, thresholds: &[Thresholds])
     for (layer, thresholds) in imported.layers.iter().zip(thresholds) {
         write_layer(&mut text, layer, *thresholds);
     }
-    text += "\n# Our choice: the reference trocar.\n[needle]\nkind = \"trocar\"\ndiameter_mm = 2.0\ntip = \"diamond\"\ntip_to_rim_mm = \
-             2.0\nlength_mm = 150\nhub_stiffness_n_per_m = 2500\nspeed_window_ms = 12\ndamping_time_ms = 10\n";
+    text += "\n# Our choice: the trocar of a percutaneous renal access.\n[needle]\nkind = \"trocar\"\ndiameter_mm = 1.27\ntip = \"diamond\"\ntip_to_rim_mm = \
+             1.5\nlength_mm = 150\nhub_stiffness_n_per_m = 2500\nspeed_window_ms = 12\ndamping_time_ms = 10\n";
     // Writing to a string has no way to fail.
     let _ = write!(text, "\n[skin]\nfile = \"{SKIN_FILE}\"\nunit = \"mm\"\n");
     for structure in &imported.structures {
@@ -170,18 +170,19 @@ fn write_layer(text: &mut String, layer: &ImportedLayer, thresholds: Thresholds)
         " Thresholds lowered until no rupture raises the force in these layers."
     };
     let source = format!(
-        "Thickness: measured along the skin's normal at the entry. All else: our choice for training, the numbers of {} in law 2.{lowered}",
-        feel.tissue
+        "Thickness: measured along the skin's normal at the entry. The rest are the numbers of {}. {}{lowered}",
+        feel.tissue, feel.source
     );
     // Writing to a string cannot fail.
     let _ = write!(
         text,
-        "\n[[layer]]\nname = {}\nthickness_mm = {:.2}\nstiffness_n_per_m = {:?}\ndamping_n_s_per_m2 = {:?}\ntip_rupture_n = {:.3}\nrim_rupture_n = \
+        "\n[[layer]]\nname = {}\nthickness_mm = {:.2}\nstiffness_n_per_m = {:?}\ndamping_n_s_per_m2 = {:?}\nstiffening_n_per_m2 = {:?}\ntip_rupture_n = {:.3}\nrim_rupture_n = \
          {:.3}\nfriction_n_per_m = {:?}\ncutting_n = {:?}\ndensity_kg_per_m3 = {:?}\npoisson_ratio = 0.45\ntexture = \"{}\"\nsource = {}\n",
         quoted(&layer.name),
         layer.measured.thickness_m * 1e3,
         feel.stiffness_n_per_m,
         feel.damping_n_s_per_m2,
+        feel.stiffening_n_per_m2,
         thresholds.tip_n,
         thresholds.rim_n,
         feel.friction_n_per_m,

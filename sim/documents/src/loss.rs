@@ -1,0 +1,64 @@
+//! Losses of resistance along the way of a needle with a syringe: a trainee must feel one.
+
+use law::axial::Contactor;
+use law::closed_form::predict_ruptures;
+use law::quasistatic::quasistatic_forces_n;
+use phrase::{Phrase, phrase};
+
+use crate::error::Remark;
+use crate::model::Scene;
+use crate::patient::Patient;
+
+/// Way behind a rupture within which the force has fallen, in m: friction and cutting give way over
+/// their presliding length.
+const BEHIND_M: f64 = 3e-3;
+/// Distance of the samples behind a rupture, in m.
+const STEP_M: f64 = 0.1e-3;
+/// Share of the loss above which an earlier fall is mistaken for it.
+const MISTAKEN: f64 = 0.5;
+
+impl Scene {
+    /// Returns the fall of the force behind the rupture of each boundary that a slow needle opens
+    /// perpendicularly, in N, with the boundary's index, in the order of the way.
+    #[must_use]
+    pub fn list_falls_n(&self) -> Vec<(usize, f64)> {
+        let spec = self.axial_spec(&Patient::nominal(self));
+        let ruptures = predict_ruptures(&spec).into_iter().filter(|rupture| rupture.contactor == Contactor::Tip);
+        let fall = |x_m: f64| {
+            let steps = (BEHIND_M / STEP_M) as u32;
+            let lead = (0..).map(|step| f64::from(step) * STEP_M).take_while(|at_m| *at_m < x_m);
+            let behind = (1..=steps).map(|step| x_m + f64::from(step) * STEP_M);
+            let track: Vec<f64> = lead.chain([x_m - 1e-9]).chain(behind).collect();
+            let forces = quasistatic_forces_n(&spec, &track);
+            let (before, after) = forces.split_at(forces.len() - steps as usize);
+            let last_n = before.last().copied().unwrap_or_default();
+            last_n - after.iter().copied().fold(last_n, f64::min)
+        };
+        ruptures.map(|rupture| (rupture.boundary, fall(rupture.x_m))).collect()
+    }
+
+    /// Returns a remark if a syringe's needle loses more than half of the greatest loss before it. The
+    /// skin's fall is none that could be mistaken for it.
+    #[must_use]
+    pub fn remark_early_loss(&self) -> Option<Remark> {
+        if self.needle.hub != "syringe" {
+            return None;
+        }
+        let falls = self.list_falls_n();
+        let most = falls.iter().copied().max_by(|one, other| one.1.total_cmp(&other.1))?;
+        let (at, early_n) =
+            *falls.iter().take_while(|fall| fall.0 != most.0).find(|fall| fall.0 > 0 && fall.1 > MISTAKEN * most.1)?;
+        let name = |at: usize| self.layers[at].name.clone();
+        Some(Remark {
+            field: format!("layer[{at}]"),
+            found: phrase!(
+                "the force falls by {early} N at {layer}, before the loss of resistance of {most} N at {last}",
+                early = Phrase::number(early_n, 1),
+                layer = name(at),
+                most = Phrase::number(most.1, 1),
+                last = name(most.0)
+            ),
+            allowed: phrase!("allowed: at most half of it, or a trainee stops too early"),
+        })
+    }
+}

@@ -1,0 +1,160 @@
+//! Provenance of a layer's numbers: measured, derived from a measurement, or chosen.
+
+use phrase::{Phrase, phrase};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::describe::measure;
+use crate::error::Remark;
+use crate::model::{Scene, SceneLayer};
+use crate::walk::Walked;
+
+/// Class of a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NumberClass {
+    /// Measured, with a published range.
+    Measured,
+    /// Derived from a measurement by a stated scaling.
+    Derived,
+    /// A choice: no measurement was found.
+    Choice,
+}
+
+impl NumberClass {
+    /// The words for the classes in a document.
+    pub(crate) const WORDS: [&str; 3] = ["measured", "derived", "choice"];
+}
+
+/// Where one number of a layer comes from.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct NumberProvenance {
+    /// Key of the number, for example `thickness_mm`.
+    pub key: String,
+    /// Its class.
+    pub class: NumberClass,
+    /// The publication, the scaling or the reason of the choice.
+    #[serde(default)]
+    pub source: String,
+    /// Lower end of the published range, in the number's unit.
+    pub low: Option<f64>,
+    /// Upper end of the published range, in the number's unit.
+    pub high: Option<f64>,
+}
+
+/// Numbers of a scene by class.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ClassCounts {
+    /// Measured numbers.
+    pub measured: usize,
+    /// Derived numbers.
+    pub derived: usize,
+    /// Choices; a number without provenance is one.
+    pub choices: usize,
+}
+
+/// Keys of a layer's numbers that have a class.
+pub(crate) const NUMBER_KEYS: [&str; 10] = [
+    "thickness_mm",
+    "stiffness_n_per_m",
+    "stiffening_n_per_m2",
+    "damping_n_s_per_m2",
+    "tip_rupture_n",
+    "rim_rupture_n",
+    "friction_n_per_m",
+    "cutting_n",
+    "density_kg_per_m3",
+    "poisson_ratio",
+];
+
+impl SceneLayer {
+    /// Returns a number by its key; `None` for a key without a class.
+    fn number(&self, key: &str) -> Option<f64> {
+        let at = NUMBER_KEYS.iter().position(|known| *known == key)?;
+        let numbers = [
+            self.thickness_mm,
+            self.stiffness_n_per_m,
+            self.options.stiffening_n_per_m2,
+            self.damping_n_s_per_m2,
+            self.tip_rupture_n,
+            self.rim_rupture_n,
+            self.friction_n_per_m,
+            self.cutting_n,
+            self.density_kg_per_m3,
+            self.poisson_ratio,
+        ];
+        Some(numbers[at])
+    }
+
+    /// Returns the class of a number, a choice if nothing is stated.
+    fn class_of(&self, key: &str) -> NumberClass {
+        self.provenance.iter().find(|number| number.key == key).map_or(NumberClass::Choice, |number| number.class)
+    }
+}
+
+impl Scene {
+    /// Counts the layers' numbers by class. A number that is 0 has no effect and is not counted.
+    #[must_use]
+    pub fn count_classes(&self) -> ClassCounts {
+        let mut counts = ClassCounts::default();
+        for layer in &self.layers {
+            for key in NUMBER_KEYS.into_iter().filter(|key| layer.number(key).is_some_and(|number| number > 0.0)) {
+                match layer.class_of(key) {
+                    NumberClass::Measured => counts.measured += 1,
+                    NumberClass::Derived => counts.derived += 1,
+                    NumberClass::Choice => counts.choices += 1,
+                }
+            }
+        }
+        counts
+    }
+
+    /// Lists the numbers that leave the range stated in their provenance.
+    #[must_use]
+    pub fn list_departed_numbers(&self) -> Vec<Remark> {
+        let layers = self.layers.iter().enumerate();
+        let numbers = layers.flat_map(|(at, layer)| layer.provenance.iter().map(move |number| (at, layer, number)));
+        let departed = numbers.filter_map(|(at, layer, NumberProvenance { key, low, high, .. })| {
+            let value = layer.number(key)?;
+            let (low, high) = (low.unwrap_or(f64::MIN), high.unwrap_or(f64::MAX));
+            let is_inside = (low..=high).contains(&value);
+            (!is_inside).then(|| Remark {
+                field: format!("layer[{at}].{key}"),
+                found: phrase!("{value} leaves its published range", value = value),
+                allowed: phrase!("published: {low} to {high}", low = low, high = high),
+            })
+        });
+        departed.collect()
+    }
+}
+
+/// Checks that each number is named once, and that a measured one states its range.
+pub(crate) fn check_provenance(doc: &mut Walked) {
+    for (at, layer) in doc.tables("layer").into_iter().enumerate() {
+        let numbers = layer["provenance"].as_array().cloned().unwrap_or_default();
+        for (index, number) in numbers.iter().enumerate() {
+            let place = |key: &str| format!("layer[{at}].provenance[{index}].{key}");
+            let is_twice = numbers[..index].iter().any(|other| other["key"] == number["key"]);
+            if is_twice {
+                let found = Phrase::data(number["key"].as_str().unwrap_or_default());
+                doc.refuse(&place("key"), found, phrase!("allowed: each number once"));
+            }
+            refuse_range(doc, &place, number);
+        }
+    }
+}
+
+/// Refuses a measured number without a range, and a range whose ends are exchanged.
+fn refuse_range(doc: &mut Walked, place: &dyn Fn(&str) -> String, number: &Value) {
+    let [low, high] = ["low", "high"].map(|key| number[key].as_f64());
+    for (key, end) in [("low", low), ("high", high)] {
+        if number["class"] == "measured" && end.is_none() {
+            let allowed = phrase!("needed by a measured number: the ends of its published range");
+            doc.refuse(&place(key), phrase!("missing"), allowed);
+        }
+    }
+    if let Some((low, high)) = low.zip(high).filter(|(low, high)| low > high) {
+        let allowed = phrase!("allowed: at most high, {high}", high = high);
+        doc.refuse(&place("low"), Phrase::Data(measure(low, "")), allowed);
+    }
+}
