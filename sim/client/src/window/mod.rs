@@ -334,7 +334,7 @@ impl Window {
 
     /// Begins a prepared attempt: picture, device, servo and recorder.
     fn begin(&mut self, prepared: PreparedAttempt) -> Result<Box<TrialScreen>, Failure> {
-        let station = self.station.as_mut().ok_or_else(|| Failure::input(tr!("no exercise is chosen")))?;
+        let station = self.station.as_mut().ok_or_else(|| Failure::input(tr!("no exercise is selected")))?;
         let PreparedAttempt { bundle, seed, specimen, stage } = prepared;
         let file = Path::new(&bundle.exercise.id);
         let given = picture::hide_what_is_withheld(&stage, bundle.exercise.feedback);

@@ -131,7 +131,7 @@ impl fmt::Display for Ended {
         match self {
             Self::Stopped => f.write_str("stopped"),
             Self::DeviceLost(fault) => write!(f, "device lost: {fault}"),
-            Self::Panicked => f.write_str("stopped by a defect of the program; the force was set to zero"),
+            Self::Panicked => f.write_str("stopped by a program error; the force was set to zero"),
         }
     }
 }
