@@ -187,7 +187,9 @@ async fn a_rubric_that_pays_for_nothing_is_told_before_it_is_published() {
     writer.replace("withdrawn = true", "withdrawn = false");
     let typed = [("csrf", writer.csrf.as_str()), ("document", &writer.document), ("scene", &writer.scene)];
     let preview = writer.client.form(&format!("{}/preview", writer.draft), &typed).await.text();
-    for said in ["Document, line ", "rubric[1].full", "of overshoot_mm less is better", "never withdrawn", "<svg"] {
+    for said in
+        ["Document, line ", "rubric[1].full", "lower overshoot_mm is better", "the needle is not withdrawn", "<svg"]
+    {
         assert!(preview.contains(said), "{said} is not in\n{preview}");
     }
     let held = writer.act("publish").await;
