@@ -208,7 +208,11 @@ fn a_start_that_is_made_of_a_body_has_no_layers_to_fit() {
     let place = Place::new("");
     let body = repository("curricula/scenes/epidural-midline.toml");
     let run = calibrate(&repository(EPIDURAL_CURVE), &place.scene(), &["--start", text(&body)]).ends(2);
-    assert!(run.stderr.contains("anatomy: a body; allowed here: [[layer]], as came of a body"), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("anatomy: a body; allowed here: [[layer]], the layers made from the body"),
+        "{}",
+        run.stderr
+    );
 }
 
 #[test]

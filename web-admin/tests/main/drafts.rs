@@ -218,7 +218,7 @@ async fn a_course_is_written_with_its_exercises_by_file_or_by_id() {
     assert!(page.contains("passes = 2") && page.contains("passes = 3"), "{page}");
     let unknown = school.opens("osei@example.org", "/curricula/lower-back-basics").await;
     let mut unknown = Writer { document: whole.replace("7-thick-fat.toml", "no-such"), ..unknown };
-    assert!(unknown.act("publish").await.text().contains("no exercise of this name"));
+    assert!(unknown.act("publish").await.text().contains("no exercise with this name"));
 }
 
 #[tokio::test]
@@ -266,7 +266,7 @@ async fn what_is_wrong_is_said_in_the_language_of_whoever_writes() {
     assert_eq!(writer.client.form("/account/language", &language).await.status, 303);
     let saved = writer.act("save").await.text();
     assert!(
-        saved.contains("ebene Schichten haben auch unter einer schrägen Nadel eine Achse")
+        saved.contains("ebene Schichten sind auch unter einer schrägen Nadel rotationssymmetrisch")
             && saved.contains("Winkel der"),
         "{saved}"
     );

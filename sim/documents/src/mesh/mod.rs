@@ -115,7 +115,7 @@ fn mend_unless(
     }
     let mended = mend::mend(&found);
     if mended.1.is_empty() {
-        return Err(phrase!("a mesh whose triangles have no size"));
+        return Err(phrase!("a mesh whose triangles have no area"));
     }
     match check(&mended.1) {
         Ok(()) => Ok(mended),

@@ -69,7 +69,7 @@ fn the_unit_is_the_one_stated() {
     };
     assert!(vertices_m.iter().any(|p| p.x == 0.5));
     let missing = read_text(&folder(), &scene_text("")).unwrap_err().to_string();
-    assert!(missing.contains("structure[0].unit: missing; a mesh needs it"), "{missing}");
+    assert!(missing.contains("structure[0].unit: missing; required for a mesh"), "{missing}");
 }
 
 #[test]
@@ -163,7 +163,7 @@ fn a_text_file_is_known_however_it_is_written() {
 fn a_text_file_that_was_cut_is_refused() {
     let whole = String::from_utf8(text(&tetrahedron(1.0))).unwrap();
     let told = refusal(whole.replace("endsolid t", "").as_bytes());
-    assert!(told.contains("line 1: a solid that does not end by \"endsolid\""), "{told}");
+    assert!(told.contains("line 1: a solid that does not end with \"endsolid\""), "{told}");
     let told = refusal(format!("{whole}{}", &whole[..whole.len() / 2]).as_bytes());
     assert!(told.contains("a solid that does not end"), "{told}");
 }
