@@ -49,10 +49,10 @@ impl FromStr for DeviceChoice {
             "inverse3" => Ok(Self::Inverse3),
             _ => match text.strip_prefix("operator:").map(str::parse) {
                 Some(Ok(HandChoice::File(_))) => {
-                    Err("a file is no operator of play; stylet simulate plays it".to_owned())
+                    Err("stylet play has no operators from files; use stylet simulate".to_owned())
                 }
                 Some(hand) => hand.map(Self::Operator),
-                None => Err("auto, mouse, gamepad, openhaptics, inverse3 or operator:NAME is allowed".to_owned()),
+                None => Err("allowed: auto, mouse, gamepad, openhaptics, inverse3 or operator:NAME".to_owned()),
             },
         }
     }

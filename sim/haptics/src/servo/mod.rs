@@ -111,7 +111,7 @@ pub enum StartError {
     #[error("histogram: {0}")]
     Histogram(#[from] hdrhistogram::errors::CreationError),
     /// The thread cannot be created.
-    #[error("no thread for the servo: {0}")]
+    #[error("the servo's thread cannot be started: {0}")]
     Thread(#[from] io::Error),
 }
 

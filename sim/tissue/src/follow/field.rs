@@ -28,7 +28,7 @@ pub enum FollowError {
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// The hand would feel a field that is not known well enough.
-    #[error("the field of a coupled tissue is known to {error} of what it does, at a tolerance of {tolerance}")]
+    #[error("the estimated error of a coupled field is {error}; allowed: its tolerance of {tolerance}")]
     Uncertain {
         /// Estimated relative error.
         error: f64,

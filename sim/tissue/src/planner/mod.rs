@@ -67,9 +67,7 @@ pub enum PlanError {
     #[error("load_depths_m: none; at least one load is needed")]
     NoLoad,
     /// "none" was requested, but a model is needed.
-    #[error(
-        "model = \"none\": there is no field to answer with; allowed: \"auto\", \"axisymmetric\", \"mass-spring\", \"volumetric\""
-    )]
+    #[error("model = \"none\" has no field; allowed: \"auto\", \"axisymmetric\", \"mass-spring\", \"volumetric\"")]
     NoModel,
 }
 
