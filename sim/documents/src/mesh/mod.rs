@@ -153,7 +153,7 @@ fn check_size(corners: &[Point3<f64>], allowed_m: &RangeInclusive<f64>) -> Resul
     if allowed_m.contains(&size_m) {
         Ok(())
     } else {
-        Err(phrase!("a mesh of {size} mm; is its unit right?", size = (size_m * 1e6).round() / 1e3))
+        Err(phrase!("a mesh of {size} mm; check its unit", size = (size_m * 1e6).round() / 1e3))
     }
 }
 

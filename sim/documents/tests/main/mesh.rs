@@ -98,8 +98,8 @@ fn a_mesh_must_be_a_closed_solid_of_a_sensible_size() {
         .map(|t| Triangle { normal: t.normal, vertices: [t.vertices[0], t.vertices[2], t.vertices[1]] })
         .collect();
     assert!(refusal(&binary(&inside_out)).contains("inside out"));
-    assert!(refusal(&binary(&tetrahedron(0.001))).contains("is its unit right?"));
-    assert!(read_mesh(&binary(&whole), "m").unwrap_err().to_string().contains("10000 mm; is its unit right?"));
+    assert!(refusal(&binary(&tetrahedron(0.001))).contains("check its unit"));
+    assert!(read_mesh(&binary(&whole), "m").unwrap_err().to_string().contains("10000 mm; check its unit"));
 }
 
 #[test]
