@@ -120,7 +120,7 @@ impl Debrief {
         }
         match self.delivery.as_ref().map(desk::read) {
             Some(DeskAnswer::Waiting) => {
-                ui.label(tr!("sending the recording to the school …"));
+                ui.label(tr!("sending the recording …"));
                 ui.ctx().request_repaint_after_secs(0.2);
             }
             Some(DeskAnswer::Came(told)) => {

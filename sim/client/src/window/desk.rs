@@ -122,6 +122,6 @@ impl Desk {
             self.entry = CodeEntry { code: std::mem::take(&mut self.code), agreed: None };
             self.call = Some(sign_in(pairing.clone(), self.entry.clone()));
         }
-        ui.label(tr!("Without a code, you practise anonymously."));
+        ui.label(tr!("Without it you practise anonymously."));
     }
 }

@@ -11,7 +11,7 @@ const MOVES: [(&str, &str); 4] = [
 ];
 /// Keys that work with every device.
 const LOOKS: [(&str, &str); 5] = [
-    (sentence!("1 2 3 4, right drag, 0"), sentence!("change, rotate, reset the view")),
+    (sentence!("1 2 3 4, right drag, 0"), sentence!("view, rotate, reset")),
     (sentence!("G"), sentence!("planned line")),
     (sentence!("F11"), sentence!("full screen")),
     (sentence!("ctrl +, ctrl −"), sentence!("larger and smaller text")),

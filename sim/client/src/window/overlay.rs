@@ -293,10 +293,7 @@ pub fn show_messages(ui: &mut Ui, shown: &AttemptView, feedback: Feedback) {
         if let Some(why) = &shown.refused {
             ui.colored_label(
                 colours::BAD,
-                format!(
-                    "× {}",
-                    tr!("writing to disk failed ({why}): the attempt continues and is kept in memory", why = why)
-                ),
+                format!("× {}", tr!("the disk cannot be written ({why}): the attempt continues in memory", why = why)),
             );
         }
         let fresh = shown.said.iter().rev().take_while(|said| now_s - said.t_s < STAYS_S);

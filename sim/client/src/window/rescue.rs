@@ -52,7 +52,7 @@ impl Rescue {
         let elsewhere = ui.horizontal(|ui| {
             let field = ui.add(TextEdit::singleline(&mut self.folder).hint_text(tr!("another folder")));
             let entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-            (ui.button(tr!("Save to that folder")).clicked() || entered) && !self.folder.trim().is_empty()
+            (ui.button(tr!("Save there")).clicked() || entered) && !self.folder.trim().is_empty()
         });
         ui.add_space(16.0);
         match (again, elsewhere.inner) {

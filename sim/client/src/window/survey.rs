@@ -170,7 +170,7 @@ impl Survey {
         ui.label(RichText::new(tr!("Thank you.")).strong());
         match desk::read(call) {
             DeskAnswer::Waiting => {
-                ui.label(tr!("sending the answers to the school …"));
+                ui.label(tr!("sending the answers …"));
                 ui.ctx().request_repaint_after_secs(0.2);
             }
             DeskAnswer::Came(told) => drop(ui.colored_label(colours::GOOD, format!("● {}", words::phrase(&told)))),
