@@ -35,7 +35,7 @@ def read_table(path):
     header = [name.strip() for name in rows[0]]
     twice = sorted({name for name in header if header.count(name) > 1})
     if twice:
-        raise Refused(f"{path.name}: column {twice[0]} appears twice; once is allowed")
+        raise Refused(f"{path.name}: column {twice[0]} appears twice; allowed: once")
     for number, row in enumerate(rows[1:], 1):
         if len(row) != len(header):
             raise Refused(f"{path.name}: row {number} has {len(row)} fields, the header has {len(header)}")

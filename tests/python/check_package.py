@@ -210,7 +210,7 @@ def refuse_arrays():
     def push(t, x):
         return lambda: stylet.force(scene, t, x)
 
-    check_refused(push([0, 1], [0]), stylet.StyletError, "x: 1 rows", "2 are allowed")
+    check_refused(push([0, 1], [0]), stylet.StyletError, "x: 1 rows", "allowed: 2")
     check_refused(push([], []), stylet.StyletError, "t: no rows")
     check_refused(push([0, np.nan], [0, 0]), stylet.StyletError, "t[1]", "NaN", "finite")
     check_refused(push([0, 1], [0, np.inf]), stylet.StyletError, "x[1]", "inf")

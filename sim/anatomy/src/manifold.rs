@@ -47,7 +47,7 @@ fn check_edges(triangles: &[[u32; 3]]) -> Result<usize, Phrase> {
     let turned = count(|walks| matches!(walks, (2, 0) | (0, 2)));
     if turned > 0 {
         return Err(phrase!(
-            "a mesh that is not of one orientation ({count} edges with one side turned over)",
+            "a mesh that is not consistently oriented ({count} edges between triangles of opposite orientation)",
             count = turned
         ));
     }

@@ -60,14 +60,14 @@ impl Absent {
     pub fn words(self) -> &'static str {
         match self {
             Self::Untouched => "the needle never reached the skin",
-            Self::NotInside => "the needle never went through the skin",
+            Self::NotInside => "the needle never punctured the skin",
             Self::LayerNotReached => "the needle did not reach this layer",
             Self::NoRupture => "this boundary was not opened",
             Self::NeverStopped => "the needle was still moving when the recording ended",
-            Self::NoLedger => "the recording holds no energy ledger",
-            Self::TooShort => "the recording is too short to tell a speed",
-            Self::NotFinite => "the recorded numbers yield no value",
-            Self::OfAnotherVersion => "a reason of another version of this program",
+            Self::NoLedger => "the recording contains no energy ledger",
+            Self::TooShort => "the recording is too short to determine a speed",
+            Self::NotFinite => "the recorded data yield no value",
+            Self::OfAnotherVersion => "a reason from another version of this program",
         }
     }
 

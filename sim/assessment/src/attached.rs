@@ -43,7 +43,7 @@ pub fn verify_own(recording: &Recording) -> Result<Verification, AssessError> {
     let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
     let (drawn, layers) = (patient.thickness_mm.len(), bundle.scene.layers.len());
     if drawn != layers {
-        let why = format!("patient_thickness_mm has {drawn} values; {layers} are allowed, one per layer");
+        let why = format!("patient_thickness_mm has {drawn} values; allowed: {layers}, one per layer");
         return Err(AssessError::Document(why));
     }
     let specimen = Specimen::new(bundle.recorded_spec(&patient, recording.session.judging));
@@ -61,11 +61,12 @@ pub fn find_needless_attachment(recording: &Recording) -> Option<String> {
         match (name.as_str(), name.strip_prefix(MESH_PREFIX)) {
             (EXERCISE_ATTACHMENT | SCENE_ATTACHMENT, _) if data.len() <= documents::MOST_BYTES => None,
             (EXERCISE_ATTACHMENT | SCENE_ATTACHMENT, _) => {
-                Some(format!("attachment {name}: {} bytes; at most {} are allowed", data.len(), documents::MOST_BYTES))
+                Some(format!("attachment {name}: {} bytes; allowed: at most {}", data.len(), documents::MOST_BYTES))
             }
             (_, Some(mesh)) if named.contains(mesh) => None,
             _ => Some(format!(
-                "attachment {name}: no document names it; allowed are {EXERCISE_ATTACHMENT}, {SCENE_ATTACHMENT} and the scene's meshes"
+                "attachment {name}: no document refers to it; allowed: {EXERCISE_ATTACHMENT}, {SCENE_ATTACHMENT} and \
+                 the scene's meshes"
             )),
         }
     })
@@ -79,7 +80,7 @@ pub fn find_needless_attachment(recording: &Recording) -> Option<String> {
 pub fn own_exercise(recording: &Recording) -> Result<ExerciseBundle, AssessError> {
     let attached = |name: &str| {
         let missing =
-            || AssessError::Document(format!("attachment {name}: missing; a recording carries its own exercise"));
+            || AssessError::Document(format!("attachment {name}: missing; a recording must contain its exercise"));
         recording.attachment(name).ok_or_else(missing)
     };
     let mesh = |a: &Attachment| a.name.strip_prefix(MESH_PREFIX).map(|name| (name.to_owned(), a.data.clone()));
@@ -88,7 +89,7 @@ pub fn own_exercise(recording: &Recording) -> Result<ExerciseBundle, AssessError
         .map_err(|error| AssessError::Document(error.to_string()))?;
     let (said, is) = (u32::from(recording.session.law), u32::from(bundle.scene.law));
     if said != is {
-        let message = format!("metadata stylet.session: law = {said}, but {SCENE_ATTACHMENT} is of law {is}");
+        let message = format!("metadata stylet.session: law = {said}, but {SCENE_ATTACHMENT} has law = {is}");
         return Err(AssessError::Document(message));
     }
     Ok(bundle)

@@ -28,9 +28,9 @@ impl AssessError {
     #[must_use]
     pub fn phrase(&self) -> Phrase {
         match self {
-            Self::NoSamples => phrase!("the recording holds no usable samples: there is nothing to score"),
+            Self::NoSamples => phrase!("the recording contains no usable samples, so it cannot be scored"),
             Self::TooLong { duration_s, longest_s } => phrase!(
-                "the recording spans {duration} s; at most {longest} s are scored",
+                "the recording lasts {duration} s; at most {longest} s can be scored",
                 duration = Phrase::Number(duration_s.to_string()),
                 longest = Phrase::Number(longest_s.to_string())
             ),

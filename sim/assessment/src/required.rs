@@ -27,7 +27,7 @@ impl UnmetRequirement {
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
-            Self::Reached => "the needle did not reach the layer that is asked for",
+            Self::Reached => "the needle did not reach the required layer",
             Self::Within => "the position is too far from the target",
             Self::Confirmed => "the position was not confirmed",
             Self::Withdrawn => "the needle was not withdrawn",
@@ -38,10 +38,10 @@ impl UnmetRequirement {
     #[must_use]
     pub fn failure_words(self) -> &'static str {
         match self {
-            Self::Reached => "Nothing is earned: the needle did not reach the layer that is asked for.",
-            Self::Within => "Nothing is earned: the position is too far from the target.",
-            Self::Confirmed => "Nothing is earned: the position was not confirmed.",
-            Self::Withdrawn => "Nothing is earned: the needle was not withdrawn.",
+            Self::Reached => "No points: the needle did not reach the required layer.",
+            Self::Within => "No points: the position is too far from the target.",
+            Self::Confirmed => "No points: the position was not confirmed.",
+            Self::Withdrawn => "No points: the needle was not withdrawn.",
         }
     }
 }

@@ -26,7 +26,7 @@ fn find_unoffered_metric(path: &str, metric: &str, version: u32) -> Option<Remar
     let definition = find_definition(metric, version).filter(|definition| !definition.unoffered.is_empty())?;
     let found = phrase!("{metric}, version {version}", metric = metric, version = u64::from(version));
     let why = Phrase::Sentence { words: definition.unoffered, values: Vec::new() };
-    let allowed = phrase!("not offered for rubrics: {why}", why = why);
+    let allowed = phrase!("not recommended for rubrics: {why}", why = why);
     Some(Remark { field: format!("{path}.metric"), found, allowed })
 }
 
@@ -39,16 +39,17 @@ fn find_reversed_line(path: &str, line: &RubricLine, bundle: &ExerciseBundle) ->
     let found = phrase!("full {full}, zero {zero}", full = line.full, zero = line.zero);
     let metric = line.metric.as_str();
     let allowed = match direction {
-        Direction::Lower => phrase!("of {metric} less is better: full must be below zero", metric = metric),
-        Direction::Higher => phrase!("of {metric} more is better: full must be above zero", metric = metric),
-        Direction::Range => phrase!("of {metric} nearer to 0 is better: full must be below zero", metric = metric),
+        Direction::Lower => phrase!("lower {metric} is better: `full` must be less than `zero`", metric = metric),
+        Direction::Higher => phrase!("higher {metric} is better: `full` must be greater than `zero`", metric = metric),
+        Direction::Range => phrase!("{metric} closer to 0 is better: `full` must be less than `zero`", metric = metric),
     };
     wrong.then(|| Remark { field: format!("{path}.full"), found, allowed })
 }
 
 fn find_backward_limit(path: &str, limit: &HardFail, bundle: &ExerciseBundle) -> Option<Remark> {
     let is_higher = metric_direction(&limit.metric, limit.version, bundle)? == Direction::Higher;
-    let allowed = phrase!("of {metric} more is better: a limit fails what is above it", metric = limit.metric.as_str());
+    let allowed =
+        phrase!("higher {metric} is better, but a limit fails attempts above it", metric = limit.metric.as_str());
     let found = Phrase::data(limit.above);
     is_higher.then(|| Remark { field: format!("{path}.above"), found, allowed })
 }

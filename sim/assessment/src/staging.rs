@@ -133,11 +133,12 @@ impl<'a> Staging<'a> {
 /// # Errors
 /// The allowed values.
 pub fn read_start(text: &str) -> Result<OffsetDateTime, String> {
-    let start = OffsetDateTime::parse(text, &Rfc3339).map_err(|error| format!("{error}; RFC 3339 is allowed"))?;
+    let start =
+        OffsetDateTime::parse(text, &Rfc3339).map_err(|error| format!("{error}; allowed: a time as in RFC 3339"))?;
     let start = start.to_offset(UtcOffset::UTC);
     match start.year() {
         1970..=2500 => Ok(start),
-        year => Err(format!("year {year}; 1970 to 2500 is allowed")),
+        year => Err(format!("year {year}; allowed: 1970 to 2500")),
     }
 }
 
@@ -149,6 +150,6 @@ pub fn read_pseudonym(text: &str) -> Result<String, String> {
     let allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     match text.len() <= 64 && text.chars().all(allowed) {
         true => Ok(text.to_owned()),
-        false => Err("up to 64 letters, digits and -_. are allowed: a pseudonym, never a name".to_owned()),
+        false => Err("allowed: up to 64 letters, digits and -_., a pseudonym and never a name".to_owned()),
     }
 }

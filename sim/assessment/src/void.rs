@@ -41,7 +41,8 @@ impl Void {
                 phrase!("ended after {t} s: {why}", t = Phrase::number(*t_s, 1), why = Phrase::Known(why.clone()))
             }
             Self::Unfelt { unfelt_s, inside_s } => phrase!(
-                "the hand was given less than half of the force for {unfelt} s of {inside} s in the body; {most} % may be",
+                "the hand received less than half of the force for {unfelt} s of {inside} s in the body; at most \
+                 {most} % is allowed",
                 unfelt = Phrase::number(*unfelt_s, 1),
                 inside = Phrase::number(*inside_s, 1),
                 most = Phrase::number(MOST_UNFELT * 100.0, 0)

@@ -42,8 +42,8 @@ pub fn appraise_rubric(bundle: &ExerciseBundle) -> Result<Vec<Remark>, AssessErr
     let whole = stiff_scene(&tryout, bundle.exercise.target_depth_mm * 1e-3, STEADY_M_PER_S);
     let best = tryout.judge(&whole)?;
     for (what, careless) in [
-        (phrase!("never confirmed"), unconfirmed_attempt(&whole)),
-        (phrase!("never withdrawn"), attempt_left_inside(&whole)),
+        (phrase!("the position is not confirmed"), unconfirmed_attempt(&whole)),
+        (phrase!("the needle is not withdrawn"), attempt_left_inside(&whole)),
     ] {
         let judged = tryout.judge(&careless)?;
         if judged.score > best.score - CARELESS && judged.passed == best.passed {
@@ -65,7 +65,7 @@ fn find_worthless_act(tryout: &Tryout<'_>) -> Vec<(Phrase, f64, f64)> {
         prick(0.25 * target_m),
         prick(0.5 * target_m),
         prick(0.75 * target_m),
-        (phrase!("a lunge to the hub"), length_m, LUNGE_M_PER_S),
+        (phrase!("a fast push to the hub"), length_m, LUNGE_M_PER_S),
     ]
 }
 
@@ -105,7 +105,7 @@ fn pays_for_attempt(what: Phrase, judged: &Assessment) -> Remark {
         false => phrase!("{what} earns {score} points", what = what, score = score),
     };
     let allowed = phrase!(
-        "allowed: at most {most} points for next to nothing; say under [required] what must have happened",
+        "allowed: at most {most} points for almost nothing; state what must be done first (table `required`)",
         most = NEXT_TO_NOTHING
     );
     Remark { field: "required".to_owned(), found, allowed }
@@ -113,8 +113,15 @@ fn pays_for_attempt(what: Phrase, judged: &Assessment) -> Remark {
 
 fn does_not_care(what: Phrase, [best, judged]: [&Assessment; 2]) -> Remark {
     let (best, score) = (Phrase::number(best.score, 0), Phrase::number(judged.score, 0));
-    let found =
-        phrase!("an attempt of {best} points, {what}, earns {score} points", best = best, what = what, score = score);
-    let allowed = phrase!("allowed: it fails, or loses {least} points; say so under [required]", least = CARELESS);
+    let found = phrase!(
+        "an attempt worth {best} points earns {score} points when {what}",
+        best = best,
+        what = what,
+        score = score
+    );
+    let allowed = phrase!(
+        "allowed: it fails, or loses at least {least} points; state that it must be done (table `required`)",
+        least = CARELESS
+    );
     Remark { field: "required".to_owned(), found, allowed }
 }

@@ -31,9 +31,7 @@ impl FromStr for HandChoice {
             _ => match text.strip_prefix("constant:") {
                 Some(speed) => constant(speed).map(Self::Constant),
                 None if text.to_ascii_lowercase().ends_with(".csv") => Ok(Self::File(text.into())),
-                None => {
-                    Err("novice, intermediate, expert, constant:MM_S or a file ending in .csv is allowed".to_owned())
-                }
+                None => Err("allowed: novice, intermediate, expert, constant:MM_S or a file ending in .csv".to_owned()),
             },
         }
     }
@@ -42,7 +40,7 @@ impl FromStr for HandChoice {
 fn constant(speed: &str) -> Result<f64, String> {
     match speed.parse::<f64>() {
         Ok(mm_per_s) if (0.01..=1000.0).contains(&mm_per_s) => Ok(mm_per_s),
-        _ => Err(format!("speed = {speed} mm/s; 0.01 mm/s to 1000 mm/s is allowed")),
+        _ => Err(format!("speed = {speed} mm/s; allowed: 0.01 mm/s to 1000 mm/s")),
     }
 }
 

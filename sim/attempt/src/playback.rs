@@ -59,7 +59,7 @@ impl Playback {
             }
             ref row => Err(TrajectoryError::Refused {
                 place: "columns".to_owned(),
-                why: format!("{}; 2 (t, x), 4 (t, px, py, pz) or 8 (and qx, qy, qz, qw) are allowed", row.len()),
+                why: format!("{}; allowed: 2 (t, x), 4 (t, px, py, pz) or 8 (and qx, qy, qz, qw)", row.len()),
             }),
         });
         Ok(Self::new(rows.collect::<Result<_, _>>()?))
@@ -154,7 +154,7 @@ fn unit_quaternion([x, y, z, w]: [f64; 4]) -> Result<UnitQuaternion<f64>, String
     let quaternion = Quaternion::new(w, x, y, z);
     let length = quaternion.norm();
     if (length - 1.0).abs() > QUATERNION_TOLERANCE {
-        return Err(format!("qx,qy,qz,qw has length {length}; 1 ± {QUATERNION_TOLERANCE} is allowed"));
+        return Err(format!("qx,qy,qz,qw has length {length}; allowed: 1 ± {QUATERNION_TOLERANCE}"));
     }
     Ok(UnitQuaternion::new_normalize(quaternion))
 }

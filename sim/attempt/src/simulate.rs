@@ -77,7 +77,7 @@ pub fn simulate<W: Write + Send>(
     clock: &Clock,
 ) -> Result<Simulated, WriteError> {
     if !clock.runs() {
-        return Err(WriteError::invalid("tick_hz", clock.tick_hz, "a finite rate above 0 Hz is allowed"));
+        return Err(WriteError::invalid("tick_hz", clock.tick_hz, "allowed: a finite rate above 0 Hz"));
     }
     let mut attempt = RecordedAttempt::new(specimen);
     thread::scope(|scope| {

@@ -73,7 +73,9 @@ impl TrajectoryTable {
         let mut reader = ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(&bytes[..]);
         let header = placed(&bytes, reader.headers().map_err(refuse)?.clone());
         if let Some(name) = other_separator(&header) {
-            let why = format!("{name} between columns; commas are allowed there, and points in numbers (0.5, not 0,5)");
+            let why = format!(
+                "{name} between columns; allowed: commas between columns, and points in numbers (0.5, not 0,5)"
+            );
             return Err(refused(format_args!("{file}:{}", line_of(&header)), why));
         }
         let rows = reader.records().map(|row| row.map(|row| placed(&bytes, row)).map_err(refuse));
@@ -92,7 +94,7 @@ impl TrajectoryTable {
         let mut found = self.header.iter().enumerate().filter(|(_, title)| *title == name);
         let first = found.next().map(|(index, _)| index);
         match found.next() {
-            Some(_) => Err(self.wrong_header(format_args!("column {name} appears twice; once is allowed"))),
+            Some(_) => Err(self.wrong_header(format_args!("column {name} appears twice; allowed: once"))),
             None => Ok(first),
         }
     }
@@ -162,9 +164,9 @@ impl TrajectoryTable {
         let value: f64 = text.parse().map_err(|_| {
             let is_comma = text.replace(',', ".").parse::<f64>().is_ok();
             wrong(if is_comma {
-                "a number is allowed, with a point where this has a comma"
+                "allowed: a number, with a decimal point instead of a comma"
             } else {
-                "a number is allowed"
+                "allowed: a number"
             })
         })?;
         match find_fault(value, unit) {
@@ -192,16 +194,16 @@ impl TrajectoryTable {
 /// Returns the allowed values if a number is not allowed. `unit` starts with a space.
 fn find_fault(value: f64, unit: &str) -> Option<&'static str> {
     if !value.is_finite() {
-        Some("a finite number is allowed")
+        Some("allowed: a finite number")
     } else if unit == " m" && value.abs() > FARTHEST_M {
-        Some("−10 m to 10 m is allowed (is the column in mm?)")
+        Some("allowed: −10 m to 10 m (is the column in mm?)")
     } else {
         None
     }
 }
 
 fn late_time(name: &str, t_s: f64, previous_s: f64) -> String {
-    format!("{name} = {t_s} s; times must increase, and the row before has {previous_s} s")
+    format!("{name} = {t_s} s; times must increase, and the previous row has {previous_s} s")
 }
 
 /// A column of numbers in memory.
@@ -228,7 +230,7 @@ pub fn check_columns(columns: &[NumberColumn<'_>]) -> Result<(), TrajectoryError
     for column in columns {
         let length = column.values.len();
         if length != rows {
-            let why = format!("{length} rows; {rows} are allowed, as many as {} has", times.name);
+            let why = format!("{length} rows; allowed: {rows}, as many as {} has", times.name);
             return Err(refused(column.name, why));
         }
         for (row, &value) in column.values.iter().enumerate() {
@@ -304,7 +306,7 @@ fn explain(error: &csv::Error) -> String {
         csv::ErrorKind::Utf8 { .. } => "the row is not UTF-8 text".to_owned(),
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
             let hint = if len > expected_len { " (numbers are written with a point, not a comma)" } else { "" };
-            format!("{len} fields; {expected_len} are allowed, as in the header{hint}")
+            format!("{len} fields; allowed: {expected_len}, as in the header{hint}")
         }
         _ => error.to_string(),
     }

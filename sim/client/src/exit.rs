@@ -47,7 +47,7 @@ impl Display for Failure {
         match self {
             Self::Input(lines) | Self::Work(lines) => f.write_str(&lines.join("; ")),
             Self::Found => f.write_str("a check found something"),
-            Self::ReaderGone => f.write_str("nobody reads the output any more"),
+            Self::ReaderGone => f.write_str("the reader of the output is gone"),
         }
     }
 }

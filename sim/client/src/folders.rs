@@ -26,6 +26,6 @@ fn place(variables: &[&str], below_home: &str) -> Result<PathBuf, Failure> {
     let named = |name: &&str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let base = variables.iter().find_map(named).or_else(|| named(&"HOME").map(|home| home.join(below_home)));
     base.map(|base| base.join("stylet")).ok_or_else(|| {
-        Failure::input(format_args!("neither {} nor HOME names a folder: where may things be kept?", variables[0]))
+        Failure::input(format_args!("neither {} nor HOME is set: no folder to store data in", variables[0]))
     })
 }

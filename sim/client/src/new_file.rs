@@ -23,7 +23,7 @@ impl NewFile {
     /// If `target` exists and `overwrite` is not set, or its folder cannot be written to.
     pub fn create(target: &Path, overwrite: bool) -> Result<Self, Failure> {
         if target.is_dir() {
-            return Err(Failure::refused(target, "is a folder; a file name is needed"));
+            return Err(Failure::refused(target, "is a folder; allowed: a file name"));
         }
         if target.exists() && !overwrite {
             return Err(exists(target));

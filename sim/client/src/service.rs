@@ -101,10 +101,10 @@ impl Reply {
             _ => Outlook::Later,
         };
         let advice = match self.status {
-            401 if self.says_expired() => "; recordings wait here until there is another token (--token-file)",
+            401 if self.says_expired() => "; recordings are kept here until you provide another token (--token-file)",
             401 => "; pair this station again (stylet pair), or use another token",
-            409 | 413 | 415 | 422 => "; refused for good",
-            451 => "; removed here",
+            409 | 413 | 415 | 422 => "; rejected permanently",
+            451 => "; deleted here",
             _ => "",
         };
         Trouble { outlook, status: Some(self.status), detail: self.words() + advice }
@@ -140,21 +140,21 @@ pub fn http_agent() -> Agent {
 fn explain_refusal(status: u16, body: Option<&Value>) -> String {
     let member = |name: &str| body.and_then(|body| body.get(name)).and_then(Value::as_str);
     let ours = match status {
-        200..=299 => "not what the service should say; is this its address?",
-        300..=399 => "the service wants to send us elsewhere; is this its address?",
+        200..=299 => "unexpected response; is this the address of the service?",
+        300..=399 => "the service redirects to another address; is this the address of the service?",
         401 => "the token is missing, unknown, expired or revoked",
-        403 => "the token may not do this",
-        404 | 405 => "no such address; is this the service?",
-        409 => "the service has another recording of this session",
+        403 => "the token has no permission for this",
+        404 | 405 => "not found; is this the address of the service?",
+        409 => "the service already has another recording of this session",
         413 => "the recording is larger than the service allows",
-        422 => "the service cannot use this recording",
-        424 => "the service sets this recording aside",
+        422 => "the service cannot process this recording",
+        424 => "the service has quarantined this recording",
         423 => "another program is sending this recording",
-        429 => "the service asks us to slow down",
-        451 => "this recording is not to be kept",
-        460 => "the piece was damaged on its way",
-        500.. => "the service failed",
-        _ => "not what the service should say",
+        429 => "too many requests; the service asks for a pause",
+        451 => "this recording must not be stored",
+        460 => "the chunk was damaged in transit",
+        500.. => "the service has an internal error",
+        _ => "unexpected response",
     };
     match (member("title"), member("detail")) {
         (Some(title), Some(detail)) if title != detail => format!("{title}: {detail}"),
@@ -171,11 +171,10 @@ fn no_answer(address: &str, error: &ureq::Error) -> Trouble {
 
 /// Parses an address with a scheme and a host, to which `/api/v1/…` can be appended.
 pub fn parse_server_address(text: &str) -> Result<Uri, String> {
-    let uri: Uri =
-        text.parse().map_err(|error| format!("{error}; an address such as https://example.org is allowed"))?;
+    let uri: Uri = text.parse().map_err(|error| format!("{error}; allowed: an address such as https://example.org"))?;
     match (uri.scheme_str(), uri.host(), uri.query()) {
         (Some("http" | "https"), Some(_), None) => Ok(uri),
-        _ => Err("http://HOST or https://HOST, optionally with :PORT and a path, is allowed".to_owned()),
+        _ => Err("allowed: http://HOST or https://HOST, optionally with :PORT and a path".to_owned()),
     }
 }
 

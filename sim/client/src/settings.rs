@@ -112,7 +112,7 @@ impl Settings {
         ];
         let bad = numbers.into_iter().find(|(_, value, allowed)| !allowed.contains(value));
         bad.map_or(Ok(()), |(name, value, allowed)| {
-            Err(format!("{name} = {value}: must be a number from {} to {}", allowed.start(), allowed.end()))
+            Err(format!("{name} = {value}; allowed: a number from {} to {}", allowed.start(), allowed.end()))
         })
     }
 }
@@ -140,7 +140,7 @@ mod tests {
         }
         assert_eq!(
             Settings { motion: 2.0, ..settings }.check().unwrap_err(),
-            "motion = 2: must be a number from 0.5 to 1"
+            "motion = 2; allowed: a number from 0.5 to 1"
         );
     }
 

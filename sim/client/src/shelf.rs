@@ -63,7 +63,7 @@ impl Shelf {
                 shelf.take_folder(path);
             } else {
                 let refused =
-                    |kind| Failure::refused(path, format_args!("is {kind}; an exercise or a curriculum is needed"));
+                    |kind| Failure::refused(path, format_args!("is {kind}; allowed: an exercise or a curriculum"));
                 match documents::load::read_document(path) {
                     Ok(Document::Scene(_)) => shelf.put_aside(path, &refused("a scene")),
                     Ok(Document::Instrument(_)) => shelf.put_aside(path, &refused("an instrument")),
@@ -74,7 +74,7 @@ impl Shelf {
         }
         match (shelf.exercises.is_empty(), shelf.broken.is_empty()) {
             (false, _) => Ok(shelf),
-            (true, true) => Err(Failure::input("no exercise found in what was named")),
+            (true, true) => Err(Failure::input("no exercise found in the given files and folders")),
             (true, false) => Err(Failure::Input(shelf.broken.into_iter().map(|broken| broken.why).collect())),
         }
     }

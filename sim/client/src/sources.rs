@@ -22,7 +22,7 @@ pub fn read_text(path: &Path) -> Result<String, Failure> {
     let read = open(path)?.take(LARGEST_TEXT_BYTES + 1).read_to_string(&mut text);
     match read {
         Ok(length) if length as u64 <= LARGEST_TEXT_BYTES => Ok(text),
-        Ok(_) => Err(Failure::refused(path, "larger than 16 MiB; a document is far smaller")),
+        Ok(_) => Err(Failure::refused(path, "larger than 16 MiB; allowed: a document of at most 16 MiB")),
         Err(error) => Err(Failure::refused(path, format_args!("cannot be read: {error}"))),
     }
 }
@@ -31,7 +31,7 @@ pub fn read_text(path: &Path) -> Result<String, Failure> {
 pub fn open(path: &Path) -> Result<File, Failure> {
     let file = File::open(path).map_err(|error| Failure::refused(path, format_args!("cannot be read: {error}")))?;
     match file.metadata() {
-        Ok(metadata) if metadata.is_dir() => Err(Failure::refused(path, "is a folder; a file is needed")),
+        Ok(metadata) if metadata.is_dir() => Err(Failure::refused(path, "is a folder; allowed: a file")),
         _ => Ok(file),
     }
 }
@@ -53,7 +53,7 @@ pub fn read_recording(path: &Path) -> Result<Recording, Failure> {
 pub fn warn_of_cut(path: &Path) {
     let name = path.display();
     output::print_warning(format_args!(
-        "{name}: the recording is cut; what it holds is used (stylet recover makes it whole)"
+        "{name}: the recording is truncated; its complete part is used (stylet recover repairs it)"
     ));
 }
 

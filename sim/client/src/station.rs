@@ -105,7 +105,7 @@ impl StationKey {
         match fs::read(&file) {
             Ok(bytes) => match serde_json::from_slice::<Self>(&bytes) {
                 Ok(key) if seed(&key.key).is_some() => Ok(Some(key)),
-                Ok(_) => Err(refused("key: 64 hexadecimal digits are allowed".to_owned())),
+                Ok(_) => Err(refused("key: allowed: 64 hexadecimal digits".to_owned())),
                 Err(error) => Err(refused(error.to_string())),
             },
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),

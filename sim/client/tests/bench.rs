@@ -357,7 +357,8 @@ fn the_tissues_report_keeps_its_tolerances_is_the_committed_one_and_shows_other_
     assert!(!read("field-time-homogeneous.svg").contains("someone-else"));
     fs::write(&peers, format!("{head}\n{}\n", lines[0].replace("0.31", "inf"))).expect("a file");
     stylet(&beside).refused(&["peers.csv:2", "relative_error: inf", "at most 10"]);
-    stylet(&["bench", "soak", "--peers", text(&peers), "--out", text(&out)]).refused(&["--peers", "`field` alone"]);
+    stylet(&["bench", "soak", "--peers", text(&peers), "--out", text(&out)])
+        .refused(&["--peers", "only `field` and `all`"]);
 }
 
 /// The report in the tree is what the program of today measures: its first rows, to the last digit.

@@ -128,7 +128,7 @@ fn a_person_reads_the_residual_the_peaks_and_what_the_curve_does_not_tell() {
         "% of the peak",
         "tip into layer 2",
         "the curve cannot determine:",
-        "thickness of layer 3: the curve does not feel the far side",
+        "thickness of layer 3: the curve does not depend on the far side",
         "damping of every layer",
     ] {
         assert!(said.contains(words), "'{words}' is missing in: {said}");
@@ -208,7 +208,11 @@ fn a_start_that_is_made_of_a_body_has_no_layers_to_fit() {
     let place = Place::new("");
     let body = repository("curricula/scenes/epidural-midline.toml");
     let run = calibrate(&repository(EPIDURAL_CURVE), &place.scene(), &["--start", text(&body)]).ends(2);
-    assert!(run.stderr.contains("anatomy: a body; allowed here: [[layer]], as came of a body"), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("anatomy: a body; allowed here: [[layer]], the layers made from the body"),
+        "{}",
+        run.stderr
+    );
 }
 
 #[test]
@@ -259,7 +263,7 @@ fn what_is_no_curve_is_refused_with_its_place() {
     refused("depth_m,force_n\n0,0\n0.001,much\n", &["curve.csv:3:", "force_n = much N", "number"]);
     refused("# a\n\ndepth_m,force_n\n0,0\n# b\n# c\n0.001,much\n", &["curve.csv:7:", "force_n = much N"]);
     refused("# a\r\ndepth_m,force_n\r\n0,0\r\n# b\r\n0.001,much\r\n", &["curve.csv:5:", "force_n = much N"]);
-    refused("depth_m,force_n\n# b\n0,0,0\n", &["curve.csv:3:", "3 fields; 2 are allowed"]);
+    refused("depth_m,force_n\n# b\n0,0,0\n", &["curve.csv:3:", "3 fields; allowed: 2"]);
     refused("depth_m,force_n\n0,0\n0.9,1\n", &["curve.csv:3:", "depth_m = 0.9 m", "0.5 m", "mm?"]);
     refused("depth_m,force_n\n0,0\n0.01,900\n", &["curve.csv:3:", "force_n = 900 N", "200 N", "mN"]);
     refused("depth_m,force_n\n", &["curve.csv", "no rows"]);
@@ -272,10 +276,10 @@ fn decimal_commas_are_called_so() {
     let points = "points in numbers (0.5, not 0,5)";
     refused("depth_m;force_n\n0,001;0,5\n", &["curve.csv:1: semicolons between columns", points]);
     refused("# measured\ndepth_m\tforce_n\n0.001\t0.5\n", &["curve.csv:2: tabs between columns", points]);
-    refused("depth_m,force_n\n0,001,0,5\n", &["curve.csv:2: 4 fields; 2 are allowed", "with a point, not a comma"]);
+    refused("depth_m,force_n\n0,001,0,5\n", &["curve.csv:2: 4 fields; allowed: 2", "with a point, not a comma"]);
     refused(
         "depth_m,force_n\n\"0,001\",\"0,5\"\n",
-        &["curve.csv:2: depth_m = 0,001 m", "a point where this has a comma"],
+        &["curve.csv:2: depth_m = 0,001 m", "a decimal point instead of a comma"],
     );
 }
 
@@ -285,7 +289,7 @@ fn a_curve_that_is_no_slow_insertion_is_refused_with_the_reason() {
     let insertion = law(32.0, 32.0);
     let mut backwards = insertion.clone();
     backwards.reverse();
-    refused(&backwards, &["curve.csv: samples deeper than all before them: 1", "at least 12"]);
+    refused(&backwards, &["curve.csv: samples deeper than all previous ones: 1", "at least 12"]);
     let held: Vec<_> = insertion.iter().map(|&(_, force_n)| (0.01, force_n)).collect();
     refused(&held, &["curve.csv: depth_m spans", "0.001 m"]);
     let pulled: Vec<_> = insertion.iter().map(|&(x, force_n)| (x, -force_n)).collect();
@@ -312,7 +316,7 @@ fn times_are_read_with_a_start_of_law_3_and_refused_with_their_place() {
         .map(|(at, (depth_m, force_n))| format!("{},{depth_m:?},{force_n:?}\n", at as f64 * 0.02))
         .collect();
     let timed = format!("t_s,depth_m,force_n\n{timed}");
-    started(&timed, &["--weight-kg", "80"]).refused(&["curve.csv: --weight-kg 80", "not scaled"]);
+    started(&timed, &["--weight-kg", "80"]).refused(&["curve.csv: --weight-kg 80", "cannot be scaled"]);
     started(&csv(&law(3.0, 3.0)), &[]).refused(&["law 3", "t_s"]);
 }
 

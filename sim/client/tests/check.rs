@@ -222,19 +222,26 @@ const REQUIRED: &str = "reached = \"fat\"\nwithin_mm = 2.5\nconfirmed = true\nwi
 fn a_rubric_that_pays_for_nothing_or_does_not_care_is_found() {
     exercise_with(&[]).ends(0);
     let careless = exercise_with(&[(REQUIRED, "")]).ends(1);
-    careless.says(&["exercise.toml:", "required: ", "a prick of", "never confirmed", "never withdrawn", "[required]"]);
-    exercise_with(&[("confirmed = true", "confirmed = false")]).ends(1).says(&["never confirmed"]);
-    exercise_with(&[("withdrawn = true", "withdrawn = false")]).ends(1).says(&["never withdrawn"]);
+    careless.says(&[
+        "exercise.toml:",
+        "required: ",
+        "a prick of",
+        "the position is not confirmed",
+        "the needle is not withdrawn",
+        "`required`",
+    ]);
+    exercise_with(&[("confirmed = true", "confirmed = false")]).ends(1).says(&["the position is not confirmed"]);
+    exercise_with(&[("withdrawn = true", "withdrawn = false")]).ends(1).says(&["the needle is not withdrawn"]);
     let before = exercise_with(&[(&format!("[required]\n{REQUIRED}"), "")]).ends(1);
-    before.says(&["a prick of", "earns 60 points", "at most 25 points", "never confirmed"]);
+    before.says(&["a prick of", "earns 60 points", "at most 25 points", "the position is not confirmed"]);
 }
 
 #[test]
 fn a_line_that_rewards_the_worse_value_and_a_metric_that_is_not_offered_are_found_with_their_place() {
     let reversed = exercise_with(&[("full = 0.5\nzero = 5", "full = 5\nzero = 0.5")]).ends(1);
-    reversed.says(&["rubric[1].full", "full 5, zero 0.5", "of overshoot_mm less is better"]);
+    reversed.says(&["rubric[1].full", "full 5, zero 0.5", "lower overshoot_mm is better"]);
     let unoffered = exercise_with(&[("\"over_insertion_mm.skin.rim\"", "\"stop_time_s.skin.rim\"")]).ends(1);
-    unoffered.says(&["rubric[2].metric", "stop_time_s.skin.rim, version 1", "not offered", "version 2"]);
+    unoffered.says(&["rubric[2].metric", "stop_time_s.skin.rim, version 1", "not recommended", "version 2"]);
     let line = unoffered.stderr.split("exercise.toml:").nth(1).and_then(|at| at.split(':').next());
     assert!(line.and_then(|line| line.parse::<usize>().ok()).is_some_and(|line| line > 20), "{}", unoffered.stderr);
 }

@@ -68,7 +68,7 @@ fn it_names_what_is_wrong_with_an_openhaptics_device() {
     let (_old, lacking) = libhd::lacking("hdUnschedule");
     let cases = [
         // How many frames a busy machine makes of a second is its own affair, and so the level is.
-        (&*library, "", "", "Touch 40720700147: 3.3 N (0.88 N for ever), 400 N/m", ""),
+        (&*library, "", "", "Touch 40720700147: 3.3 N (0.88 N continuous), 400 N/m", ""),
         (&*library, "no-device", "warning", "device not found", "connect"),
         (&*library, "no-licence", "warning", "licence refused", "licence manager"),
         (&*library, "not-calibrated", "warning", "calibration needed", "inkwell"),

@@ -194,7 +194,7 @@ fn a_cut_recording_is_exported_as_far_as_it_goes() {
     let bytes = fs::read(&file).expect("a recording");
     fs::write(&cut, &bytes[..bytes.len() * 3 / 4]).expect("written");
     let run = stylet(&["export", text(&cut), "--to", "csv"]).ends(0);
-    run.says(&["cut.mcap", "the recording is cut"]);
+    run.says(&["cut.mcap", "the recording is truncated"]);
     let whole = Recording::read(bytes.as_slice()).expect("a recording").samples.len();
     let rows = Csv::read(&folder.path().join("cut/samples.csv")).rows.len();
     assert!(rows > whole / 4 && rows < whole, "{rows} of {whole}");

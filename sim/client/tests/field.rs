@@ -114,7 +114,7 @@ fn true_error(answer: &Value, case: &std::path::Path) -> f64 {
 #[test]
 fn a_person_reads_what_was_chosen_and_why() {
     let run = stylet(&["field", text(&repository(CASE)), "--tolerance", "0.1", "--model", "axisymmetric"]).ends(0);
-    for word in ["axisymmetric: axisymmetric was asked for", "unknowns", "estimated error", "µs", "axial mm"] {
+    for word in ["axisymmetric: axisymmetric was requested", "unknowns", "estimated error", "µs", "axial mm"] {
         assert!(run.stdout.contains(word), "'{word}' is missing in: {}", run.stdout);
     }
 }

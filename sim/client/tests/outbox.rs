@@ -104,8 +104,8 @@ fn what_is_no_pairing_is_told_and_keeps_nothing() {
     for (answer, words) in [
         (problem("403 Forbidden", "this code is used"), "this code is used"),
         (problem("429 Too Many Requests", "too many attempts"), "too many attempts"),
-        (answer("200 OK", "text/html", "<html>"), "is this its address"),
-        (answer("201 Created", "application/json", "{}"), "is this its address"),
+        (answer("200 OK", "text/html", "<html>"), "is this the address of the service"),
+        (answer("201 Created", "application/json", "{}"), "is this the address of the service"),
     ] {
         let service = StandIn::answering(&[answer]);
         home.stylet(&["pair", "--server", &service.address, "--code", "x"]).ends(1).says(&["not paired", words]);
@@ -118,7 +118,7 @@ fn what_is_no_pairing_is_told_and_keeps_nothing() {
 #[test]
 fn what_waits_is_listed_with_the_reason_and_once() {
     let home = Home::new();
-    assert!(home.stylet(&["outbox"]).ends(0).stdout.contains("nothing waits in"));
+    assert!(home.stylet(&["outbox"]).ends(0).stdout.contains("no pending attempts in"));
     home.keep();
     home.keep();
     let waiting = home.waiting();
@@ -221,7 +221,7 @@ fn a_disk_that_is_full_is_named_and_the_attempt_stays_where_it_is() {
     );
     let mut shell = std::process::Command::new("sh");
     shell.args(["-c", &call]).env("STYLET_TOKEN", "t").env("XDG_DATA_HOME", home.0.path().join("data"));
-    run(&mut shell).ends(1).says(&["attempt.mcap", "cannot be kept", "stays where it is"]);
+    run(&mut shell).ends(1).says(&["attempt.mcap", "cannot be stored", "is left in place"]);
     assert_eq!(fs::read(&recording).expect("the attempt"), b"an attempt");
 }
 
@@ -246,7 +246,7 @@ fn answers_are_sent_whole_and_leave_the_outbox_only_when_the_service_has_them() 
     let taken = answer("200 OK", "application/json", r#"{"state":"submitted"}"#);
     let service = home.paired(&[not_there, portal, taken]);
     keep_answers(&home, &service.address);
-    for says in ["there is nothing here", "is this its address?"] {
+    for says in ["there is nothing here", "is this the address of the service?"] {
         home.stylet(&["outbox", "send"]).ends(1);
         let waiting = home.waiting();
         assert_eq!(waiting[0]["state"], "waiting", "{waiting}");

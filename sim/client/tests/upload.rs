@@ -102,7 +102,7 @@ fn what_is_to_be_kept_nowhere_leaves_the_outbox_and_the_users_own_file_stays() {
     let service = StandIn::answering(&[answer("451 Unavailable For Legal Reasons", "application/problem+json", body)]);
     let desk = Desk::new();
     let run = desk.upload(&service.address, &[]).ends(1);
-    run.says(&["this guest has withdrawn", "removed here"]);
+    run.says(&["this guest has withdrawn", "deleted here"]);
     assert_eq!(desk.waiting(), serde_json::json!([]));
     assert!(desk.file().exists(), "what this station has not recorded itself is its user's");
 }
@@ -152,7 +152,7 @@ fn refusals_are_kept_and_told_in_the_services_words_with_what_to_do() {
         ("422 Unprocessable Content", "HTTP 422", "damaged at byte 77"),
     ] {
         let (run, waiting) = refused(status, detail);
-        run.says(&[code, detail, "refused for good"]);
+        run.says(&[code, detail, "rejected permanently"]);
         assert_eq!(waiting["state"], "refused", "{status}");
     }
 }
@@ -164,7 +164,7 @@ fn a_recording_refused_when_it_was_whole_is_refused_for_good() {
     let gone = answer("404 Not Found", "application/problem+json", "");
     let service = StandIn::answering(&[begun(), arrived(PIECE), conflict.clone(), gone]);
     let desk = Desk::new();
-    desk.upload(&service.address, &[]).ends(1).says(&["other bytes", "refused for good"]);
+    desk.upload(&service.address, &[]).ends(1).says(&["other bytes", "rejected permanently"]);
     assert_eq!(desk.waiting()[0]["state"], "refused");
     // The same status for an offset that is not ours: then the upload is still there, and is asked about again.
     let there = arrived(PIECE).replace("204 No Content", "200 OK");
@@ -193,16 +193,19 @@ fn a_service_that_keeps_failing_is_given_up_for_now() {
 #[test]
 fn pages_and_garbage_are_no_acknowledgement() {
     let portal = StandIn::answering(&[answer("200 OK", "text/html", "<html>Welcome to our network</html>")]);
-    Desk::new().upload(&portal.address, &[]).ends(1).says(&["not delivered", "is this its address"]);
+    Desk::new().upload(&portal.address, &[]).ends(1).says(&["not delivered", "is this the address of the service"]);
     let placeless = StandIn::answering(&[answer("201 Created", "text/html", "")]);
-    Desk::new().upload(&placeless.address, &[]).ends(1).says(&["without an upload"]);
+    Desk::new().upload(&placeless.address, &[]).ends(1).says(&["without an upload address"]);
     let silent = "HTTP/1.1 204 No Content\r\nConnection: close\r\n\r\n".to_owned();
     Desk::new().upload(&StandIn::answering(&[begun(), silent]).address, &[]).ends(1).says(&["without an offset"]);
     let whole = StandIn::answering(&[begun(), arrived(PIECE), arrived(300_000), arrived(300_000)]);
-    Desk::new().upload(&whole.address, &["--retries", "0"]).ends(1).says(&["no attempt of them"]);
+    Desk::new().upload(&whole.address, &["--retries", "0"]).ends(1).says(&["has not created an attempt"]);
     let sign_in =
         "HTTP/1.1 303 See Other\r\nLocation: /login\r\nContent-Length: 0\r\nConnection: close\r\n\r\n".to_owned();
-    Desk::new().upload(&StandIn::answering(&[sign_in]).address, &[]).ends(1).says(&["HTTP 303", "elsewhere"]);
+    Desk::new()
+        .upload(&StandIn::answering(&[sign_in]).address, &[])
+        .ends(1)
+        .says(&["HTTP 303", "redirects to another address"]);
     let garbage = StandIn::answering(&["mumble\u{1b}[2J mumble\r\n\r\n".to_owned()]);
     let run = Desk::new().upload(&garbage.address, &["--retries", "0"]).ends(1);
     run.says(&["not delivered"]);

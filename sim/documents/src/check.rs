@@ -198,7 +198,8 @@ fn unsound_issues(
         Ok(findings) => findings.iter().map(|finding| document_issue(&doc, scene, finding)).collect(),
         Err(why) => {
             let allowed = phrase!(
-                "allowed: a tissue that a model can be made of, to its tolerance; coupling = \"none\" lets the hand feel the layers alone"
+                "allowed: a tissue for which a model meets the tolerance; with coupling = \"none\" the hand feels only \
+                 the layers"
             );
             vec![doc.issue("tissue.coupling", why.in_words(), allowed)]
         }
@@ -238,7 +239,7 @@ fn document_issue(doc: &Walked, scene: &Scene, finding: &Finding) -> Issue {
         energy_rise = Phrase::number(*energy_rise_mj, 4)
     );
     let allowed = phrase!(
-        "the largest sound threshold is {limit} N; or a stiffer boundary, or a softer next layer",
+        "the largest sound threshold is {limit} N; alternatives: a stiffer boundary or a softer next layer",
         limit = limit_n
     );
     doc.issue(&format!("layer[{boundary}].{key}"), found, allowed)

@@ -104,12 +104,13 @@ pub(crate) fn check_expandable(doc: &mut Walked) {
     }
     for field in ["layer", "skin"] {
         if doc.is_written(field) {
-            let allowed = phrase!("allowed: one of both, for the layers and the skin come from the anatomy");
-            doc.refuse(field, phrase!("beside {field}", field = "anatomy"), allowed);
+            let allowed =
+                phrase!("allowed: only one of the two, because the layers and the skin come from the anatomy");
+            doc.refuse(field, phrase!("together with {field}", field = "anatomy"), allowed);
         }
     }
     if let Some(law) = doc.value["law"].as_i64().filter(|law| *law < 3) {
-        let allowed = phrase!("allowed: 3, 4 or 5 with [anatomy], whose ligamentum flavum relaxes");
+        let allowed = phrase!("allowed: 3, 4 or 5 with [anatomy], because its ligamentum flavum relaxes");
         doc.refuse("law", Phrase::data(law.to_string()), allowed);
     }
     let known = PARTS.map(|(word, _)| word);

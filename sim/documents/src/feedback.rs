@@ -83,13 +83,13 @@ impl Feedback {
     pub const fn in_words(self) -> &'static str {
         match self {
             Self::Force => sentence!(
-                "force in your hand; the picture shows the body from outside, and nothing is said or heard of it"
+                "force in your hand; the picture shows only the outside of the body, without messages or sounds"
             ),
             Self::Picture => {
-                sentence!("the picture shows the inside of the body and the target; your hand feels nothing")
+                sentence!("the picture shows the inside of the body and the target; no force in your hand")
             }
             Self::Overlay => {
-                sentence!("depth, force, layer and target are shown, pops are named; your hand feels nothing")
+                sentence!("depth, force, layer and target are shown and pops are announced; no force in your hand")
             }
             Self::Both => sentence!("force in your hand, the inside of the body, depth, force and layer"),
         }

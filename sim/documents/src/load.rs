@@ -190,7 +190,7 @@ impl ExerciseBundle {
     #[must_use]
     pub fn list_missing_pictures(&self, at_hand: &[String]) -> Vec<Remark> {
         let rows = self.exercise.pictures.iter().enumerate().filter(|(_, named)| !at_hand.contains(&named.file));
-        let allowed = || if at_hand.is_empty() { phrase!("no picture was added yet") } else { one_of(at_hand) };
+        let allowed = || if at_hand.is_empty() { phrase!("no picture has been added yet") } else { one_of(at_hand) };
         rows.map(|(at, named)| Remark {
             field: format!("picture[{at}].file"),
             found: Phrase::quoted(&named.file),
@@ -237,7 +237,7 @@ pub fn read_document(path: &Path) -> Result<Document, DocumentError> {
             .issue(
                 0,
                 "document",
-                phrase!("of no kind that is known"),
+                phrase!("of an unknown kind"),
                 phrase!(
                     "a scene has [[layer]] or [anatomy], an exercise has scene, a curriculum has [[exercise]], an instrument has [[item]]"
                 ),
@@ -270,7 +270,7 @@ fn refuse_body(source: &Source) -> Result<(), DocumentError> {
     let document = walk::parse_document(source)?;
     let body = document.keys().find(|key| key.get_ref() == "anatomy");
     body.map_or(Ok(()), |key| {
-        let allowed = phrase!("allowed here: [[layer]], as came of a body");
+        let allowed = phrase!("allowed here: [[layer]], the layers made from the body");
         Err(source.issue(key.span().start, "anatomy", phrase!("a body"), allowed).into())
     })
 }
@@ -304,7 +304,7 @@ impl Curriculum {
     /// # Errors
     /// Every issue found, including a name that `find` does not know.
     pub fn from_parts(document: &[u8], find: impl Fn(&str) -> Option<ExerciseBundle>) -> Result<Self, DocumentError> {
-        let missing = |file: &str| NamedError::Missing(phrase!("{file}: no exercise of this name", file = file));
+        let missing = |file: &str| NamedError::Missing(phrase!("{file}: no exercise with this name", file = file));
         let source = Source::new("course", document)?;
         let (curriculum, _) =
             read_curriculum(source, |file| find(file).map(named_reference).ok_or_else(|| missing(file)))?;
@@ -327,16 +327,17 @@ fn list_strayed(exercise: &Exercise, planned: &PlannedNeedle) -> Vec<Remark> {
     };
     let PlannedNeedle { angle_deg, azimuth_deg, .. } = *planned;
     if (exercise.angle_deg - angle_deg).abs() > SAME_DEG {
-        let allowed = phrase!("allowed: {angle}°, as the scene's anatomy has it", angle = angle_deg);
+        let allowed = phrase!("allowed: {angle}°, the angle of the scene's anatomy", angle = angle_deg);
         remark("entry.angle_deg", measure(exercise.angle_deg, "°"), allowed);
     }
     if angle_deg > 0.0 && libm::remainder(exercise.azimuth_deg - azimuth_deg, 360.0).abs() > SAME_DEG {
-        let allowed = phrase!("allowed: {angle}°, as the scene's anatomy has it", angle = azimuth_deg);
+        let allowed = phrase!("allowed: {angle}°, the angle of the scene's anatomy", angle = azimuth_deg);
         remark("entry.azimuth_deg", measure(exercise.azimuth_deg, "°"), allowed);
     }
     if exercise.entry_mm.iter().any(|mm| mm.abs() > SAME_MM) {
         let [x, y] = exercise.entry_mm;
-        let allowed = phrase!("allowed: [0, 0], for the anatomy is met there; its offset_mm moves the entry");
+        let allowed =
+            phrase!("allowed: [0, 0], because the needle enters the anatomy there; its offset_mm moves the entry");
         remark("entry.point_mm", format!("[{x}, {y}]"), allowed);
     }
     remarks

@@ -161,7 +161,7 @@ pub(crate) fn refusal(metric: &str, scene: &Scene) -> Option<Phrase> {
         return None;
     }
     Some(match allowed.len() {
-        0 => phrase!("the scene has nothing that {id} could speak of", id = id),
+        0 => phrase!("the scene has nothing that {id} could refer to", id = id),
         _ => phrase!("allowed in this scene: {known}", known = allowed.join(", ")),
     })
 }

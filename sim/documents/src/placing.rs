@@ -30,14 +30,16 @@ pub(crate) fn list_misplaced(scene: &Scene) -> Vec<Remark> {
         Some(Remark {
             field: format!("structure[{at}].position_mm"),
             found: phrase!(
-                "\"{name}\" stands {out} mm out of the body at ({x}, {y}, {z}) mm",
+                "\"{name}\" protrudes {out} mm from the body at ({x}, {y}, {z}) mm",
                 name = structure.spec.name.as_str(),
                 out = Phrase::number(out_m * 1e3, 1),
                 x = x,
                 y = y,
                 z = z
             ),
-            allowed: phrase!("allowed: within the skin, to 2 mm; +z points out of the body, so z is negative inside"),
+            allowed: phrase!(
+                "allowed: at most 2 mm outside the skin; +z points out of the body, so z is negative inside"
+            ),
         })
     });
     outside.chain(skin.and_then(remark_steep)).collect()
@@ -105,9 +107,12 @@ fn remark_steep(skin: &SceneSkin) -> Option<Remark> {
     (normal.z < LEAST_COSINE).then(|| Remark {
         field: "skin.file".to_owned(),
         found: phrase!(
-            "a skin that leans by {angle}° at the entry",
+            "a skin inclined by {angle}° at the entry",
             angle = Phrase::number(libm::acos(normal.z.clamp(-1.0, 1.0)).to_degrees(), 0)
         ),
-        allowed: phrase!("allowed: at most 12°, for the force law takes the skin as the plane z = 0; turn the meshes, or enter elsewhere"),
+        allowed: phrase!(
+            "allowed: at most 12°, because the force law treats the skin as the plane z = 0; rotate the meshes, or \
+             choose another entry"
+        ),
     })
 }

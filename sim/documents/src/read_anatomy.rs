@@ -108,7 +108,7 @@ fn check_shape_keys(doc: &mut Walked, table: &Value, path: &str) {
         let field = format!("{path}.{key}");
         match (needed.contains(&key), table[key].is_null()) {
             (true, true) if !doc.is_written(&field) => {
-                doc.refuse(&field, phrase!("missing"), phrase!("a {shape} needs it", shape = shape));
+                doc.refuse(&field, phrase!("missing"), phrase!("required for a {shape}", shape = shape));
             }
             (false, false) => {
                 let allowed = phrase!("a {shape} has {keys}", shape = shape, keys = needed.join(", "));

@@ -87,7 +87,7 @@ fn check_order(doc: &mut Walked, entries: &[Value], ids: &[&str]) {
     let mut needs: Vec<Vec<usize>> = Vec::new();
     for (at, entry) in entries.iter().enumerate() {
         if let Some(first) = ids.iter().take(at).position(|id| *id == ids[at]) {
-            let allowed = phrase!("exercise[{first}] has this id already; each must be unique", first = first);
+            let allowed = phrase!("exercise[{first}] already has this id; each must be unique", first = first);
             doc.refuse(&format!("exercise[{at}].file"), Phrase::quoted(ids[at]), allowed);
         }
         let mut found = Vec::new();
@@ -138,7 +138,7 @@ fn check_mastery(doc: &mut Walked) {
     let Some(rule) = mastery["rule"].as_str() else { return };
     let (needed, other): (&[&str], &[&str]) = if rule == "passes" { (&COUNTS, &RATES) } else { (&RATES, &COUNTS) };
     for key in needed.iter().filter(|key| !doc.is_written(&format!("mastery.{key}"))).collect::<Vec<_>>() {
-        doc.refuse(&format!("mastery.{key}"), phrase!("missing"), phrase!("the rule {rule} needs it", rule = rule));
+        doc.refuse(&format!("mastery.{key}"), phrase!("missing"), phrase!("required for the rule {rule}", rule = rule));
     }
     for key in other.iter().filter(|key| !mastery[**key].is_null()) {
         let allowed = phrase!("the rule {rule} has {keys}", rule = rule, keys = needed.join(", "));
@@ -153,14 +153,12 @@ fn check_mastery(doc: &mut Walked) {
         doc.refuse("mastery.p1", Phrase::data(p1), phrase!("allowed: above {p0}, the rule's p0", p0 = p0));
     }
     if let Some((alpha, beta)) = pair("alpha", "beta").filter(|(alpha, beta)| alpha + beta >= 1.0) {
-        let allowed = phrase!(
-            "allowed: below {limit}, so that it and the rule's alpha are below 1 together",
-            limit = 1.0 - alpha
-        );
+        let allowed =
+            phrase!("allowed: below {limit}, so that its sum with the rule's alpha is below 1", limit = 1.0 - alpha);
         doc.refuse("mastery.beta", Phrase::data(beta), allowed);
     }
     if rule != "lc-cusum" && !mastery["within"].is_null() {
-        doc.refuse("mastery.within", phrase!("not a key of this rule"), phrase!("only the rule lc-cusum has it"));
+        doc.refuse("mastery.within", phrase!("not a key of this rule"), phrase!("allowed only for the rule lc-cusum"));
     }
 }
 

@@ -73,7 +73,7 @@ fn check_languages(doc: &mut Walked) {
         for language in languages.iter().filter(|language| words[**language].is_null()) {
             // A refused text is present and already has its issue.
             if !doc.is_written(&format!("{path}.{language}")) {
-                let allowed = phrase!("a text is needed in each of the languages");
+                let allowed = phrase!("a text in each of the languages is required");
                 doc.refuse(&format!("{path}.{language}"), phrase!("missing"), allowed);
             }
         }
@@ -120,7 +120,11 @@ fn check_scales(doc: &mut Walked) {
         let Some((kind, needed, allowed)) = KEYS.iter().find(|(kind, ..)| scale["kind"] == *kind) else { continue };
         let path = format!("scale[{at}]");
         for key in needed.iter().filter(|key| !doc.is_written(&format!("{path}.{key}"))).collect::<Vec<_>>() {
-            doc.refuse(&format!("{path}.{key}"), phrase!("missing"), phrase!("the kind {kind} needs it", kind = *kind));
+            doc.refuse(
+                &format!("{path}.{key}"),
+                phrase!("missing"),
+                phrase!("required for the kind {kind}", kind = *kind),
+            );
         }
         for key in scale.as_object().into_iter().flat_map(|map| map.keys()) {
             if !["id", "kind"].contains(&key.as_str())
@@ -150,7 +154,7 @@ fn check_range(doc: &mut Walked, scale: &Value, path: &str) {
             let allowed = phrase!("allowed: above {min}, its min", min = min);
             doc.refuse(&format!("{path}.max"), Phrase::data(max), allowed);
         } else if scale["step"].as_f64().is_some_and(|step| step > max - min) {
-            let allowed = phrase!("allowed: at most {most}, its max less its min", most = max - min);
+            let allowed = phrase!("allowed: at most {most}, its max minus its min", most = max - min);
             doc.refuse(&format!("{path}.step"), Phrase::data(&scale["step"]), allowed);
         }
     }
@@ -173,7 +177,7 @@ fn check_items(doc: &mut Walked) {
         match (item["section"].as_str(), sections.is_empty()) {
             (Some(_), _) => refuse_unknown(doc, &format!("{path}.section"), &item["section"], &sections),
             (None, false) if !doc.is_written(&format!("{path}.section")) => {
-                let allowed = phrase!("an item of an instrument with sections needs it");
+                let allowed = phrase!("required for every item of an instrument with sections");
                 doc.refuse(&format!("{path}.section"), phrase!("missing"), allowed);
             }
             (None, _) => {}
@@ -207,7 +211,7 @@ fn check_pair(doc: &mut Walked, path: &str, item: &Value, items: &[Value], scale
     let field = format!("{path}.pair");
     if is_pair && pair.len() != 2 {
         let found = phrase!("{count} items", count = pair.len());
-        doc.refuse(&field, found, phrase!("an item of kind pair needs two"));
+        doc.refuse(&field, found, phrase!("two are required for an item of kind pair"));
     } else if !is_pair && !pair.is_empty() {
         doc.refuse(&field, phrase!("a pair"), phrase!("allowed: only where the scale is of kind pair"));
     }
@@ -268,13 +272,13 @@ fn check_combination(doc: &mut Walked, score: &Value, path: &str, counted: usize
     let weighted = score["combine"] == "pair-weighted";
     if weighted == texts(score, "pairs").is_empty() {
         let found = if weighted { phrase!("missing") } else { phrase!("pairs") };
-        let allowed = phrase!("a score that is pair-weighted needs them, no other has them");
+        let allowed = phrase!("required for a pair-weighted score, not allowed for others");
         doc.refuse(&format!("{path}.pairs"), found, allowed);
     }
     let least = score["least_answered"].as_u64();
     match (score["missing"] == "mean-of-answered", least) {
         (true, None) => {
-            doc.refuse(&format!("{path}.least_answered"), phrase!("missing"), phrase!("mean-of-answered needs it"));
+            doc.refuse(&format!("{path}.least_answered"), phrase!("missing"), phrase!("required for mean-of-answered"));
         }
         (true, Some(_)) if weighted => {
             let allowed = phrase!("allowed with pair-weighted: no-score");
@@ -286,7 +290,7 @@ fn check_combination(doc: &mut Walked, score: &Value, path: &str, counted: usize
         }
         (false, Some(_)) => {
             let found = phrase!("not a key of this policy");
-            doc.refuse(&format!("{path}.least_answered"), found, phrase!("only mean-of-answered has it"));
+            doc.refuse(&format!("{path}.least_answered"), found, phrase!("allowed only for mean-of-answered"));
         }
         _ => {}
     }

@@ -37,7 +37,7 @@ fn check_version(doc: &mut Walked) {
     let fields: Vec<String> = of_layers.chain(NEEDLE_KEYS.map(|key| format!("needle.{key}"))).collect();
     for field in fields {
         if doc.is_written(&field) {
-            let allowed = phrase!("allowed: nothing under version {law} of the force law; law = 3 has it", law = law);
+            let allowed = phrase!("allowed from law = 3; this scene has version {law} of the force law", law = law);
             doc.refuse(&field, phrase!("an option of version 3"), allowed);
         }
     }
@@ -51,8 +51,9 @@ fn relaxes(layer: &Value) -> bool {
 fn check_criterion(doc: &mut Walked) {
     let in_vain = |layer: &Value| layer["gives_way_at"] == "dent" && !relaxes(layer);
     let Some(at) = doc.tables("layer").iter().position(in_vain) else { return };
-    let allowed =
-        phrase!("allowed: \"force\" without relaxation, for a boundary that does not relax has one dent at one force");
+    let allowed = phrase!(
+        "allowed: \"force\" without relaxation, because a boundary that does not relax has one dent at each force"
+    );
     doc.refuse(&format!("layer[{at}].gives_way_at"), Phrase::Data("\"dent\"".to_owned()), allowed);
 }
 
@@ -61,9 +62,10 @@ fn check_rate(doc: &mut Walked) {
     let Some(at) = doc.tables("layer").iter().position(relaxes) else { return };
     if doc.is_written("rate") {
         let allowed = phrase!(
-            "allowed: one of both, for how a threshold depends on speed follows from relaxation; leave out rate or every relaxation"
+            "allowed: only one of the two, because relaxation already makes a threshold depend on speed; remove rate \
+             or every relaxation"
         );
-        doc.refuse("rate", phrase!("beside {field}", field = format!("layer[{at}].relaxation")), allowed);
+        doc.refuse("rate", phrase!("together with {field}", field = format!("layer[{at}].relaxation")), allowed);
     }
 }
 
@@ -79,7 +81,7 @@ fn check_static_friction(doc: &mut Walked) {
         let kinetic_n_per_m = layer["friction_n_per_m"].as_f64().unwrap_or_default();
         if static_n_per_m < kinetic_n_per_m {
             let allowed = phrase!(
-                "allowed: at least {kinetic} N/m, the friction that is left once the shaft slides",
+                "allowed: at least {kinetic} N/m, the friction that remains once the shaft slides",
                 kinetic = kinetic_n_per_m
             );
             doc.refuse(&field, Phrase::Data(measure(static_n_per_m, "N/m")), allowed);
@@ -88,13 +90,15 @@ fn check_static_friction(doc: &mut Walked) {
     }
     match first {
         Some(field) if !has_breakaway => {
-            let allowed =
-                phrase!("needed with {field}: the slid length in mm after which friction is kinetic", field = field);
+            let allowed = phrase!(
+                "needed with {field}: the sliding distance in mm after which friction is kinetic",
+                field = field
+            );
             doc.refuse("needle.breakaway_mm", phrase!("missing"), allowed);
         }
         None if has_breakaway => {
             let found = doc.value["needle"]["breakaway_mm"].as_f64().unwrap_or_default();
-            let allowed = phrase!("allowed: nothing, for no layer has static_friction_n_per_m");
+            let allowed = phrase!("allowed only if a layer has static_friction_n_per_m");
             doc.refuse("needle.breakaway_mm", Phrase::Data(measure(found, "mm")), allowed);
         }
         _ => {}
@@ -112,13 +116,14 @@ fn check_fracture(doc: &mut Walked) {
         let [threshold, fracture, modulus] = fields.map(|key| format!("layer[{at}].{key}"));
         if !has_threshold && !has_fracture {
             let allowed =
-                phrase!("allowed: a number from 0 to 100 N; or fracture_energy_j_per_m2, that it follows from");
+                phrase!("allowed: a number from 0 to 100 N; or fracture_energy_j_per_m2, from which it follows");
             doc.refuse(&threshold, phrase!("missing"), allowed);
         }
         let Some(energy) = layer["fracture_energy_j_per_m2"].as_f64() else { continue };
         if has_threshold {
-            let allowed = phrase!("allowed: one of both, for the threshold follows from the fracture energy");
-            doc.refuse(&fracture, phrase!("beside {field}", field = threshold), allowed);
+            let allowed =
+                phrase!("allowed: only one of the two, because the threshold follows from the fracture energy");
+            doc.refuse(&fracture, phrase!("together with {field}", field = threshold), allowed);
         }
         if !has_modulus {
             let allowed = phrase!("needed with {field}: Young's modulus in Pa", field = fracture.as_str());
@@ -126,7 +131,7 @@ fn check_fracture(doc: &mut Walked) {
         }
         if is_blunt {
             let allowed =
-                phrase!("allowed: nothing under a blunt tip, which tears instead of slitting; tip_rupture_n says when");
+                phrase!("allowed only with a sharp tip: a blunt one tears instead of slitting, at tip_rupture_n");
             doc.refuse(&fracture, Phrase::Data(measure(energy, "J/m²")), allowed);
         }
     }
@@ -142,12 +147,12 @@ fn check_fibres(doc: &mut Walked) {
             continue;
         }
         if !["bevel", "tuohy"].contains(&tip.as_str()) {
-            let allowed = phrase!("allowed: nothing under this tip; \"bevel\" and \"tuohy\" have one edge to turn");
+            let allowed = phrase!("allowed only with tip = \"bevel\" or \"tuohy\", the tips with a single edge");
             doc.refuse(&format!("layer[{at}].fibres"), Phrase::data(format!("tip = \"{tip}\"")), allowed);
         }
         let tension = layer["fibres"]["pretension_n_per_m"].as_f64().unwrap_or_default();
         if is_coupled && tension > 0.0 {
-            let allowed = phrase!("allowed: 0 N/m with coupling = \"field\", for the field knows no tension");
+            let allowed = phrase!("allowed: 0 N/m with coupling = \"field\", because the field does not model tension");
             doc.refuse(
                 &format!("layer[{at}].fibres.pretension_n_per_m"),
                 Phrase::Data(measure(tension, "N/m")),

@@ -114,7 +114,7 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<ReadScene, Do
     // Create this issue before `finish` consumes the document; it is reported if the expansion
     // fails.
     let allowed = phrase!("allowed: another patient, entry or angle");
-    let unsound = doc.issue("anatomy", phrase!("layers in which no thresholds are sound"), allowed);
+    let unsound = doc.issue("anatomy", phrase!("layers for which no thresholds are sound"), allowed);
     let raw: RawScene = doc.finish()?;
     match &raw.anatomy {
         Some(anatomy) => expand(&source, anatomy, &raw, find)?.ok_or_else(|| unsound.into()),
@@ -129,7 +129,8 @@ fn expand(
     raw: &RawScene,
     find: Find<'_>,
 ) -> Result<Option<ReadScene>, DocumentError> {
-    let place = |why| DocumentError::from(source.issue(0, "anatomy", why, phrase!("allowed: a body's numbers")));
+    let place =
+        |why| DocumentError::from(source.issue(0, "anatomy", why, phrase!("allowed: the parameters of a body")));
     let document: toml::Table = toml::from_str(source.text()).map_err(|why| place(Phrase::data(why)))?;
     let mut body = anatomy.enter(raw.needle.length_mm, raw.scaling).map_err(place)?;
     let file = format!("{} (its anatomy)", source.file);
@@ -187,17 +188,18 @@ fn check_needle(doc: &mut Walked) {
     let tip_to_rim_mm = needle["tip_to_rim_mm"].as_f64().unwrap_or(if is_trocar { 2.0 } else { 0.0 });
     doc.value["needle"]["tip_to_rim_mm"] = tip_to_rim_mm.into();
     if !is_trocar && tip_to_rim_mm > 0.0 {
-        let allowed = phrase!("allowed: 0 mm, for a needle has no rim; kind = \"trocar\" has one");
+        let allowed = phrase!("allowed: 0 mm, because a needle has no rim; kind = \"trocar\" has one");
         doc.refuse("needle.tip_to_rim_mm", Phrase::Data(measure(tip_to_rim_mm, "mm")), allowed);
     }
     if is_trocar && doc.value["needle"]["hub"] == "syringe" {
-        let allowed =
-            phrase!("allowed: stylet, for a trocar's fills its cannula; kind = \"needle\" may have a syringe");
+        let allowed = phrase!(
+            "allowed: \"stylet\", because a trocar's stylet fills its cannula; kind = \"needle\" may have a syringe"
+        );
         doc.refuse("needle.hub", Phrase::data("syringe"), allowed);
     }
     doc.value["needle"]["inner_diameter_mm"] = bore_mm.into();
     if is_flexible && is_trocar {
-        let allowed = phrase!("allowed: false, for a trocar is rigid; kind = \"needle\" may bend");
+        let allowed = phrase!("allowed: false, because a trocar is rigid; kind = \"needle\" may bend");
         doc.refuse("needle.flexible", Phrase::data("true"), allowed);
     }
     if bore_mm > 0.0 && bore_mm >= diameter_mm {
@@ -214,7 +216,7 @@ fn check_needle(doc: &mut Walked) {
     for at in rimless {
         let field = format!("layer[{at}].rim_rupture_n");
         if is_trocar && tip_to_rim_mm > 0.0 && !doc.is_written(&field) {
-            let allowed = phrase!("needed by a trocar: the force in N at which its rim opens the boundary");
+            let allowed = phrase!("needed for a trocar: the force in N at which its rim opens the boundary");
             doc.refuse(&field, phrase!("missing"), allowed);
         }
     }
@@ -240,7 +242,7 @@ fn check_scaling(doc: &mut Walked) {
 fn check_speed_window(doc: &mut Walked) {
     let window_ms = doc.value["needle"]["speed_window_ms"].as_f64().unwrap_or_default();
     if doc.value["law"] == 1 && window_ms > 0.0 {
-        let allowed = phrase!("allowed: 0 ms under version 1 of the force law; law = 2 has a window");
+        let allowed = phrase!("allowed: 0 ms with version 1 of the force law; law = 2 has a window");
         doc.refuse("needle.speed_window_ms", Phrase::Data(measure(window_ms, "ms")), allowed);
     }
 }
@@ -249,7 +251,7 @@ fn check_speed_window(doc: &mut Walked) {
 fn check_damping_time(doc: &mut Walked) {
     let time_ms = doc.value["needle"]["damping_time_ms"].as_f64().unwrap_or_default();
     if let Some(law) = doc.value["law"].as_i64().filter(|law| *law < 5 && time_ms > 0.0) {
-        let allowed = phrase!("allowed: 0 ms under version {law} of the force law; law = 5 has a spring", law = law);
+        let allowed = phrase!("allowed: 0 ms with version {law} of the force law; law = 5 has a spring", law = law);
         doc.refuse("needle.damping_time_ms", Phrase::Data(measure(time_ms, "ms")), allowed);
     }
 }
@@ -269,9 +271,8 @@ fn check_walls(doc: &mut Walked) {
             doc.refuse(&format!("structure[{at}].wall_stiffness_n_per_m"), phrase!("missing"), allowed);
         }
         if let (Some(stiffness), "bone" | "target") = (stiffness, structure["kind"].as_str().unwrap_or_default()) {
-            let allowed = phrase!(
-                "allowed: nothing, for bone never gives way and a target is a place; vessel, nerve and organ may"
-            );
+            let allowed =
+                phrase!("allowed only for vessel, nerve and organ: bone never gives way, and a target is only a place");
             let field = format!("structure[{at}].wall_stiffness_n_per_m");
             doc.refuse(&field, Phrase::Data(measure(stiffness, "N/m")), allowed);
         }
@@ -288,7 +289,7 @@ fn check_elastic(doc: &mut Walked) {
         }
         let shape = structure["shape"].as_str().unwrap_or_default();
         if let Some(modulus) = modulus.filter(|_| ["box", "mesh"].contains(&shape)) {
-            let allowed = phrase!("allowed: nothing for a {shape}; a sphere and a capsule may have one", shape = shape);
+            let allowed = phrase!("allowed only for a sphere or a capsule, not for a {shape}", shape = shape);
             doc.refuse(&format!("structure[{at}].youngs_modulus_pa"), Phrase::Data(measure(modulus, "Pa")), allowed);
         }
     }
@@ -311,7 +312,7 @@ fn check_skin(doc: &mut Walked) {
             doc.refuse(
                 field,
                 phrase!("missing"),
-                phrase!("needed by a skin that is a mesh; shape and radius_mm bend one without"),
+                phrase!("needed for a skin that is a mesh; shape and radius_mm bend a skin without a mesh"),
             );
         }
     }
@@ -321,15 +322,15 @@ fn check_skin(doc: &mut Walked) {
     let least_mm = LEAST_BEND * doc.tables("layer").iter().map(thickest).sum::<f64>();
     match (is_flat, skin["radius_mm"].as_f64()) {
         (false, None) if !doc.is_written("skin.radius_mm") => {
-            doc.refuse("skin.radius_mm", phrase!("missing"), phrase!("a {shape} needs it", shape = shape.as_str()));
+            doc.refuse("skin.radius_mm", phrase!("missing"), phrase!("required for a {shape}", shape = shape.as_str()));
         }
         (true, Some(radius_mm)) => {
-            let allowed = phrase!("allowed: nothing for a flat skin; shape = \"sphere\" and \"cylinder\" have one");
+            let allowed = phrase!("allowed only for a curved skin: shape = \"sphere\" or \"cylinder\"");
             doc.refuse("skin.radius_mm", Phrase::Data(measure(radius_mm, "mm")), allowed);
         }
         (false, Some(radius_mm)) if radius_mm < least_mm => {
             let allowed = phrase!(
-                "allowed: at least {least} mm, {times} times the layers of the thickest patient",
+                "allowed: at least {least} mm, {times} times the thickness of the thickest patient's layers",
                 least = Phrase::number(least_mm, 1),
                 times = LEAST_BEND
             );
@@ -340,7 +341,7 @@ fn check_skin(doc: &mut Walked) {
     if let Some(along_deg) =
         skin["along_deg"].as_f64().filter(|_| shape != "cylinder" && doc.is_written("skin.along_deg"))
     {
-        let allowed = phrase!("allowed: nothing but for a cylinder, whose line it turns");
+        let allowed = phrase!("allowed only for a cylinder, whose direction it sets");
         doc.refuse("skin.along_deg", Phrase::Data(measure(along_deg, "°")), allowed);
     }
 }
@@ -363,7 +364,7 @@ const POISSON_RATIO: f64 = 0.45;
 fn check_tissue(doc: &mut Walked) {
     let tissue = &doc.value["tissue"];
     if tissue["coupling"] == "field" && tissue["model"] == "none" {
-        let allowed = phrase!("allowed: none, for model = \"none\" has no field; another model has one");
+        let allowed = phrase!("allowed: \"none\", because model = \"none\" has no field; other models have one");
         doc.refuse("tissue.coupling", Phrase::quoted("field"), allowed);
     }
 }

@@ -105,7 +105,7 @@ fn check_numbers(doc: &mut Walked) {
     for (at, number) in numbers.iter().enumerate() {
         let first = numbers[..at].iter().position(|earlier| earlier == number);
         if let (Some(first), Some(number)) = (first, number) {
-            let allowed = phrase!("{first} has it already; each must be unique", first = format!("label[{first}]"));
+            let allowed = phrase!("{first} already has it; each must be unique", first = format!("label[{first}]"));
             doc.refuse(&format!("label[{at}].number"), Phrase::data(number), allowed);
         }
     }
@@ -118,10 +118,14 @@ fn check_kinds(doc: &mut Walked) {
         let kind = label["kind"].as_str().unwrap_or_default();
         let field = |key: &str| format!("label[{at}].{key}");
         if kind == "layer" && label["tissue"].is_null() && !doc.is_written(&field("tissue")) {
-            doc.refuse(&field("tissue"), phrase!("missing"), phrase!("a layer needs it: what does it feel like?"));
+            doc.refuse(
+                &field("tissue"),
+                phrase!("missing"),
+                phrase!("required for a layer: its mechanical properties follow from it"),
+            );
         }
         if let (Some(tissue), true) = (label["tissue"].as_str(), kind != "layer") {
-            let allowed = phrase!("allowed: nothing, for only kind = \"layer\" has one");
+            let allowed = phrase!("allowed only with kind = \"layer\"");
             doc.refuse(&field("tissue"), Phrase::quoted(tissue), allowed);
         }
         let keys = ["wall_stiffness_n_per_m", "wall_rupture_n"];
@@ -131,11 +135,11 @@ fn check_kinds(doc: &mut Walked) {
             doc.refuse(
                 &field(key),
                 phrase!("missing"),
-                phrase!("a wall needs its stiffness and the force at which it gives way"),
+                phrase!("both are required for a wall: its stiffness and the force at which it gives way"),
             );
         }
         if let (Some(stiffness), false) = (stiffness, ["vessel", "nerve", "organ"].contains(&kind)) {
-            let allowed = phrase!("allowed: nothing; vessel, nerve and organ may have a wall");
+            let allowed = phrase!("allowed only for vessel, nerve and organ");
             doc.refuse(&field(keys[0]), Phrase::Data(measure(stiffness, "N/m")), allowed);
         }
     }
@@ -144,6 +148,10 @@ fn check_kinds(doc: &mut Walked) {
 fn check_up(doc: &mut Walked) {
     let up: Vec<f64> = doc.value["entry"]["up"].as_array().into_iter().flatten().filter_map(|c| c.as_f64()).collect();
     if !up.is_empty() && up.iter().all(|c| c.abs() < 1e-6) {
-        doc.refuse("entry.up", phrase!("a direction of no length"), phrase!("allowed: a direction, as [0, -1, 0]"));
+        doc.refuse(
+            "entry.up",
+            phrase!("a direction of zero length"),
+            phrase!("allowed: a direction, for example [0, -1, 0]"),
+        );
     }
 }

@@ -112,7 +112,7 @@ impl Walked {
             let Some(text) = table[key].as_str() else { continue };
             if let Some(first) = seen.get(text) {
                 let allowed =
-                    phrase!("{first} has it already; each must be unique", first = format!("{array}[{first}]"));
+                    phrase!("{first} already has it; each must be unique", first = format!("{array}[{first}]"));
                 self.refuse(&format!("{array}[{at}].{key}"), Phrase::quoted(text), allowed);
             } else {
                 seen.insert(text.to_owned(), at);
@@ -269,7 +269,7 @@ impl Walker<'_> {
 fn suggest_key(key: &str, table: &DescribedTable) -> Phrase {
     match find_nearest_key(key, table) {
         Some(field) if !field.unit().is_empty() => {
-            phrase!("did you mean `{key}`? the unit is in the key", key = field.key)
+            phrase!("did you mean `{key}`? The unit is part of the key", key = field.key)
         }
         Some(field) => phrase!("did you mean `{key}`?", key = field.key),
         None => {

@@ -57,13 +57,13 @@ fn remark_blocked_way(scene: &Scene, planned: &PlannedNeedle, length_m: f64, fie
     );
     let allowed = match find_nearest_free(planned, |way| meets(way).is_none(), scene) {
         Some(free) => phrase!(
-            "allowed: a way that is free of bone, the nearest at {angle}° towards {azimuth}°; or another place, or another patient",
+            "allowed: a path free of bone, the nearest at {angle}° towards {azimuth}°; or another entry or patient",
             angle = Phrase::number(free.angle_deg, 0),
             azimuth = Phrase::number(free.azimuth_deg, 0)
         ),
-        None => phrase!(
-            "allowed: a way that is free of bone, of which there is none from this entry; or another place, or another patient"
-        ),
+        None => {
+            phrase!("allowed: a path free of bone; none exists from this entry, so choose another entry or patient")
+        }
     };
     Some(Remark { field: field.to_owned(), found, allowed })
 }

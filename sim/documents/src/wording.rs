@@ -172,8 +172,10 @@ fn settle_value(value: &mut Value, path: &str, languages: &[String], faults: &mu
 fn settle_texts(texts: &mut Map<String, Value>, path: &str, languages: &[String], faults: &mut Vec<WordingFault>) {
     let Some(first) = languages.first() else {
         let found = phrase!("a text in several languages");
-        let allowed =
-            phrase!("the document names no languages: put languages = [\"en\", \"de\"] below its title, its own first");
+        let allowed = phrase!(
+            "the document declares no languages: add languages = [\"en\", \"de\"] below its title, its main language \
+             first"
+        );
         faults.push(WordingFault { field: path.to_owned(), found, allowed });
         return;
     };
@@ -190,7 +192,7 @@ fn settle_texts(texts: &mut Map<String, Value>, path: &str, languages: &[String]
         None => faults.push(WordingFault {
             field: format!("{path}.{first}"),
             found: phrase!("missing"),
-            allowed: phrase!("a text is needed in the first of the document's languages"),
+            allowed: phrase!("a text in the first of the document's languages is required"),
         }),
     }
 }

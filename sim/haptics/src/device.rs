@@ -75,7 +75,7 @@ pub enum DeviceFault {
     #[error("the device is gone")]
     Gone,
     /// The device rejects force commands.
-    #[error("the device refuses force (code {0})")]
+    #[error("the device rejects the force (code {0})")]
     RefusesForce(u32),
     /// The device reports an error code of its own.
     #[error("the device reports error {0}")]

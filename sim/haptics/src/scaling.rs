@@ -132,9 +132,9 @@ impl Scaling {
         let peak = Phrase::number(self.peak_n, 1);
         let scaled = Phrase::number(self.scaled_peak_n, 1);
         match self.limit {
-            Limit::None => phrase!("forces as they are: up to {peak} N", peak = peak),
+            Limit::None => phrase!("forces unscaled: up to {peak} N", peak = peak),
             Limit::Force => phrase!("scaled to this device: {peak} N → {scaled} N", peak = peak, scaled = scaled),
-            Limit::NoMotors => phrase!("this device shows no force: {peak} N on the gauge only", peak = peak),
+            Limit::NoMotors => phrase!("this device has no force feedback: {peak} N on the gauge only", peak = peak),
         }
     }
 }
@@ -286,8 +286,8 @@ mod tests {
         let words = |device| Scaling::new(&epidural(), 0.048, &device).to_string();
         assert_eq!(words(device(3.3, 400.0)), "scaled to this device: 12.1 N → 3.3 N");
         assert_eq!(words(device(10.0, 400.0)), "scaled to this device: 12.1 N → 5.0 N");
-        assert_eq!(words(device(40.0, 1e4)), "forces as they are: up to 12.1 N");
-        assert_eq!(words(device(0.0, 0.0)), "this device shows no force: 12.1 N on the gauge only");
+        assert_eq!(words(device(40.0, 1e4)), "forces unscaled: up to 12.1 N");
+        assert_eq!(words(device(0.0, 0.0)), "this device has no force feedback: 12.1 N on the gauge only");
     }
 
     #[test]

@@ -153,8 +153,8 @@ mod tests {
 
     #[test]
     fn a_sentence_may_hold_another() {
-        let why = crate::phrase!("a mesh of {size} mm; is its unit right?", size = Phrase::number(2.449, 1));
+        let why = crate::phrase!("a mesh of {size} mm; check its unit", size = Phrase::number(2.449, 1));
         let whole = crate::phrase!("{file}: {why}", file = Phrase::quoted("a.stl"), why = why);
-        assert_eq!(whole.to_string(), "\"a.stl\": a mesh of 2.4 mm; is its unit right?");
+        assert_eq!(whole.to_string(), "\"a.stl\": a mesh of 2.4 mm; check its unit");
     }
 }

@@ -15,7 +15,7 @@ create_exception!(
     stylet,
     StyletError,
     PyValueError,
-    "Input that is refused. The message names the place (file and line, or argument and index), the value and what is allowed."
+    "Invalid input. The message names the place (file and line, or argument and index), the value and what is allowed."
 );
 
 /// Creates the exception for refused input.
@@ -47,7 +47,7 @@ pub fn open_file(path: &Path) -> PyResult<File> {
     let file = File::open(path).map_err(|error| report_disk(&name, &error))?;
     match file.metadata() {
         Ok(metadata) if metadata.is_dir() => {
-            Err(PyIsADirectoryError::new_err(format!("{name}: is a folder; a file is needed")))
+            Err(PyIsADirectoryError::new_err(format!("{name}: is a folder; allowed: a file")))
         }
         Ok(_) => Ok(file),
         Err(error) => Err(report_disk(&name, &error)),

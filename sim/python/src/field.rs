@@ -25,7 +25,7 @@ pub fn answer_field<'py>(
     tolerance: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
     if !TOLERANCES.contains(&tolerance) {
-        return Err(refuse_input(format_args!("tolerance = {tolerance}; 1e-6 to 1 is allowed")));
+        return Err(refuse_input(format_args!("tolerance = {tolerance}; allowed: 1e-6 to 1")));
     }
     let model = read_model(model)?;
     let (case, answer) = py.detach(|| -> PyResult<_> {
@@ -44,7 +44,7 @@ fn read_model(name: &str) -> PyResult<Option<Model>> {
     match MODELS.into_iter().find(|model| model.name() == name) {
         None if name != "auto" => {
             let allowed = MODELS.map(Model::name).join("', '");
-            Err(refuse_input(format_args!("model = '{name}'; 'auto', '{allowed}' are allowed")))
+            Err(refuse_input(format_args!("model = '{name}'; allowed: 'auto', '{allowed}'")))
         }
         model => Ok(model),
     }

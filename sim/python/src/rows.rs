@@ -89,7 +89,8 @@ impl PackedRows {
             if end - begin != rows.row_bytes || rows.fields.len() > MOST_COLUMNS {
                 let columns = rows.fields.len();
                 return Err(refuse_input(format_args!(
-                    "{table}[{at}]: {} bytes; {} are allowed, as in the first row, of {columns} columns, and at most {MOST_COLUMNS} columns",
+                    "{table}[{at}]: {} bytes; allowed: {}, as in the first row, of {columns} columns, and at most \
+                     {MOST_COLUMNS} columns",
                     end - begin,
                     rows.row_bytes
                 )));

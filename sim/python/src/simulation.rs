@@ -84,12 +84,12 @@ fn begin_session(wish: &SimulationWish, hand: &SimulatedHand, bundle: &ExerciseB
         |field: &str, value: &str, allowed: String| refuse_input(format_args!("{field} = '{value}'; {allowed}"));
     if !TICK_HZ_ALLOWED.contains(&wish.tick_hz) {
         let (least, most) = (TICK_HZ_ALLOWED.start(), TICK_HZ_ALLOWED.end());
-        let why = format!("tick_hz = {} Hz; {least} Hz to {most} Hz is allowed", wish.tick_hz);
+        let why = format!("tick_hz = {} Hz; allowed: {least} Hz to {most} Hz", wish.tick_hz);
         return Err(refuse_input(why));
     }
     let session_id = match &wish.session_id {
         Some(id) => {
-            Uuid::parse_str(id).map_err(|error| refuse("session_id", id, format!("{error}; a UUID is allowed")))?
+            Uuid::parse_str(id).map_err(|error| refuse("session_id", id, format!("{error}; allowed: a UUID")))?
         }
         None => clock::new_session_id(),
     };

@@ -62,7 +62,7 @@ impl Purse {
     /// Charges a record of `bytes` bytes, from a chunk or from the file.
     pub(crate) fn unpack(&mut self, bytes: usize) -> Result<(), String> {
         let whole = self.whole.unpacked_bytes;
-        spend_budget(&mut self.left.unpacked_bytes, bytes, || format!("it unpacks to more than {whole} bytes"))
+        spend_budget(&mut self.left.unpacked_bytes, bytes, || format!("it decompresses to more than {whole} bytes"))
     }
 
     pub(crate) fn message(&mut self) -> Result<(), String> {
@@ -114,12 +114,12 @@ fn spend_budget(left: &mut u64, cost: usize, broke: impl FnOnce() -> String) -> 
 }
 
 fn check_at_most(what: &str, count: usize, most: usize) -> Result<(), String> {
-    if count <= most { Ok(()) } else { Err(format!("{count} {what}, allowed are {most}")) }
+    if count <= most { Ok(()) } else { Err(format!("{count} {what}; allowed: at most {most}")) }
 }
 
 fn check_moment(what: &str, t_s: f64) -> Result<(), String> {
     match (0.0..=LATEST_S).contains(&t_s) {
         true => Ok(()),
-        false => Err(format!("{what} at {t_s} s, allowed are 0 to {LATEST_S} s")),
+        false => Err(format!("{what} at {t_s} s; allowed: 0 to {LATEST_S} s")),
     }
 }

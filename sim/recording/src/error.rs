@@ -26,8 +26,8 @@ pub enum ReadError {
     },
     /// A chunk uses an unsupported compression; the file may be intact.
     #[error(
-        "byte {offset}: a chunk is compressed by \"{compression}\"; allowed: zstd, or none. Rewrite the file, as \
-         \"mcap compress FILE --output NEW\" does"
+        "byte {offset}: a chunk is compressed with \"{compression}\"; allowed: zstd, or none. Rewrite the file, for \
+         example with \"mcap compress FILE --output NEW\""
     )]
     Compression {
         /// Offset in the file.
@@ -36,7 +36,7 @@ pub enum ReadError {
         compression: String,
     },
     /// Memory ran out while decompressing a chunk; the file may be intact.
-    #[error("not enough memory to unpack a chunk")]
+    #[error("not enough memory to decompress a chunk")]
     OutOfMemory,
     /// An I/O error.
     #[error(transparent)]
@@ -60,7 +60,7 @@ pub enum WriteError {
     #[error("recording: {}", words(.0))]
     Mcap(#[from] mcap::McapError),
     /// A value that a recording cannot contain.
-    #[error("recording: {field} = {value}: {allowed}")]
+    #[error("recording: {field} = {value}; {allowed}")]
     Invalid {
         /// The field.
         field: String,

@@ -114,7 +114,7 @@ impl FileWalk {
             }
             McapError::UnexpectedEof => Ok(false),
             McapError::RecordTooLarge { len, .. } => {
-                let why = format!("a record claims {len} bytes, allowed are {MOST_RECORD_BYTES}");
+                let why = format!("a record claims {len} bytes; allowed: at most {MOST_RECORD_BYTES}");
                 Err(ReadError::damaged(self.next, why))
             }
             error => Err(broken_record(self.next, error)),

@@ -49,7 +49,7 @@ pub(crate) fn to_text(session: &Session) -> Result<BTreeMap<String, String>, Wri
     let started_at = session.started_at.to_offset(time::UtcOffset::UTC).format(&Rfc3339);
     let started_at = started_at.map_err(|e| WriteError::invalid("started_at", session.started_at, e))?;
     if !(session.tick_hz > 0.0 && session.tick_hz.is_finite()) {
-        return Err(WriteError::invalid("tick_hz", session.tick_hz, "a finite rate above 0 Hz is allowed"));
+        return Err(WriteError::invalid("tick_hz", session.tick_hz, "allowed: a finite rate above 0 Hz"));
     }
     let names = [&session.exercise_id, &session.simulator_version, &session.git, &session.device, &session.trainee];
     if let Some(unfit) = names.into_iter().find(|name| !is_name(name)) {
@@ -138,7 +138,7 @@ fn read_judging(text: &BTreeMap<String, String>) -> Result<Judging, ReadError> {
 
 fn read_field<'a>(text: &'a BTreeMap<String, String>, key: &str) -> Result<&'a str, ReadError> {
     let value = text.get(key).map(String::as_str);
-    value.ok_or_else(|| ReadError::missing(format!("metadata {RECORD}: {key}"), "not there"))
+    value.ok_or_else(|| ReadError::missing(format!("metadata {RECORD}: {key}"), "missing"))
 }
 
 fn parse_field<T: FromStr>(text: &BTreeMap<String, String>, key: &str, allowed: &str) -> Result<T, ReadError> {
@@ -153,7 +153,7 @@ fn check_number(key: &str, value: f64, good: bool, allowed: &str) -> Result<(), 
 fn bad_field(key: &str, value: impl Display, allowed: &str) -> ReadError {
     // Enough of the value to identify it.
     let value: String = value.to_string().chars().take(80).collect();
-    ReadError::missing(format!("metadata {RECORD}: {key} = {value}"), format!("allowed is {allowed}"))
+    ReadError::missing(format!("metadata {RECORD}: {key} = {value}"), format!("only {allowed} is allowed"))
 }
 
 #[cfg(test)]

@@ -92,7 +92,7 @@ impl Recording {
 pub(crate) fn check_profile(profile: &str) -> Result<(), ReadError> {
     match profile {
         PROFILE => Ok(()),
-        _ => Err(ReadError::NotARecording(format!("its profile is {profile:?}, allowed is {PROFILE:?}"))),
+        _ => Err(ReadError::NotARecording(format!("its profile is {profile:?}; allowed: {PROFILE:?}"))),
     }
 }
 
@@ -116,7 +116,7 @@ impl Channels {
             let allowed = topic.message_name();
             if schema != allowed || channel.message_encoding != "protobuf" {
                 let what = format!("topic {}", channel.topic);
-                let why = format!("schema {schema} as {}, allowed is {allowed} as protobuf", channel.message_encoding);
+                let why = format!("schema {schema} as {}; allowed: {allowed} as protobuf", channel.message_encoding);
                 return Err(ReadError::missing(what, why));
             }
         }
@@ -167,7 +167,7 @@ impl Contents {
 
     /// Returns the reason why an item is missing.
     fn absence(&self) -> &'static str {
-        if self.complete { "not in the file" } else { "the file ends before it" }
+        if self.complete { "missing from the file" } else { "the file ends before it" }
     }
 
     /// Checks that a document is attached and has the hash in the metadata.
@@ -179,7 +179,7 @@ impl Contents {
         let is = HEXLOWER.encode(&Sha256::digest(&found.data));
         match is == sha256 {
             true => Ok(()),
-            false => Err(ReadError::missing(what, format!("its SHA-256 is {is}, the metadata name {sha256:?}"))),
+            false => Err(ReadError::missing(what, format!("its SHA-256 is {is}, but the metadata contain {sha256:?}"))),
         }
     }
 
@@ -253,7 +253,7 @@ impl Contents {
             self.samples.push(sample);
             Ok(())
         } else {
-            Err(format!("a sample at {} s after one at {last_s} s, allowed is later", sample.t_s))
+            Err(format!("a sample at {} s follows one at {last_s} s; allowed: increasing times", sample.t_s))
         }
     }
 }
@@ -263,5 +263,5 @@ fn decode_message<M: Message + Default>(data: &[u8]) -> Result<M, String> {
 }
 
 fn expect_once(first: bool, name: &str) -> Result<(), ReadError> {
-    if first { Ok(()) } else { Err(ReadError::missing(name, "there twice, allowed is once")) }
+    if first { Ok(()) } else { Err(ReadError::missing(name, "present twice; allowed: once")) }
 }

@@ -62,7 +62,7 @@ pub fn recover<W: Read + Write + Seek>(mut source: impl Read, sink: W) -> Result
         return Err(ReadError::NotARecording(why));
     }
     if messages == 0 {
-        return Err(ReadError::NotARecording(format!("no message in it is whole: {damage}")));
+        return Err(ReadError::NotARecording(format!("it contains no complete message: {damage}")));
     }
     let samples = reopened.samples.len() as u64;
     Ok(Recovered { messages, samples, bytes_read: bytes.len() as u64, damage })

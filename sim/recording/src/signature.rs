@@ -41,7 +41,10 @@ impl Signature {
     pub fn from_text(text: &BTreeMap<String, String>) -> Result<Self, ReadError> {
         let field = |key: &str| text.get(key).map(String::as_str).unwrap_or_default();
         let bad = |key: &str, allowed: &str| {
-            ReadError::missing(format!("metadata {RECORD}: {key} = {:?}", field(key)), format!("allowed is {allowed}"))
+            ReadError::missing(
+                format!("metadata {RECORD}: {key} = {:?}", field(key)),
+                format!("only {allowed} is allowed"),
+            )
         };
         let ed25519 = field("ed25519");
         if ed25519.len() != 128 || !ed25519.bytes().all(|digit| digit.is_ascii_hexdigit()) {

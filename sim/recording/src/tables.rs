@@ -186,7 +186,7 @@ impl<'a, S: TableSink> TableReader<'a, S> {
         let (found, allowed) = (row.cells.len(), begun.unwrap_or(row.cells.len()));
         if found != allowed || found > MOST_COLUMNS {
             let most = allowed.min(MOST_COLUMNS);
-            return Err(frame.damaged(format!("{} of {found} columns, allowed are {most}", table.name())));
+            return Err(frame.damaged(format!("{} of {found} columns; allowed: at most {most}", table.name())));
         }
         if begun.is_none() {
             self.sink.begin(table, &row.columns)?;

@@ -121,7 +121,7 @@ impl From<EventKind> for Kind {
 
 /// Returns the kind of an event, or an error for an unknown number.
 fn event_kind(number: i32) -> Result<EventKind, String> {
-    let unknown = || format!("event of kind {number}, allowed are 1 to 10");
+    let unknown = || format!("event of kind {number}; allowed: 1 to 10");
     Ok(match Kind::try_from(number).map_err(|_| unknown())? {
         Kind::Unspecified => return Err(unknown()),
         Kind::Contact => EventKind::Contact,

@@ -230,7 +230,7 @@ pub(crate) fn start_unix_ns(session: &Session) -> Result<u64, WriteError> {
     u32::try_from(seconds)
         .ok()
         .and_then(|_| u64::try_from(nanoseconds).ok())
-        .ok_or_else(|| WriteError::invalid("started_at", session.started_at, "the years 1970 to 2105 are allowed"))
+        .ok_or_else(|| WriteError::invalid("started_at", session.started_at, "allowed: the years 1970 to 2105"))
 }
 
 fn write_attachment<W: Write>(
@@ -241,7 +241,7 @@ fn write_attachment<W: Write>(
     let bytes = attachment.data.len() + attachment.name.len() + attachment.media_type.len();
     if bytes > MOST_RECORD_BYTES / 2 {
         let what = format!("attachment {}", attachment.name);
-        return Err(WriteError::invalid(what, format!("{bytes} bytes"), "at most 32 MiB are allowed"));
+        return Err(WriteError::invalid(what, format!("{bytes} bytes"), "allowed: at most 32 MiB"));
     }
     mcap.attach(&mcap::Attachment {
         log_time: start_ns,

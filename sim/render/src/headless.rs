@@ -34,7 +34,7 @@ pub enum PictureError {
     #[error(transparent)]
     Stage(#[from] StageError),
     /// The adapter cannot render an image of this size.
-    #[error("{width} × {height} pixels: 1 to {most} are possible on this adapter")]
+    #[error("{width} × {height} pixels; allowed on this adapter: 1 to {most}")]
     Size {
         /// Requested width, in pixels.
         width: u32,
@@ -44,7 +44,7 @@ pub enum PictureError {
         most: u32,
     },
     /// The image could not be read back from the adapter.
-    #[error("the graphics adapter did not hand the picture over: {0}")]
+    #[error("the graphics adapter did not return the picture: {0}")]
     Lost(String),
 }
 

@@ -72,8 +72,8 @@ impl Quality {
             texels => phrase!("shadows of {texels}²", texels = i64::from(texels)),
         };
         let samples = match self.samples() {
-            1 => phrase!("1 sample a pixel"),
-            samples => phrase!("{samples} samples a pixel", samples = i64::from(samples)),
+            1 => phrase!("1 sample per pixel"),
+            samples => phrase!("{samples} samples per pixel", samples = i64::from(samples)),
         };
         let percent = Phrase::number(100.0 * f64::from(self.resolution()), 0);
         phrase!(

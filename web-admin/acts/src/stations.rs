@@ -192,7 +192,7 @@ pub async fn sign_in(
     let mut tx = state.db.write().await?;
     let known = sign_in_codes::find_code_holder(&mut *tx, station.school_id, &hash).await?;
     let Some(person) = known.filter(|person| person.disabled_at.is_none()) else {
-        return Err(Error::Forbidden("this is nobody's sign-in code; the page of one's account makes one"));
+        return Err(Error::Forbidden("unknown sign-in code; create a new one on your account page"));
     };
     let now = state.clock.now();
     stations::forgive_wrong_codes(&mut tx, station.school_id, station.id).await?;

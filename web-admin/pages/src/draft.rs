@@ -392,7 +392,7 @@ mod tests {
             column: 1,
             field: "rubric[1].full".to_owned(),
             found: phrase!("full {full}, zero {zero}", full = 5.0, zero = 0.5),
-            allowed: phrase!("of {metric} less is better: full must be below zero", metric = "overshoot_mm"),
+            allowed: phrase!("lower {metric} is better: `full` must be less than `zero`", metric = "overshoot_mm"),
         };
         let exercise = Publishable { bundle: samples::bundle(), plan: None, advice: vec![issue] };
         let html = samples::keep_page("draft-advice", &page(verdict_of_exercise(&exercise)));

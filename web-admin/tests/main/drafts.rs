@@ -187,7 +187,9 @@ async fn a_rubric_that_pays_for_nothing_is_told_before_it_is_published() {
     writer.replace("withdrawn = true", "withdrawn = false");
     let typed = [("csrf", writer.csrf.as_str()), ("document", &writer.document), ("scene", &writer.scene)];
     let preview = writer.client.form(&format!("{}/preview", writer.draft), &typed).await.text();
-    for said in ["Document, line ", "rubric[1].full", "of overshoot_mm less is better", "never withdrawn", "<svg"] {
+    for said in
+        ["Document, line ", "rubric[1].full", "lower overshoot_mm is better", "the needle is not withdrawn", "<svg"]
+    {
         assert!(preview.contains(said), "{said} is not in\n{preview}");
     }
     let held = writer.act("publish").await;
@@ -216,7 +218,7 @@ async fn a_course_is_written_with_its_exercises_by_file_or_by_id() {
     assert!(page.contains("passes = 2") && page.contains("passes = 3"), "{page}");
     let unknown = school.opens("osei@example.org", "/curricula/lower-back-basics").await;
     let mut unknown = Writer { document: whole.replace("7-thick-fat.toml", "no-such"), ..unknown };
-    assert!(unknown.act("publish").await.text().contains("no exercise of this name"));
+    assert!(unknown.act("publish").await.text().contains("no exercise with this name"));
 }
 
 #[tokio::test]
@@ -264,7 +266,7 @@ async fn what_is_wrong_is_said_in_the_language_of_whoever_writes() {
     assert_eq!(writer.client.form("/account/language", &language).await.status, 303);
     let saved = writer.act("save").await.text();
     assert!(
-        saved.contains("ebene Schichten haben auch unter einer schrägen Nadel eine Achse")
+        saved.contains("ebene Schichten sind auch unter einer schrägen Nadel rotationssymmetrisch")
             && saved.contains("Winkel der"),
         "{saved}"
     );

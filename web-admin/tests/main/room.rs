@@ -103,7 +103,8 @@ async fn where_the_database_has_its_reserve_alone_nothing_large_is_taken_and_peo
 async fn an_attachment_that_no_document_names_is_refused() {
     let app = App::new().await;
     let (mut ada, _) = trainee(&app, "ada").await;
-    let refused = [("mesh/ballast.stl", 5000, "no document names it"), ("notes.txt", 1, "no document names it")];
+    let refused =
+        [("mesh/ballast.stl", 5000, "no document refers to it"), ("notes.txt", 1, "no document refers to it")];
     for (name, length, why) in refused {
         let answer = ada.upload(&with_attachment(&Attempt::default(), name, &vec![7; length])).await;
         answer.is_problem(422, why);

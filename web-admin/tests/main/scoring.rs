@@ -116,8 +116,8 @@ async fn nothing_to_score_is_refused_with_the_reason() {
     let attempt = Attempt::default();
     let (session, score) = scored(&app, &mut ada, (attempt.session_id, without_samples(&attempt))).await;
     assert_eq!(session["state"], "refused");
-    assert!(session["refusal"].as_str().unwrap().contains("nothing to score"), "{session}");
-    assert_eq!((&score["status"], score["detail"].as_str().unwrap().contains("nothing to score")), (&404.into(), true));
+    assert!(session["refusal"].as_str().unwrap().contains("cannot be scored"), "{session}");
+    assert_eq!((&score["status"], score["detail"].as_str().unwrap().contains("cannot be scored")), (&404.into(), true));
 }
 
 #[tokio::test]

@@ -198,15 +198,15 @@ async fn a_sign_in_code_ends_with_the_next_one_and_opens_no_other_school() {
     let school = School::new().await;
     let mut station = school.station("lab").await;
     let (old, new) = (school.sign_in_code().await, school.sign_in_code().await);
-    post(&mut station, "sign-in", &json!({ "code": old })).await.is_problem(403, "nobody");
+    post(&mut station, "sign-in", &json!({ "code": old })).await.is_problem(403, "unknown sign-in code");
     assert_eq!(post(&mut station, "sign-in", &json!({ "pin": new })).await.status, 200);
     let south = school.app.school("South").await;
     let mut abroad = school.app.with_token(&school.app.station(south).await);
-    post(&mut abroad, "sign-in", &json!({ "code": new })).await.is_problem(403, "nobody");
+    post(&mut abroad, "sign-in", &json!({ "code": new })).await.is_problem(403, "unknown sign-in code");
     let ada = people::find_person_by_email(school.app.state.db.reader(), "ada@example.org").await.unwrap().unwrap();
     let now = school.clock.now();
     school.app.write(async |tx| people::disable_person(tx, ada.id, now).await.unwrap()).await;
-    post(&mut station, "sign-in", &json!({ "code": new })).await.is_problem(403, "nobody");
+    post(&mut station, "sign-in", &json!({ "code": new })).await.is_problem(403, "unknown sign-in code");
 }
 
 #[tokio::test]

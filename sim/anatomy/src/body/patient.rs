@@ -77,7 +77,7 @@ impl BodyOrder {
         if !within(self.weight_kg, WEIGHTS_KG) {
             let [least, most] = WEIGHTS_KG;
             return Err(phrase!(
-                "weight_kg = {value} kg: a body has {least} to {most} kg",
+                "weight_kg = {value} kg; allowed: {least} to {most} kg",
                 value = self.weight_kg,
                 least = least,
                 most = most
@@ -86,7 +86,7 @@ impl BodyOrder {
         if !within(self.age_years, AGES_YEARS) {
             let [least, most] = AGES_YEARS;
             return Err(phrase!(
-                "age_years = {value}: a body is {least} to {most} years old",
+                "age_years = {value}; allowed: {least} to {most} years",
                 value = self.age_years,
                 least = least,
                 most = most

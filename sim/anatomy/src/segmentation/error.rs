@@ -7,7 +7,7 @@ pub enum SegmentationError {
     #[error("unreadable: {0}")]
     Unreadable(String),
     /// Not a single-file NIfTI-1 or NIfTI-2.
-    #[error("no NIfTI file: {0}; allowed: NIfTI-1 or NIfTI-2, header and image in one file (.nii or .nii.gz)")]
+    #[error("not a NIfTI file: {0}; allowed: NIfTI-1 or NIfTI-2, header and image in one file (.nii or .nii.gz)")]
     NotNifti(String),
     /// A number of the header is not allowed.
     #[error("{field} = {value}; {allowed}")]
@@ -21,7 +21,8 @@ pub enum SegmentationError {
     },
     /// A voxel's value is not a label.
     #[error(
-        "voxel {index:?} holds {value}; allowed: whole numbers from 0 to 65535, for it is a map of labels; around the body NaN or one negative number"
+        "voxel {index:?} = {value}; allowed: whole numbers from 0 to 65535, because this is a label map; around the \
+         body NaN or one negative number"
     )]
     NoLabel {
         /// Indices of the voxel, from 0.
@@ -30,10 +31,10 @@ pub enum SegmentationError {
         value: f64,
     },
     /// No voxel has the label.
-    #[error("no voxel has it")]
+    #[error("no voxel has this label")]
     Empty,
     /// The structure has fewer than half of the voxels in every merged cell.
-    #[error("nothing is left of it at the resolution that the largest number of triangles allows")]
+    #[error("it disappears at the resolution that the maximum number of triangles permits")]
     Lost,
     /// The entry is too far from the skin.
     #[error("the entry is {away_mm:.1} mm from the body's surface; allowed: at most {most_mm:.0} mm")]
@@ -44,7 +45,7 @@ pub enum SegmentationError {
         most_mm: f64,
     },
     /// The direction out of the body points inwards.
-    #[error("up points {angle_deg:.0}° away from the skin's own direction out of the body; allowed: less than 60°")]
+    #[error("up points {angle_deg:.0}° away from the skin's outward normal; allowed: less than 60°")]
     UpInwards {
         /// The angle, in degrees.
         angle_deg: f64,

@@ -174,7 +174,7 @@ impl Fields<'_> {
         if magic == wanted {
             return Ok(());
         }
-        Err(SegmentationError::NotNifti(format!("its mark is {:?}", String::from_utf8_lossy(magic))))
+        Err(SegmentationError::NotNifti(format!("its magic number is {:?}", String::from_utf8_lossy(magic))))
     }
 
     /// The edges of a voxel, preceded by the sign with which the qform mirrors the third axis.
@@ -243,7 +243,7 @@ impl Fields<'_> {
         Err(SegmentationError::Header {
             field: "vox_offset",
             value: offset.to_string(),
-            allowed: "allowed: 0, or behind the header, by at most 1000000 bytes",
+            allowed: "allowed: 0, or at most 1000000 bytes after the header",
         })
     }
 

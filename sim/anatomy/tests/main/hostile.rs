@@ -90,8 +90,8 @@ fn what_is_no_map_of_labels_is_refused_in_words() {
     let refused = [
         (refusal(|bytes| bytes.truncate(400)), "unreadable"),
         (refusal(Vec::clear), "unreadable"),
-        (refusal(|bytes| bytes[0] = 1), "no NIfTI file: its first number is 257"),
-        (refusal(put(344, *b"ni")), "no NIfTI file: its mark is \"ni1"),
+        (refusal(|bytes| bytes[0] = 1), "not a NIfTI file: its first number is 257"),
+        (refusal(put(344, *b"ni")), "not a NIfTI file: its magic number is \"ni1"),
         (refusal(put(42, [0, 0])), "dim = [3, 0, 4, 3"),
         (refusal(put(42, [0xff, 0xff])), "dim = [3, -1, 4, 3"),
         (refusal(|bytes| (bytes[40], bytes[48]) = (4, 2)), "dim = [4, 5, 4, 3, 2"),

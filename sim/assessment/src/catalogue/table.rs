@@ -5,10 +5,10 @@ use super::{Definition, Direction, Split};
 
 const ALWAYS: &str = "every recording of at least two samples";
 const TOUCHED: &str = "once the needle has touched the skin";
-const INSIDE: &str = "once the tip has gone through the skin";
+const INSIDE: &str = "once the tip has punctured the skin";
 const MOVING: &str = "recordings of at least 0.1 s";
 const RUPTURED: &str = "once the boundary has ruptured; the plain form is the largest over all ruptures";
-const LEDGER: &str = "once the needle has touched the skin, where the recording holds an energy ledger";
+const LEDGER: &str = "once the needle has touched the skin, if the recording contains an energy ledger";
 
 const fn metric_definition(id: &'static str, unit: &'static str, direction: Direction) -> Definition {
     Definition {
@@ -59,12 +59,11 @@ impl Definition {
 }
 
 const BEHIND_4_HZ: &str =
-    "physiological tremor lies at 8 to 12 Hz (Elble and Koller 1990, Tremor); behind 4 Hz at most 6 % of it are left";
-const PATH_OF_TREMOR: &str = "most of it is the way of the tremor; version 2 looks at it behind 4 Hz";
-const SLOW_IS_GOOD: &str =
-    "whoever is quick is better by it: virtual novices, who hurry, beat experts, who take their time";
+    "physiological tremor is at 8 to 12 Hz (Elble and Koller 1990, Tremor); a 4 Hz low-pass leaves at most 6 % of it";
+const PATH_OF_TREMOR: &str = "most of it comes from tremor; version 2 filters at 4 Hz";
+const SLOW_IS_GOOD: &str = "it rewards speed: virtual novices, who hurry, outperform experts, who take their time";
 const NEVER_SEEN: &str =
-    "no virtual hand does it, neither expert nor novice, so nothing shows that it tells them apart";
+    "no virtual hand does this, neither expert nor novice, so there is no evidence that it distinguishes them";
 const PERKTUTOR: &str = "PerkTutor, PythonMetrics: threshold and debounce (Ungi and others 2012, Perk Tutor: an open-source training platform for ultrasound-guided needle insertions)";
 
 const STOP_TIME: Definition =
@@ -76,25 +75,25 @@ const STOP_TIME: Definition =
 
 const STRUCTURE_HITS: Definition = metric_definition("structure_hits", "count", Lower).also_by(Split::Kind).says(
     "structures hit",
-    "Number of times the needle met a structure that is not a target; by kind, of that kind.",
+    "Number of times the needle touched a structure that is not a target; with a kind, only those of that kind.",
     "keep clear of the structures on the plan",
 );
 
 const PATH_LENGTH: Definition = metric_definition("path_length_mm", "mm", Lower).applies(MOVING).says(
     "path length",
-    "Length of the low-passed path of the tip.",
+    "Length of the low-pass filtered path of the tip.",
     "move directly to the entry and the target",
 );
 
 const PATH_IN_TISSUE: Definition = metric_definition("path_in_tissue_mm", "mm", Lower).applies(INSIDE).says(
     "path length in tissue",
-    "Length of the low-passed path of the tip while deeper than 0.",
+    "Length of the low-pass filtered path of the tip while deeper than 0.",
     "move directly to the target",
 );
 
 const AXIS_TRAVEL: Definition = metric_definition("axis_travel_mm", "mm", Lower).applies(MOVING).says(
     "travel along the axis",
-    "Sum of the magnitudes of the low-passed displacements of the tip along the needle's axis.",
+    "Sum of the magnitudes of the low-pass filtered displacements of the tip along the needle's axis.",
     "avoid pumping in and out",
 );
 
@@ -106,36 +105,37 @@ const IDLE: Definition = metric_definition("idle_fraction", "1", Lower).applies(
 
 const TRANSLATIONAL: Definition = metric_definition("translational_actions", "count", Lower).applies(MOVING).says(
     "translational actions",
-    "Number of runs longer than 0.2 s with the tip faster than 5 mm/s.",
+    "Number of periods longer than 0.2 s with the tip faster than 5 mm/s.",
     "move slowly and directly",
 );
 
 const ROTATIONAL: Definition = metric_definition("rotational_actions", "count", Lower).applies(MOVING).says(
     "rotational actions",
-    "Number of runs longer than 0.2 s with the needle turning faster than 50°/s.",
-    "turn the needle slowly and seldom",
+    "Number of periods longer than 0.2 s with the needle turning faster than 50°/s.",
+    "turn the needle slowly and rarely",
 );
 
 /// Every version of every metric.
 pub const DEFINITIONS: &[Definition] = &[
     metric_definition("depth_error_mm", "mm", Range).says(
         "depth error",
-        "Axial displacement from the skin entry at confirm, less the target depth; without a confirm, at the last moment of largest displacement.",
+        "Axial displacement from the skin entry at confirmation, minus the target depth; without a confirmation, at \
+         the last moment of largest displacement.",
         "watch the depth",
     ),
     metric_definition("overshoot_mm", "mm", Lower).says(
         "overshoot",
-        "Largest axial displacement from the skin entry, less the target depth, and at least 0.",
+        "Largest axial displacement from the skin entry, minus the target depth; at least 0.",
         "brace the hand and stop sooner",
     ),
     metric_definition("tip_error_mm", "mm", Lower).says(
-        "distance of the tip to the target",
-        "Distance in space between the tip and the target at confirm.",
+        "distance of the tip from the target",
+        "Three-dimensional distance between the tip and the target at confirmation.",
         "check entry point, angle and depth",
     ),
     metric_definition("entry_error_mm", "mm", Lower).says(
-        "distance of the entry to the planned one",
-        "Distance between the planned entry and the last contact with the skin before confirm.",
+        "distance of the entry from the planned one",
+        "Distance between the planned entry and the last contact with the skin before the confirmation.",
         "place the tip on the mark before you push",
     ),
     metric_definition("angle_error_deg", "°", Lower).says(
@@ -145,7 +145,7 @@ pub const DEFINITIONS: &[Definition] = &[
     ),
     metric_definition("peak_force_n", "N", Lower).says(
         "peak force",
-        "Largest axial force on the hand, contact with bone included, and the force just before each rupture.",
+        "Largest axial force on the hand, including contact with bone and the force just before each rupture.",
         "push more gently",
     ),
     metric_definition("peak_force_layer_n", "N", Lower).only_by(Split::Layer).applies("layers whose boundary the tip has tented").says(
@@ -163,20 +163,23 @@ pub const DEFINITIONS: &[Definition] = &[
         "Furthest advance beyond the rupture in the second that follows it.",
         "brace the hand and expect the pop",
     ),
-    STOP_TIME.unoffered("in a trembling hand the first moment of slowness comes sooner than anybody reacts; version 2 asks for one that lasts"),
+    STOP_TIME.unoffered("with tremor, the first slow moment comes earlier than any reaction; version 2 requires a \
+         lasting stop"),
     STOP_TIME.anew(
-        "Time from a rupture to the first moment from which the advance, behind 4 Hz, stays within 0.1 mm for 0.2 s.",
+        "Time from a rupture to the first moment after which the advance, low-pass filtered at 4 Hz, stays within 0.1 \
+         mm for 0.2 s.",
         "the band is as fast as the limit of version 1, 0.5 mm/s; its 0.2 s are PerkTutor's for an action",
     ),
     metric_definition("force_impulse_ns", "N·s", Lower).says(
         "force impulse",
         "Integral over time of the axial force on the hand.",
-        "push no longer and no harder than you must",
+        "push no longer and no harder than necessary",
     )
     .unoffered(SLOW_IS_GOOD),
     metric_definition("force_rate_peak_n_per_s", "N/s", Lower).says(
         "peak force rate",
-        "Largest rate of rise of the low-passed axial force, the falls at ruptures and 0.05 s on either side taken out.",
+        "Largest rate of rise of the low-pass filtered axial force, excluding the drops at ruptures and 0.05 s before \
+         and after each.",
         "build the force up smoothly",
     ),
     metric_definition("rupture_energy_mj", "mJ", Lower).also_by(Split::Layer).applies(LEDGER).says(
@@ -187,7 +190,7 @@ pub const DEFINITIONS: &[Definition] = &[
     metric_definition("cutting_energy_mj", "mJ", Lower).also_by(Split::Layer).applies(LEDGER).says(
         "cutting energy",
         "Energy spent cutting new material.",
-        "go no deeper and no more often than you must",
+        "insert no deeper and no more often than necessary",
     ),
     metric_definition("friction_energy_mj", "mJ", Lower).also_by(Split::Layer).applies(LEDGER).says(
         "friction energy",
@@ -219,22 +222,25 @@ pub const DEFINITIONS: &[Definition] = &[
     ),
     metric_definition("skin_entries", "count", Lower).says(
         "skin punctures",
-        "Number of times the tip went through intact skin.",
+        "Number of times the tip punctured intact skin.",
         "plan the entry and puncture once",
     ),
     metric_definition("redirections", "count", Lower).applies(INSIDE).says(
         "changes of direction",
-        "Number of times the axis left the direction it last held by more than 5° while inserted; a direction is held below 5°/s.",
+        "Number of times the axis deviated by more than 5° from the last held direction while inserted; a direction \
+         counts as held below 5°/s.",
         "choose the direction before you puncture",
     ),
-    STRUCTURE_HITS.unoffered("a trembling needle on a surface meets it again with every tremor; version 2 counts contacts"),
+    STRUCTURE_HITS.unoffered("with tremor, a needle on a surface touches it again and again; version 2 counts contacts"),
     STRUCTURE_HITS.anew(
-        "Number of contacts of the needle with structures that are not targets; by kind, of that kind. A contact ends once the needle has been clear by 0.5 mm or for 0.3 s.",
+        "Number of contacts of the needle with structures that are not targets; with a kind, only those of that kind. \
+         A contact ends once the needle is clear by 0.5 mm or has been clear for 0.3 s.",
         "our choice: three periods of a tremor of 8 to 12 Hz, and more than its width",
     ),
     metric_definition("structure_clearance_mm", "mm", Higher).only_by(Split::Structure).says(
         "clearance",
-        "Least distance between the structure and the shaft inside the body, or the tip outside it; for a target, lower is better.",
+        "Smallest distance between the structure and the shaft inside the body, or the tip outside it; for a target, \
+         lower is better.",
         "keep to the planned line",
     ),
     metric_definition("time_total_s", "s", Lower).applies(ALWAYS).says(
@@ -251,17 +257,17 @@ pub const DEFINITIONS: &[Definition] = &[
     .unoffered(SLOW_IS_GOOD),
     PATH_LENGTH.unoffered(PATH_OF_TREMOR),
     PATH_LENGTH.anew(
-        "Length of the path of the tip behind 4 Hz.",
+        "Length of the path of the tip, low-pass filtered at 4 Hz.",
         BEHIND_4_HZ,
     ),
     PATH_IN_TISSUE.unoffered(PATH_OF_TREMOR),
     PATH_IN_TISSUE.anew(
-        "Length of the path of the tip behind 4 Hz while deeper than 0.",
+        "Length of the path of the tip, low-pass filtered at 4 Hz, while deeper than 0.",
         BEHIND_4_HZ,
     ),
     AXIS_TRAVEL.unoffered(PATH_OF_TREMOR),
     AXIS_TRAVEL.anew(
-        "Sum of the magnitudes of the displacements of the tip along the needle's axis, behind 4 Hz.",
+        "Sum of the magnitudes of the displacements of the tip along the needle's axis, low-pass filtered at 4 Hz.",
         BEHIND_4_HZ,
     ),
     metric_definition("path_deviation_sd_mm", "mm", Lower).applies(INSIDE).says(
@@ -274,43 +280,47 @@ pub const DEFINITIONS: &[Definition] = &[
         "Log dimensionless jerk of the tip while deeper than 0: −ln(T³/v² ∫‖jerk‖² dt), T the time in tissue and v the peak speed there.",
         "move steadily",
     ).after("Balasubramanian and others 2015, On the analysis of movement smoothness")
-    .unoffered("a jerk is mostly the tremor's, and grows with the time taken; ask for smoothness_sparc"),
+    .unoffered("jerk comes mostly from tremor and grows with duration; use smoothness_sparc"),
     metric_definition("smoothness_sparc", "1", Higher).applies("once the tip has moved for 0.1 s inside tissue").says(
         "smoothness of the speed",
-        "Spectral arc length of the speed of the tip behind 4 Hz, at 50 Hz, from its first to its last moment deeper than 0: zeros to 16 times the length or more, up to 10 Hz, from an amplitude of 0.05 of the largest on.",
+        "Spectral arc length of the speed of the tip, low-pass filtered at 4 Hz and sampled at 50 Hz, from its first \
+         to its last moment deeper than 0: zero-padded to at least 16 times the length, up to 10 Hz, amplitude \
+         threshold 0.05 of the largest.",
         "move steadily",
     )
     .after("Balasubramanian and others 2015, On the analysis of movement smoothness: SPARC with the authors' own settings"),
-    IDLE.unoffered("a trembling hand is never slower than 0.2 mm/s; version 2 looks at it behind 4 Hz"),
+    IDLE.unoffered("a hand with tremor is never slower than 0.2 mm/s; version 2 filters at 4 Hz"),
     IDLE.anew(
-        "Share of the time in tissue with the tip slower than 0.5 mm/s behind 4 Hz.",
+        "Share of the time in tissue with the tip, low-pass filtered at 4 Hz, slower than 0.5 mm/s.",
         "D'Angelo and others 2015, Idle time: an underdeveloped performance metric for assessing surgical skill; the limit is ours",
     ),
-    TRANSLATIONAL.unoffered("5 mm/s is the speed of a tremor"),
+    TRANSLATIONAL.unoffered("tremor alone reaches 5 mm/s"),
     TRANSLATIONAL.anew(
-        "Number of times the tip, behind 4 Hz, came to be faster than 50 mm/s: a change that lasts no longer than 0.2 s is none.",
+        "Number of times the tip, low-pass filtered at 4 Hz, began to move faster than 50 mm/s; changes of at most 0.2 \
+         s do not count.",
         PERKTUTOR,
     )
     .unoffered(NEVER_SEEN),
-    ROTATIONAL.unoffered("a run that a tremor interrupts counts twice"),
+    ROTATIONAL.unoffered("a movement interrupted by tremor counts twice"),
     ROTATIONAL.anew(
-        "Number of times the needle, behind 4 Hz, came to turn faster than 50°/s: a change that lasts no longer than 0.2 s is none.",
+        "Number of times the needle, low-pass filtered at 4 Hz, began to turn faster than 50°/s; changes of at most \
+         0.2 s do not count.",
         PERKTUTOR,
     )
     .unoffered(NEVER_SEEN),
     metric_definition("reached", "1", Higher).only_by(Split::Layer).says(
         "reached",
-        "1 where the tip has opened the layer's upper boundary, 0 where not.",
-        "go on until you feel the layer open",
+        "1 if the tip opened the layer's upper boundary, otherwise 0.",
+        "advance until you feel the layer open",
     ),
     metric_definition("confirmed", "1", Higher).says(
         "position confirmed",
-        "1 where the position was confirmed with the tip in the body, 0 where not.",
-        "confirm where you take the target to be, before you withdraw",
+        "1 if the position was confirmed with the tip in the body, otherwise 0.",
+        "confirm the position where you believe the target is, before you withdraw",
     ),
     metric_definition("withdrawn", "1", Higher).applies(INSIDE).says(
         "needle withdrawn",
-        "1 where the needle was out of the body at the end, 0 where not.",
-        "withdraw the needle before you end",
+        "1 if the needle was out of the body at the end, otherwise 0.",
+        "withdraw the needle before you end the attempt",
     ),
 ];

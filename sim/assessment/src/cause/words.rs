@@ -54,7 +54,7 @@ pub fn deduction_phrase(deduction: &Deduction, advised: bool) -> Phrase {
             phrase!("{metric}: {reason}", metric = metric(), reason = Phrase::sentence(unmet.words()))
         }
         DeductionCause::NoSuchMetric => {
-            phrase!("{metric}: this scene has no such metric", metric = &deduction.metric)
+            phrase!("{metric}: not available in this scene", metric = &deduction.metric)
         }
         DeductionCause::Worded { words } => Phrase::data(words),
     }

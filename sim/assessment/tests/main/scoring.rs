@@ -96,7 +96,7 @@ fn what_was_not_met_costs_nothing_and_what_cannot_be_told_costs_all() {
     assert_eq!(points("rupture_energy_mj"), Some(20.0));
     assert_eq!(points("stop_time_s"), Some(20.0));
     assert_eq!(points("charm"), Some(20.0));
-    assert!(why(&assessment, "charm").contains("no such metric"));
+    assert!(why(&assessment, "charm").contains("not available in this scene"));
 }
 
 #[test]

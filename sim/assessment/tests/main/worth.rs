@@ -93,7 +93,7 @@ fn earns_nothing(judged: &Assessment, why: &str) {
             .hard_fails
             .iter()
             .map(failure_in_words)
-            .any(|fail| fail.starts_with("Nothing is earned: ") && fail.contains(why))
+            .any(|fail| fail.starts_with("No points: ") && fail.contains(why))
     );
     assert!(judged.deductions.iter().all(|d| deduction_in_words(d).contains(": the ")), "{:?}", judged.deductions);
 }
@@ -117,7 +117,7 @@ fn what_is_required_and_did_not_happen_leaves_nothing() {
 
     let mut unopened = whole();
     unopened.events.retain(|event| event.boundary != Some(2));
-    earns_nothing(&judge(&unopened, &bundle), "did not reach the layer");
+    earns_nothing(&judge(&unopened, &bundle), "did not reach the required layer");
 
     let mut early = whole();
     early.events.retain(|event| event.kind != EventKind::Confirm);

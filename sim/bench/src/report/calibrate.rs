@@ -272,9 +272,10 @@ fn markdown(groups: &[Group], rows: &[CalibrationRow], quick: bool) -> String {
          is a wave of five times the noise, 5 to 20 mm long; outliers are one sample in a hundred, off by fifteen times the noise.\n",
         measured_on(Subject::Calibrate, quick)
     );
-    text.push_str("\nWhat came of the curves. *Refused*: the fit says that its residual is not noise, and gives no interval. *Wrong*: another number of \
-         layers, a sum of squares above the truth's, or a number far outside its interval. *Said*: refused, or, where the sum of squares alone is wrong, \
-         told to have other readings or boundaries that no drop shows; of the latter no number has an interval.\n\n");
+    text.push_str("\nResults. *Refused*: the fit reports that its residual is not noise, and gives no interval. *Wrong*: another \
+         number of layers, a sum of squares above the truth's, or a number far outside its interval. *Said*: refused, or, where \
+         the sum of squares alone is wrong, reported to have other assignments or boundaries that no drop shows; of the latter no \
+         value has an interval.\n\n");
     text.push_str(&curves(groups, rows).markdown());
     text.push_str("\nOf the parameters, those of refused curves left out. *Held*: the share of 95 % intervals that hold the truth. *Not determined*: \
          the share of parameters with an effect on the curve that have no interval. *Without effect*: the curve does not depend on it.\n\n");

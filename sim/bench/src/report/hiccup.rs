@@ -72,8 +72,8 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
         written.extend([plot, table]);
     }
     let text = format!(
-        "# A hiccup of the device in the tissue\n\n{}\n\nA scripted arm with the limits of a Touch goes into the training scene at 5 mm/s. \
-         Times are told, not measured: every machine finds the same.\n\n{}",
+        "# A hiccup of the device in the tissue\n\n{}\n\nA scripted arm with the limits of a Touch goes into the training scene at \
+         5 mm/s. Times are simulated, not measured: every machine gives the same.\n\n{}",
         measured_on(Subject::Hiccup, quick),
         summary.markdown()
     );

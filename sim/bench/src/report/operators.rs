@@ -164,14 +164,15 @@ fn markdown(rows: &[OperatorRow], seeds: u64, quick: bool) -> String {
     }
     format!(
         "# Virtual operators\n\n{}\n\n{seeds} attempts of each preset at each shipped exercise, by as many people on as many \
-         patients: the median, and between which values eight of ten lie. Overshoot: furthest advance in the second after a boundary \
-         gave way to the last part of the needle; the largest is that of any boundary. *Passed* and *perfect* count attempts that pass, and that score 100. What the presets were fitted to, and what was \
-         read for it, is told in `sim/law/src/operator/mod.rs`: relaxed hands overshoot the skin by 5 to 14 mm, normal ones by 2 to \
-         5 mm, braced ones by 0.8 to 1.5 mm (with the reference needle).\n\n\
-         The peaks say less than people's do. A boundary gives way at its threshold, whoever pushes: where the hardest boundary lies \
-         before the target, everybody meets the same peak, and only drag is left to tell hands apart. A novice's peak is higher where \
-         overshooting meets a harder boundary behind the target, as at stop-in-the-fat, and where the hardest boundary gives way at a dent, \
-         so that it holds the more the faster it is met: the ligamentum flavum of the scenes made of a body.\n\n{}",
+         patients: the median, and between which values eight of ten lie. Overshoot: furthest advance in the second after a \
+         boundary gave way to the last part of the needle; the largest is that of any boundary. *Passed* and *perfect* count \
+         attempts that pass, and that score 100. `sim/law/src/operator/mod.rs` describes what the presets were fitted to, and its \
+         sources: relaxed hands overshoot the skin by 5 to 14 mm, normal ones by 2 to 5 mm, braced ones by 0.8 to 1.5 mm (with the \
+         reference needle).\n\nThe peaks differ less than those of people. A boundary gives way at its threshold, whichever hand \
+         pushes: where the hardest boundary lies before the target, all hands reach the same peak, and only drag distinguishes \
+         them. A novice's peak is higher where overshooting meets a harder boundary behind the target, as at stop-in-the-fat, and \
+         where the hardest boundary gives way at a dent, so that it withstands more the faster it is met: the ligamentum flavum of \
+         the scenes made of a body.\n\n{}",
         measured_on(Subject::Operators, quick),
         sheet.markdown()
     )

@@ -185,13 +185,13 @@ fn report(out: &Path, measured_on: &str, measured: &MeasuredServo) -> Result<Vec
         priority => format!("The thread has {priority}."),
     };
     let text = format!(
-        "# Servo\n\n{measured_on}\n\nThe training scene at 1 kHz, in and out of the body every 15 s. Beside it the recorder \
-         steps law and field again and writes the recording, and the attempt is drawn as fast as it can be: {drawn}. {priority} Lateness is from the due time of a tick to its \
-         beginning; compute is the whole tick: device, force law, safety chain, ring and picture's cell. A tick that begins \
-         more than a period late is a stall: counted, flagged in the recording, a gap in its times. The bare timer is the \
-         machine's own part: as many ticks of a thread with the same priority that waits in the same way and does nothing, \
-         beside the same picture, right after. A virtual host that takes its processors away does so to both.\n\n{}\n![how many ticks are later, or take longer, than a \
-         time](servo.svg)\n",
+        "# Servo\n\n{measured_on}\n\nThe training scene at 1 kHz, in and out of the body every 15 s. In parallel, the recorder \
+         steps law and field again and writes the recording, and the attempt is rendered as fast as possible: {drawn}. {priority} \
+         Lateness is from the due time of a tick to its beginning; compute is the whole tick: device, force law, safety chain, \
+         ring and picture's cell. A tick that begins more than a period late is a stall: counted, flagged in the recording, a gap \
+         in its times. The bare timer is the machine's own part: as many ticks of a thread with the same priority that waits in \
+         the same way and does nothing, next to the same rendering, right after. A virtual host that withdraws its processors \
+         affects both.\n\n{}\n![how many ticks are later, or take longer, than a time](servo.svg)\n",
         sheet.markdown()
     );
     Ok(vec![table, plot, sheet::write_text(out.join("servo.md"), &text)?])

@@ -107,7 +107,7 @@ impl What {
 /// Runs the command.
 pub fn run(args: &BenchArgs) -> Outcome {
     if args.peers.is_some() && !matches!(args.what, What::All | What::Field) {
-        return Err(Failure::input("--peers: other solvers answer the cases of `field` alone"));
+        return Err(Failure::input("--peers: only `field` and `all` compare other solvers"));
     }
     let peers = args.peers.as_deref().map_or(Ok(Vec::new()), read_peers)?;
     new_file::create_folder(&args.out)?;
@@ -175,7 +175,7 @@ impl OngoingAttempt for Live {
     fn stop(self: Box<Self>) -> Result<Report, BenchError> {
         let (_, Finished { report, kept }) = Self::stop(*self);
         kept.map_err(|unsaved| BenchError::work(&unsaved.why))?;
-        report.ok_or_else(|| BenchError::work("the servo was stopped by a defect"))
+        report.ok_or_else(|| BenchError::work("the servo was stopped by a program error"))
     }
 }
 

@@ -136,7 +136,7 @@ fn list(outbox: &Outbox, json: bool) -> Outcome {
         return output::print_json(&entries.iter().map(Waiting::from).collect::<Vec<_>>());
     }
     if entries.is_empty() {
-        return output::print_line(format_args!("nothing waits in {}", outbox.folder().display()));
+        return output::print_line(format_args!("no pending attempts in {}", outbox.folder().display()));
     }
     entries.iter().try_for_each(|entry| {
         let Waiting { id, name, bytes, kept_at, state, .. } = Waiting::from(entry);
@@ -149,7 +149,7 @@ fn list(outbox: &Outbox, json: bool) -> Outcome {
 fn why(entry: &Entry) -> String {
     let note = &entry.note;
     match (&note.last_error, note.next_try_at) {
-        (None, _) => "not tried yet".to_owned(),
+        (None, _) => "not sent yet".to_owned(),
         (Some(error), None) => format!("{error} (tries: {})", note.tries),
         (Some(error), Some(at)) => format!("{error} (tries: {}, next at {})", note.tries, rfc3339(at)),
     }

@@ -47,7 +47,7 @@ struct Joined<'a> {
 /// Runs the command.
 pub fn run(args: &PairArgs) -> Outcome {
     if service::is_in_the_clear(&args.server) {
-        let warning = "http is not encrypted: others on the network can read the station's token";
+        let warning = "http is not encrypted: other devices on the network can read the station's token";
         output::print_warning(format_args!("{}: {warning}", args.server));
     }
     // Before the code is used up: check that the token can be stored.
@@ -70,7 +70,7 @@ pub fn run(args: &PairArgs) -> Outcome {
 fn ask() -> Result<String, Failure> {
     let mut input = io::stdin().lock();
     if !io::stdin().is_terminal() {
-        return Err(Failure::input("no code: pass --code CODE, or call this on a terminal"));
+        return Err(Failure::input("no code: pass --code CODE, or run this command in a terminal"));
     }
     let mut line = String::new();
     let mut prompt = io::stderr();

@@ -58,11 +58,11 @@ pub struct PlayArgs {
 pub fn run(args: &PlayArgs) -> Outcome {
     let shelf = Shelf::read(&args.exercises)?;
     for broken in &shelf.broken {
-        output::print_warning(format_args!("passed over: {}", broken.why));
+        output::print_warning(format_args!("skipped: {}", broken.why));
     }
     create_folder(&args.recordings)?;
     for recovered in live::recover_left_behind(&args.recordings)? {
-        output::print_warning(format_args!("{}: was cut off, and is whole again", recovered.display()));
+        output::print_warning(format_args!("{}: was truncated, and has been recovered", recovered.display()));
     }
     let (pairing, key) = (Pairing::load()?, StationKey::load()?.map(Arc::new));
     if pairing.is_some() {

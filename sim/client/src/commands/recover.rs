@@ -47,7 +47,7 @@ pub fn run(args: &RecoverArgs) -> Outcome {
         return output::print_json(&recovered);
     }
     let damage = match recovered.damage.as_str() {
-        "" => "the input was whole",
+        "" => "the input was complete",
         damage => damage,
     };
     output::print_line(format_args!(

@@ -63,7 +63,7 @@ impl FromStr for PictureSize {
     fn from_str(text: &str) -> Result<Self, String> {
         let side = |side: &str| side.parse().ok().filter(|side| (1..=MOST_PIXELS).contains(side));
         let sides = text.split_once('x').and_then(|(width, height)| Some([side(width)?, side(height)?]));
-        sides.map(Self).ok_or_else(|| format!("two numbers from 1 to {MOST_PIXELS} are allowed, for example 1280x720"))
+        sides.map(Self).ok_or_else(|| format!("allowed: two numbers from 1 to {MOST_PIXELS}, for example 1280x720"))
     }
 }
 
@@ -73,13 +73,13 @@ fn view(text: &str) -> Result<View, String> {
         "patient" => Ok(View::Patient),
         "tip" => Ok(View::Tip),
         "section" => Ok(View::Section),
-        _ => Err("whole, patient, tip or section is allowed".to_owned()),
+        _ => Err("allowed: whole, patient, tip or section".to_owned()),
     }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds >= 0.0);
-    seconds.ok_or_else(|| "a time of 0 s or more is allowed".to_owned())
+    seconds.ok_or_else(|| "allowed: a time of 0 s or more".to_owned())
 }
 
 /// The content to render.
@@ -175,7 +175,7 @@ fn frames(headless: &mut Headless, film: &mut Film, args: &RenderArgs, folder: &
     }
     drop(progress);
     output::print_line(format_args!(
-        "{}: {count} frames at {} a second on {}",
+        "{}: {count} frames at {} per second on {}",
         folder.display(),
         args.fps,
         headless.adapter()

@@ -51,7 +51,7 @@ pub fn run(args: &ScoreArgs) -> Outcome {
 fn void(why: &Void, as_json: bool) -> Outcome {
     match as_json {
         true => output::print_json(&VoidAnswer::from(why))?,
-        false => output::print_buffered(|out| writeln!(out, "Void, counts nowhere: {why}"))?,
+        false => output::print_buffered(|out| writeln!(out, "Void, does not count: {why}"))?,
     }
     Err(Failure::Found)
 }
@@ -61,7 +61,7 @@ fn report(bundle: &ExerciseBundle, judged: &Assessment, out: &mut dyn Write) -> 
     writeln!(out, "{} ({})", exercise.title, exercise.id)?;
     writeln!(out, "Score {:.1} of 100, {verdict} (pass mark {})", judged.score, exercise.pass_mark)?;
     for failure in &judged.hard_fails {
-        writeln!(out, "Failed whatever the score: {}", failure_in_words(failure))?;
+        writeln!(out, "Failed regardless of the score: {}", failure_in_words(failure))?;
     }
     writeln!(out, "\n{:>8}  Rubric", "Points")?;
     for deduction in &judged.deductions {
@@ -89,7 +89,7 @@ fn described(metric: &Metric) -> String {
     let better = match metric.direction {
         Direction::Lower => "lower is better",
         Direction::Higher => "higher is better",
-        Direction::Range => "nearer 0 is better",
+        Direction::Range => "closer to 0 is better",
     };
     let named = named(&metric.id, metric.version);
     match metric.label.as_str() {

@@ -37,13 +37,15 @@ fn report(verification: &Verification) -> Outcome {
     let Verification { ticks, largest_deviation_n, at_s, channel, event_differences, tents, .. } = verification;
     if verification.exact() {
         return output::print_line(format_args!(
-            "same to the bit: largest deviation 0 N over {ticks} ticks and {tents} steps of the field, events and energies identical"
+            "bit-identical: largest deviation 0 N over {ticks} ticks and {tents} steps of the field, events and \
+             energies identical"
         ));
     }
     let place = if channel.is_empty() { String::new() } else { format!(" in {channel} at {at_s} s") };
     output::print_line(format_args!(
-        "different: largest deviation {largest_deviation_n} N{place} over {ticks} ticks, {} mm in depth, {event_differences} event differences; \
-         field: {} mm, {} steps differ; {} ledgers of energy and {} ticks inside the body differ",
+        "different: largest deviation {largest_deviation_n} N{place} over {ticks} ticks, {} mm in depth, \
+         {event_differences} event differences; field: {} mm, {} steps differ; {} energy ledgers and {} ticks inside \
+         the body differ",
         verification.largest_depth_deviation_m * 1e3,
         verification.largest_tent_deviation_m * 1e3,
         verification.tent_differences,

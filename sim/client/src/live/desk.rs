@@ -223,7 +223,7 @@ pub fn sign_in(pairing: Pairing, entry: CodeEntry) -> Call<DeskReply> {
     ask(move || {
         let address = format!("{}/api/v1/stations/sign-in", pairing.server);
         let token = service::bearer_header(&pairing.token)
-            .ok_or_else(|| phrase!("the station's token is spoilt: pair it again"))?;
+            .ok_or_else(|| phrase!("the station's token is damaged: pair the station again"))?;
         let request =
             service::http_agent().post(&address).header("Authorization", token).content_type("application/json");
         let mut asked = json!({ "code": entry.code });
@@ -231,7 +231,7 @@ pub fn sign_in(pairing: Pairing, entry: CodeEntry) -> Call<DeskReply> {
             asked["consent"] = agreed.into();
         }
         let reply = ask_service(&address, request.send(asked.to_string()))
-            .map_err(|trouble| phrase!("the school does not answer: {why}", why = trouble.detail))?;
+            .map_err(|trouble| phrase!("the school's service is not responding: {why}", why = trouble.detail))?;
         read_desk_reply(&reply).ok_or_else(|| explain_refusal(&reply))
     })
 }
@@ -248,9 +248,9 @@ fn read_desk_reply(reply: &Reply) -> Option<DeskReply> {
 /// Explains why the sign-in failed. For other statuses this is the service's own explanation.
 fn explain_refusal(reply: &Reply) -> Phrase {
     match reply.status {
-        401 => phrase!("the school does not know this station any more: pair it again"),
-        403 => phrase!("this is nobody's sign-in code; the page of one's account makes one"),
-        429 => phrase!("too many wrong codes were entered here: the station is locked for up to an hour"),
+        401 => phrase!("the school no longer recognises this station: pair it again"),
+        403 => phrase!("unknown sign-in code; create a new one on your account page"),
+        429 => phrase!("too many wrong codes: this station is locked for up to an hour"),
         _ => Phrase::data(reply.words()),
     }
 }
@@ -283,9 +283,11 @@ fn send(outbox: Outbox, id: String, pairing: Pairing) -> Call<Phrase> {
         let deliveries = outbox.send_due(&access, PATIENCE).map_err(Phrase::data)?;
         match deliveries.iter().find(|delivery| delivery.id == id) {
             Some(delivery) if delivery.delivered => Ok(phrase!("delivered to {school}", school = &pairing.school)),
-            Some(delivery) if delivery.is_removed() => Err(phrase!("removed here: {why}", why = &delivery.detail)),
-            Some(delivery) => Err(phrase!("waits in the outbox: {why}", why = &delivery.detail)),
-            None => Err(phrase!("waits in the outbox")),
+            Some(delivery) if delivery.is_removed() => {
+                Err(phrase!("deleted from this station: {why}", why = &delivery.detail))
+            }
+            Some(delivery) => Err(phrase!("waiting in the outbox: {why}", why = &delivery.detail)),
+            None => Err(phrase!("waiting in the outbox")),
         }
     })
 }

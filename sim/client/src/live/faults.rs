@@ -12,16 +12,16 @@ const BACK_S: f64 = 0.2;
 
 /// Messages by flag. A recording stores them in English; the window translates them.
 const TROUBLES: [(u32, &str); 8] = [
-    (flags::HELD, sentence!("the device's reading was bad or missing: the last good one was held")),
-    (flags::NOT_FINITE, sentence!("the force law gave no number: nothing was sent")),
+    (flags::HELD, sentence!("the device's reading was invalid or missing: the last valid one was used")),
+    (flags::NOT_FINITE, sentence!("the force law returned no valid number: no force was sent")),
     (flags::THERMAL, sentence!("the force was reduced to keep the device's motors cool")),
     (flags::WATCHDOG, sentence!("the watchdog cut the force")),
-    (flags::UNFELT, sentence!("the hand is given less than half of the force")),
-    (servo_flags::STALLED, sentence!("the computer stalled: a tick came more than a period late")),
-    (servo_flags::REFUSED, sentence!("the device refused the force")),
-    (servo_flags::DISAGREES, sentence!("the device says that it shows another force than it is sent")),
+    (flags::UNFELT, sentence!("the hand receives less than half of the force")),
+    (servo_flags::STALLED, sentence!("the computer stalled: a tick was more than one period late")),
+    (servo_flags::REFUSED, sentence!("the device rejected the force")),
+    (servo_flags::DISAGREES, sentence!("the device reports a different force from the one sent")),
 ];
-const BACK: &str = sentence!("the hand is given the force again");
+const BACK: &str = sentence!("the hand receives the force again");
 
 /// Watches the flags of ticks.
 #[derive(Clone, Copy, Debug)]
@@ -79,7 +79,7 @@ mod tests {
             })
             .collect();
         assert_eq!(said.len(), 2, "{said:?}");
-        assert_eq!(said[0], (1000, "the hand is given less than half of the force"));
+        assert_eq!(said[0], (1000, "the hand receives less than half of the force"));
         assert!((2199..2202).contains(&said[1].0) && said[1].1 == BACK, "{said:?}");
     }
 

@@ -17,15 +17,15 @@ pub fn given_n(record: &Record) -> f64 {
 pub fn withheld(record: &Record, let_through: f64) -> Option<Phrase> {
     let has = |flag: u32| record.flags & flag != 0;
     Some(if has(servo_flags::REFUSED) {
-        phrase!("The device refuses force: nothing is felt")
+        phrase!("The device rejects the force: you feel nothing")
     } else if has(flags::WATCHDOG) {
-        phrase!("Force is cut: computer or device stalled")
+        phrase!("The force is off: the computer or the device stalled")
     } else if has(flags::HELD) && let_through < 1.0 {
-        phrase!("No readings from the device: force goes")
+        phrase!("No data from the device: the force is off")
     } else if has(flags::GATED) && norm_n(record.force_n) > passivity::FELT_N {
-        phrase!("Force returns: {percent} %. Hold still", percent = Phrase::number(let_through * 100.0, 0))
+        phrase!("The force is returning: {percent} %. Hold still", percent = Phrase::number(let_through * 100.0, 0))
     } else if has(servo_flags::DISAGREES) {
-        phrase!("The device says that it shows another force than it is sent")
+        phrase!("The device reports a different force from the one sent")
     } else {
         return None;
     })
@@ -53,7 +53,7 @@ mod tests {
     fn every_way_in_which_force_is_kept_away_is_said() {
         assert_eq!(said(0, 1.0, 2.0), None);
         assert_eq!(said(flags::GATED, 0.4, 0.0), None, "nothing is kept away in the air");
-        assert_eq!(said(flags::GATED, 0.43, 2.0).as_deref(), Some("Force returns: 43 %. Hold still"));
+        assert_eq!(said(flags::GATED, 0.43, 2.0).as_deref(), Some("The force is returning: 43 %. Hold still"));
         for flag in [flags::HELD, flags::WATCHDOG, servo_flags::REFUSED, servo_flags::DISAGREES] {
             assert!(said(flag, 0.0, 2.0).is_some());
         }

@@ -121,7 +121,7 @@ fn warn_of_heat(trial: &LiveTrial, setup: Setup, shown: &Arc<Mutex<AttemptView>>
         let cooled_s = servo::rehearse(setup, operator, limit_s).map_or(0.0, |rehearsal| rehearsal.cooled_s);
         if let Some(shown) = shown.upgrade().filter(|_| cooled_s >= 0.5) {
             lock(&shown).warn(phrase!(
-                "this exercise warms the motors of this device: the force may be reduced for {time} s",
+                "this exercise heats the motors of this device: the force may be reduced for {time} s",
                 time = Phrase::number(cooled_s, 0)
             ));
         }

@@ -49,10 +49,10 @@ impl FromStr for DeviceChoice {
             "inverse3" => Ok(Self::Inverse3),
             _ => match text.strip_prefix("operator:").map(str::parse) {
                 Some(Ok(HandChoice::File(_))) => {
-                    Err("a file is no operator of play; stylet simulate plays it".to_owned())
+                    Err("stylet play has no operators from files; use stylet simulate".to_owned())
                 }
                 Some(hand) => hand.map(Self::Operator),
-                None => Err("auto, mouse, gamepad, openhaptics, inverse3 or operator:NAME is allowed".to_owned()),
+                None => Err("allowed: auto, mouse, gamepad, openhaptics, inverse3 or operator:NAME".to_owned()),
             },
         }
     }
@@ -62,9 +62,9 @@ impl DeviceChoice {
     /// Describes the device for the user.
     pub fn phrase(&self) -> Phrase {
         match self {
-            Self::Auto => phrase!("the haptic device that is there, or mouse and keyboard"),
-            Self::Mouse => phrase!("mouse and keyboard, which give your hand no force"),
-            Self::Gamepad => phrase!("a gamepad, which gives your hand no force"),
+            Self::Auto => phrase!("the connected haptic device, otherwise mouse and keyboard"),
+            Self::Mouse => phrase!("mouse and keyboard, without force feedback"),
+            Self::Gamepad => phrase!("a gamepad, without force feedback"),
             Self::OpenHaptics => Phrase::data("OpenHaptics"),
             Self::Inverse3 => Phrase::data("Haply Inverse3"),
             Self::Operator(hand) => Phrase::data(hand.device()),

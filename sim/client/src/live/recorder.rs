@@ -105,7 +105,7 @@ impl Recorder {
         let thread = thread::Builder::new()
             .name("recorder".to_owned())
             .spawn(move || record(trial, Ticks { records, taken: Vec::new() }, draft, &theirs, &awaited))
-            .map_err(|error| Failure::work(format_args!("no thread for the recorder: {error}")))?;
+            .map_err(|error| Failure::work(format_args!("the recorder's thread cannot be started: {error}")))?;
         Ok(Self { shown, report, thread })
     }
 

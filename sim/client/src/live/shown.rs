@@ -166,10 +166,10 @@ fn in_words(event: &Event, phase: Phase) -> Option<Phrase> {
         EventKind::Contact => Some(phrase!("skin touched")),
         EventKind::TipRupture => Some(pop(Contactor::Tip)),
         EventKind::RimRupture => Some(pop(Contactor::Rim)),
-        EventKind::StructureHit => Some(phrase!("{structure} was hit", structure = name_structure(&event.text))),
-        EventKind::HubContact => Some(phrase!("hub at the skin: the needle is in to its end")),
+        EventKind::StructureHit => Some(phrase!("{structure} hit", structure = name_structure(&event.text))),
+        EventKind::HubContact => Some(phrase!("hub at the skin: the needle is fully inserted")),
         EventKind::SkinExit => Some(phrase!("out of the skin")),
-        EventKind::Confirm if phase == Phase::Approach => Some(phrase!("nothing is confirmed in the air")),
+        EventKind::Confirm if phase == Phase::Approach => Some(phrase!("not confirmed: the tip is outside the body")),
         EventKind::Confirm => Some(phrase!("position confirmed: withdraw")),
         EventKind::Fault | EventKind::Interrupted => Some(Phrase::Known(event.text.clone())),
         EventKind::Coaching => None,
@@ -238,7 +238,7 @@ mod tests {
         let mut shown = shown(60.0);
         assert_eq!(tell(&mut shown, 0.5, -10.0, &[EventKind::Confirm]), Phase::Approach);
         assert_eq!(tell(&mut shown, 0.6, -10.0, &[]), Phase::Approach);
-        assert!(shown.said[0].text.to_string().contains("in the air"), "{:?}", shown.said);
+        assert!(shown.said[0].text.to_string().contains("outside the body"), "{:?}", shown.said);
         tell(&mut shown, 1.0, 0.1, &[EventKind::Contact]);
         assert_eq!(tell(&mut shown, 2.0, 4.0, &[EventKind::Confirm]), Phase::Confirmed);
     }

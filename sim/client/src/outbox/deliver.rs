@@ -46,7 +46,7 @@ impl<'a> Try<'a> {
                     self.piece(&mut file, offset)?
                 }
                 UploadStanding::Gone if begun => {
-                    return Err(Trouble::new(Outlook::Soon, "the service forgot the upload while it arrived"));
+                    return Err(Trouble::new(Outlook::Soon, "the service lost the upload while it was in progress"));
                 }
                 UploadStanding::Gone => {
                     begun = true;
@@ -63,9 +63,10 @@ impl<'a> Try<'a> {
         let piece = read_piece(file, offset).map_err(unreadable)?;
         let standing = tus::send_upload_piece(self.service, &id, offset, &piece)?;
         match standing {
-            UploadStanding::At(now) if now >= self.entry.bytes && piece.is_empty() => {
-                Err(Trouble::new(Outlook::Soon, "the service has every byte and has made no attempt of them yet"))
-            }
+            UploadStanding::At(now) if now >= self.entry.bytes && piece.is_empty() => Err(Trouble::new(
+                Outlook::Soon,
+                "the service has received the whole recording but has not created an attempt yet",
+            )),
             standing => Ok(standing),
         }
     }

@@ -67,7 +67,7 @@ impl Outbox {
         let kept = take_in(recording, &place, &self.folder).and_then(|()| Entry::kept(place, name, server));
         kept.map_err(|error| {
             Failure::work(format_args!(
-                "{}: cannot be kept in the outbox {}: {error}; it stays where it is",
+                "{}: cannot be stored in the outbox {}: {error}; the file is left in place",
                 recording.display(),
                 self.folder.display()
             ))

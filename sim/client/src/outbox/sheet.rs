@@ -127,7 +127,7 @@ impl Outbox {
 /// Sends answers once; returns the session that they are about.
 pub(super) fn deliver(service: &Service, file: &Path) -> Result<String, Trouble> {
     let sheet = fs::read(file).map_err(|error| Trouble::new(Outlook::Later, format_args!("the outbox: {error}")))?;
-    let spoilt = |error| Trouble::new(Outlook::Never, format_args!("the answers are spoilt: {error}"));
+    let spoilt = |error| Trouble::new(Outlook::Never, format_args!("the answers are damaged: {error}"));
     let sheet: AnswerSheet = serde_json::from_slice(&sheet).map_err(spoilt)?;
     let address = format!("{}/api/v1/sessions/{}/survey/{}", service.address, sheet.session, sheet.survey);
     // The first question is shown only after the consent.

@@ -37,7 +37,7 @@ pub fn begin_upload(service: &Service, name: &str, length: u64) -> Result<String
         (201, Some(location)) => location.rsplit('/').next().filter(|id| is_plain(id)).map(str::to_owned),
         _ => None,
     };
-    id.ok_or_else(|| strange_answer(&reply, 201, "without an upload"))
+    id.ok_or_else(|| strange_answer(&reply, 201, "without an upload address"))
 }
 
 /// Whether an id is safe as a part of an address's path.

@@ -91,7 +91,7 @@ impl ExerciseChoice<'_> {
         });
         let [_, all] = course.place;
         let (title, mastered) = (own_words(&course.title), of_course.count());
-        tr!("{course}: {mastered} of {all} mastered", course = title, mastered = mastered, all = all)
+        tr!("{course} · {mastered} of {all} mastered", course = title, mastered = mastered, all = all)
     }
 
     /// Describes the place in the course, the progress, and the exercises to master first.
@@ -104,11 +104,11 @@ impl ExerciseChoice<'_> {
         });
         let listed = self.listed(exercise);
         let progress = match listed {
-            Some(_) if matches!(self.listing, Listing::Study(_)) => tr!("the study asks for it").to_owned(),
+            Some(_) if matches!(self.listing, Listing::Study(_)) => tr!("part of the study").to_owned(),
             Some(listed) if listed.mastered => tr!("mastered").to_owned(),
             Some(listed) if listed.due => tr!("not mastered yet").to_owned(),
-            Some(_) => tr!("not open yet").to_owned(),
-            None if self.listing.listed().is_some() => tr!("not among your school's exercises").to_owned(),
+            Some(_) => tr!("locked").to_owned(),
+            None if self.listing.listed().is_some() => tr!("not one of your school's exercises").to_owned(),
             None => say_standing(&self.history.tally(&exercise.id), course.map(|course| course.mastery)),
         };
         // An exercise that is due at the school is open, regardless of its prerequisites.
@@ -116,7 +116,7 @@ impl ExerciseChoice<'_> {
         let asked = asked.flat_map(|course| course.prerequisites.iter().map(|id| (id, &course.mastery)));
         let missing: Vec<&str> =
             asked.filter(|(id, mastery)| !self.opens(id, mastery)).map(|(id, _)| self.title(id)).collect();
-        let first = (!missing.is_empty()).then(|| tr!("first: {exercises}", exercises = missing.join(", ")));
+        let first = (!missing.is_empty()).then(|| tr!("complete first: {exercises}", exercises = missing.join(", ")));
         place.into_iter().chain([progress]).chain(first).collect::<Vec<_>>().join(" · ")
     }
 
@@ -135,7 +135,7 @@ impl ExerciseChoice<'_> {
 fn say_standing(Tally { passed, best }: &Tally, mastery: Option<Mastery>) -> String {
     let passes = passed.iter().filter(|passed| **passed).count();
     let tried = match passed.len() {
-        0 => return tr!("not tried here yet").to_owned(),
+        0 => return tr!("not attempted here yet").to_owned(),
         1 if passes > 0 => tr!("1 attempt here, passed, {points} points", points = fixed(*best, 0)),
         1 => tr!("1 attempt here, not passed, {points} points", points = fixed(*best, 0)),
         attempts => tr!(
@@ -158,19 +158,19 @@ fn say_distance(mastery: &Mastery, passed: &[bool]) -> String {
     match (reached, mastery) {
         (Reached::Mastered { .. }, _) => tr!("mastered").to_owned(),
         (Reached::Regressing { .. }, _) => trn!(
-            "to be practised again: {n} more pass in a row shows mastery",
-            "to be practised again: {n} more passes in a row show mastery",
+            "needs practice again: {n} more consecutive pass needed",
+            "needs practice again: {n} more consecutive passes needed",
             needed
         ),
         (Reached::Open { passes }, Mastery::Passes { passes: needed, of }) => tr!(
-            "not mastered yet: {passes} of {needed} passes among {of} in a row",
+            "not mastered yet: {passes} of {needed} passes needed within {of} consecutive attempts",
             passes = passes,
             needed = needed,
             of = of
         ),
         (Reached::Open { .. }, Mastery::Curve(_)) => trn!(
-            "not mastered yet: {n} more pass in a row shows it",
-            "not mastered yet: {n} more passes in a row show it",
+            "not mastered yet: {n} more consecutive pass needed",
+            "not mastered yet: {n} more consecutive passes needed",
             needed
         ),
     }
@@ -273,7 +273,7 @@ fn list_unreadable(ui: &mut Ui, broken: &[Broken]) {
         return;
     }
     ui.add_space(16.0);
-    ui.label(RichText::new(tr!("Cannot be used")).strong());
+    ui.label(RichText::new(tr!("Unusable files")).strong());
     for Broken { path, why } in broken {
         let name =
             path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
@@ -395,15 +395,15 @@ fn show_exercise_facts(ui: &mut Ui, exercise: &Exercise, device: &str) {
         (
             tr!("Entry"),
             tr!(
-                "{right} mm right, {away} mm away, {angle}° to the skin's normal",
+                "{right} mm right, {away} mm away, {angle}° from the skin's normal",
                 right = right,
                 away = away,
                 angle = fixed(exercise.angle_deg, 0)
             ),
         ),
         (tr!("Time"), format!("{} s", fixed(exercise.time_limit_s, 0))),
-        (tr!("Passed with"), tr!("{mark} of 100 points", mark = fixed(exercise.pass_mark, 0))),
-        (tr!("You are given"), words::say(exercise.feedback.in_words()).to_owned()),
+        (tr!("Pass mark"), tr!("{mark} of 100 points", mark = fixed(exercise.pass_mark, 0))),
+        (tr!("Feedback"), words::say(exercise.feedback.in_words()).to_owned()),
         (tr!("Device"), device.to_owned()),
     ];
     egui::Grid::new("facts").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
@@ -438,7 +438,7 @@ mod tests {
         let first = &offers[0].bundle.exercise;
         let here = ExerciseChoice { shelf: &shelf, history: &history, listing: Listing::Here };
         let told = here.facts(&offers[second]);
-        let parts = ["2 of 7 · not tried here yet · first: ", first.title.own()];
+        let parts = ["2 of 7 · not attempted here yet · complete first: ", first.title.own()];
         assert!(parts.iter().all(|part| told.contains(part)), "{told}");
         let listed: Vec<Listed> = serde_json::from_value(json!([
             { "exercise_id": first.id, "due": false, "mastered": true },
@@ -450,8 +450,8 @@ mod tests {
         assert!(school.facts(&offers[second]).ends_with("not mastered yet"), "{}", school.facts(&offers[second]));
         let study = ExerciseChoice { listing: Listing::Study(&listed), ..school };
         let offered = offers.iter().filter(|offer| study.is_offered(&offer.bundle.exercise)).count();
-        assert_eq!((offered, offers.len()), (2, 7), "a guest sees what the study asks for");
-        assert!(study.facts(&offers[second]).ends_with("the study asks for it"), "{}", study.facts(&offers[second]));
+        assert_eq!((offered, offers.len()), (2, 7), "a guest sees the exercises of the study");
+        assert!(study.facts(&offers[second]).ends_with("part of the study"), "{}", study.facts(&offers[second]));
     }
 
     #[test]

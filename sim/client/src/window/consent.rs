@@ -23,7 +23,7 @@ pub fn ask_consent(ui: &mut Ui, terms: &StudyTerms) -> ConsentDecision {
     let decision = egui::Panel::bottom("consent").show(ui, |ui| {
         ui.add_space(8.0);
         let decision = ui.horizontal_wrapped(|ui| {
-            let agree = egui::Button::new(RichText::new(tr!("I agree: take part")).size(18.0));
+            let agree = egui::Button::new(RichText::new(tr!("I agree to take part")).size(18.0));
             let agrees = ui.add(agree.min_size([160.0, 36.0].into())).clicked();
             let declines = ui.button(tr!("No, thank you")).clicked();
             match (agrees, declines) {
@@ -53,11 +53,12 @@ fn show_terms(ui: &mut Ui, terms: &StudyTerms) {
         ui.label(RichText::new(line).size(16.5).line_height(Some(24.0)));
     }
     ui.add_space(12.0);
-    ui.label(RichText::new(tr!("What is kept")).strong());
+    ui.label(RichText::new(tr!("Data that are stored")).strong());
     ui.label(tr!(
-        "Your movements, the forces and the times of each attempt, and what you answer afterwards, under a pseudonym. Your name is kept nowhere."
+        "Your movements, the forces and times of each attempt, and your answers afterwards, under a pseudonym. Your \
+         name is not stored."
     ));
-    ui.label(tr!("The recordings stay on this machine, too, until whoever looks after it deletes them."));
+    ui.label(tr!("The recordings also stay on this computer until its administrator deletes them."));
     ui.add_space(12.0);
     let kept = trn!("{n} month after the study has ended", "{n} months after the study has ended", terms.kept_months);
     let facts = [
@@ -73,5 +74,5 @@ fn show_terms(ui: &mut Ui, terms: &StudyTerms) {
         }
     });
     ui.add_space(12.0);
-    ui.label(tr!("Whoever does not agree leaves nothing here, and their code stays good."));
+    ui.label(tr!("If you do not agree, nothing is stored here and your code remains valid."));
 }

@@ -120,7 +120,7 @@ impl Debrief {
         }
         match self.delivery.as_ref().map(desk::read) {
             Some(DeskAnswer::Waiting) => {
-                ui.label(tr!("on its way to the school …"));
+                ui.label(tr!("sending the recording …"));
                 ui.ctx().request_repaint_after_secs(0.2);
             }
             Some(DeskAnswer::Came(told)) => {
@@ -171,7 +171,8 @@ impl Debrief {
                     colours::WARN,
                     format!(
                         "▲ {}",
-                        tr!("This computer is too slow for the device: forces were cut. See stylet doctor.")
+                        tr!("This computer is too slow for the device: the force was interrupted. Run stylet doctor \
+                             for details.")
                     ),
                 );
             }
@@ -220,7 +221,7 @@ fn show_next_buttons(ui: &mut Ui, judged: &JudgedAttempt) -> AfterDebrief {
         if wanted(ui, tr!("Try again (R)"), egui::Key::R) {
             return AfterDebrief::Retry;
         }
-        if wanted(ui, tr!("Watch it (W)"), egui::Key::W) {
+        if wanted(ui, tr!("Watch replay (W)"), egui::Key::W) {
             return AfterDebrief::Replay(Arc::clone(&judged.recording));
         }
         if wanted(ui, tr!("Another exercise (Esc)"), egui::Key::Escape) {
@@ -251,7 +252,7 @@ impl JudgedAttempt {
             Ok(assessment) => show_verdict(ui, assessment, &self.exercise, self.curves.entered()),
             Err(why @ AssessError::Void(_)) => {
                 ui.label(RichText::new(format!("▲ {}", words::phrase(&why.phrase()))).size(20.0).color(colours::WARN));
-                ui.label(tr!("This says nothing of you: the recording is kept, and counts nowhere."));
+                ui.label(tr!("This does not reflect your performance: the recording is kept but does not count."));
             }
             Err(why) => {
                 let told = tr!("not scored: {why}", why = words::phrase(&why.phrase()));
@@ -280,7 +281,7 @@ fn show_verdict(ui: &mut Ui, assessment: &Assessment, exercise: &Exercise, enter
         ui.label(RichText::new(words::fixed(assessment.score, 0)).size(44.0).strong());
         ui.vertical(|ui| {
             ui.label(RichText::new(format!("{sign} {word}")).size(20.0).color(colour));
-            ui.label(tr!("of 100; passed with {mark}", mark = words::fixed(exercise.pass_mark, 0)));
+            ui.label(tr!("of 100; pass mark {mark}", mark = words::fixed(exercise.pass_mark, 0)));
         });
     });
     for failure in &assessment.hard_fails {
@@ -297,12 +298,12 @@ fn show_verdict(ui: &mut Ui, assessment: &Assessment, exercise: &Exercise, enter
     if !entered {
         ui.label(tr!("The needle never entered the body."));
     } else if costliest.is_empty() {
-        ui.label(tr!("Nothing cost points."));
+        ui.label(tr!("No points were lost."));
     } else {
         let heading = match &ungated {
             None => tr!("What cost most").to_owned(),
             Some(ungated) => tr!(
-                "Without that it would have been {score} points; what would have cost most",
+                "Otherwise the score would have been {score} points; largest deductions",
                 score = words::fixed(ungated.score, 0)
             ),
         };
@@ -344,12 +345,12 @@ fn say_servo_report(report: &Report) -> String {
     let priority = match report.priority {
         Priority::RealTime => tr!("real-time priority"),
         Priority::Device => tr!("the device's own thread"),
-        Priority::Ordinary => tr!("ordinary priority: refused real time"),
+        Priority::Ordinary => tr!("normal priority: real-time priority was denied"),
     };
     let ended = match &report.ended {
         Ended::Stopped => tr!("stopped").to_owned(),
-        Ended::Panicked => tr!("stopped by a defect of the program; the force was set to zero").to_owned(),
-        Ended::DeviceLost(why) => tr!("device lost: {why}", why = why),
+        Ended::Panicked => tr!("stopped by a program error; the force was set to zero").to_owned(),
+        Ended::DeviceLost(why) => tr!("connection to the device lost: {why}", why = why),
     };
     let counts = tr!(
         "servo: {ended}, {ticks} ticks, {stalls} stalls, {dropped} records dropped, {priority}",

@@ -101,7 +101,7 @@ impl Desk {
                         }
                     }
                     Some(DeskAnswer::Waiting) => {
-                        ui.label(tr!("asking the school …"));
+                        ui.label(tr!("contacting the school …"));
                         ui.ctx().request_repaint_after_secs(0.1);
                     }
                     Some(DeskAnswer::Refused(_)) | None => self.ask(ui, pairing),
@@ -122,6 +122,6 @@ impl Desk {
             self.entry = CodeEntry { code: std::mem::take(&mut self.code), agreed: None };
             self.call = Some(sign_in(pairing.clone(), self.entry.clone()));
         }
-        ui.label(tr!("Without it you practise unnamed."));
+        ui.label(tr!("Without it you practise anonymously."));
     }
 }

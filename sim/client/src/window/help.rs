@@ -4,22 +4,22 @@ use eframe::egui::{self, RichText, Ui};
 
 /// Keys and gestures that move the needle of a virtual hand, and their effects.
 const MOVES: [(&str, &str); 4] = [
-    (sentence!("wheel, drag, ↓ ↑"), sentence!("needle in and out: a notch is 0.75 mm, shift makes keys slower")),
-    (sentence!("W A S D, shift + drag"), sentence!("needle aside")),
-    (sentence!("I J K L"), sentence!("lean the needle")),
+    (sentence!("wheel, drag, ↓ ↑"), sentence!("needle in and out: 0.75 mm per wheel notch, shift slows the keys")),
+    (sentence!("W A S D, shift + drag"), sentence!("move the needle sideways")),
+    (sentence!("I J K L"), sentence!("tilt the needle")),
     (sentence!("space"), sentence!("confirm the position")),
 ];
 /// Keys that work with every device.
 const LOOKS: [(&str, &str); 5] = [
-    (sentence!("1 2 3 4, right drag, 0"), sentence!("view, turn it, back")),
+    (sentence!("1 2 3 4, right drag, 0"), sentence!("view, rotate, reset")),
     (sentence!("G"), sentence!("planned line")),
     (sentence!("F11"), sentence!("full screen")),
     (sentence!("ctrl +, ctrl −"), sentence!("larger and smaller text")),
-    (sentence!("F3"), sentence!("how computer and device keep time")),
+    (sentence!("F3"), sentence!("timing of computer and device")),
 ];
 /// The same on one line, for the picture.
 pub const IN_A_LINE: &str =
-    sentence!("wheel or ↓ ↑: in, out · W A S D: aside · I J K L: lean · space: confirm · F11: full screen");
+    sentence!("wheel or ↓ ↑: in, out · W A S D: sideways · I J K L: tilt · space: confirm · F11: full screen");
 
 /// Whether figures for the station's maintainer are shown: F3 shows and hides them on every page of
 /// the window.
@@ -38,7 +38,8 @@ pub fn how_to_move(ui: &mut Ui, by_hand: bool) {
     ui.label(RichText::new(tr!("How to move")).strong());
     if !by_hand {
         let handle = tr!(
-            "The device's handle is the needle, its button confirms the position. Home it where the needle is to begin."
+            "The device's handle is the needle; its button confirms the position. Start with the handle where the \
+             needle should begin."
         );
         ui.label(handle);
     }

@@ -197,14 +197,16 @@ fn open_window(
     let viewport = viewport.with_title(title);
     let options = NativeOptions { viewport, ..NativeOptions::default() };
     let create = |context: &CreationContext<'_>| {
-        let state =
-            context.wgpu_render_state.as_ref().ok_or("no graphics adapter; stylet doctor says what is missing")?;
+        let state = context
+            .wgpu_render_state
+            .as_ref()
+            .ok_or("no graphics adapter; run stylet doctor to see what is missing")?;
         colours::apply_colours(&context.egui_ctx);
         context.egui_ctx.send_viewport_cmd(egui::ViewportCommand::Maximized(true));
         Ok(Box::new(make(Canvas::new(state))?) as Box<dyn App>)
     };
     eframe::run_native(title, options, Box::new(create))
-        .map_err(|error| Failure::work(format_args!("no window: {error}; stylet doctor says what is missing")))
+        .map_err(|error| Failure::work(format_args!("no window: {error}; run stylet doctor to see what is missing")))
 }
 
 #[cfg(test)]
@@ -334,7 +336,7 @@ impl Window {
 
     /// Begins a prepared attempt: picture, device, servo and recorder.
     fn begin(&mut self, prepared: PreparedAttempt) -> Result<Box<TrialScreen>, Failure> {
-        let station = self.station.as_mut().ok_or_else(|| Failure::input(tr!("no exercise is chosen")))?;
+        let station = self.station.as_mut().ok_or_else(|| Failure::input(tr!("no exercise is selected")))?;
         let PreparedAttempt { bundle, seed, specimen, stage } = prepared;
         let file = Path::new(&bundle.exercise.id);
         let given = picture::hide_what_is_withheld(&stage, bundle.exercise.feedback);

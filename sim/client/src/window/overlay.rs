@@ -94,14 +94,14 @@ fn show_elapsed_time(ui: &mut Ui, shown: &AttemptView) {
     let colour = if left_s < 15.0 { colours::WARN } else { ui.visuals().strong_text_color() };
     let (minutes, seconds) = ((left_s / 60.0).floor(), left_s % 60.0);
     let time = words::decimal(&format!("{minutes:.0}:{seconds:04.1}"));
-    let left = if left_s < 15.0 { tr!("{time} left — hurry", time = time) } else { tr!("{time} left", time = time) };
+    let left = if left_s < 15.0 { tr!("{time} left – hurry", time = time) } else { tr!("{time} left", time = time) };
     ui.label(RichText::new(left).size(20.0).color(colour));
     let doing = match shown.phase {
-        Phase::Approach => tr!("Go to the entry point and in."),
-        Phase::Inside => tr!("At the target confirm (space), then withdraw."),
+        Phase::Approach => tr!("Move to the entry point and insert the needle."),
+        Phase::Inside => tr!("At the target, confirm (space), then withdraw."),
         Phase::Confirmed => tr!("Confirmed. Withdraw the needle."),
         Phase::Withdrawn => tr!("Done."),
-        Phase::TimeUp => tr!("The time is up."),
+        Phase::TimeUp => tr!("Time is up."),
     };
     ui.label(doing);
 }
@@ -121,7 +121,7 @@ fn show_readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instrume
     let force_n = latest.map_or(shown.hand_n, |latest| latest.output.hand_n);
     show_big_value(ui, tr!("Force"), &format!("{} N", fixed(force_n, 2)), tr!("along the needle"));
     if let (Some(latest), false) = (latest, live.info.is_virtual) {
-        let beside = tr!("of {force} N to feel", force = fixed(latest.owed_n.norm(), 2));
+        let beside = tr!("of {force} N intended", force = fixed(latest.owed_n.norm(), 2));
         show_big_value(ui, tr!("Hand"), &format!("{} N", fixed(given::given_n(&latest.record), 2)), &beside);
     }
     draw_force_gauge(ui, force_n.abs(), live.scaling.peak_n);
@@ -193,7 +193,7 @@ fn show_scaling(ui: &mut Ui, scaling: &Scaling) -> Response {
     }
     if !unfelt.is_empty() {
         let least = fixed(FELT_POP_N, 1);
-        let words = tr!("pops below {least} N, hardly to be felt: {layers}", least = least, layers = unfelt);
+        let words = tr!("pops below {least} N, barely perceptible: {layers}", least = least, layers = unfelt);
         ui.label(RichText::new(words).color(colours::WARN).small());
     }
     shown
@@ -209,16 +209,16 @@ fn show_device_state(ui: &mut Ui, instruments: &Instruments<'_>) {
     let feedback = live.trial.bundle.exercise.feedback;
     match (feedback.gives(Channel::Force), live.info.is_virtual) {
         (false, _) => ui.label(tr!("no force in this exercise")),
-        (true, true) => ui.label(tr!("it gives your hand no force")),
+        (true, true) => ui.label(tr!("it has no force feedback")),
         (true, false) => show_scaling(ui, &live.scaling),
     };
     if !live.info.measures_orientation {
-        ui.label(tr!("it does not tell how it is turned: the needle points as planned"));
+        ui.label(tr!("it does not report its orientation: the needle points as planned"));
     }
     if let Some(latest) = latest {
         let troubles = safety_troubles(latest.record.flags);
         if troubles.is_empty() {
-            ui.colored_label(colours::GOOD, format!("● {}", tr!("well")));
+            ui.colored_label(colours::GOOD, format!("● {}", tr!("OK")));
         } else {
             ui.colored_label(colours::WARN, format!("▲ {}", troubles.join(", ")));
         }
@@ -241,7 +241,7 @@ fn show_device_state(ui: &mut Ui, instruments: &Instruments<'_>) {
 fn show_figures(ui: &mut Ui, Instruments { latest, live, quality, .. }: &Instruments<'_>) {
     if let Some(latest) = latest {
         let servo = tr!(
-            "servo: late {late} µs (p99), takes {took} µs (p99.9), {stalls} stalls",
+            "servo: lateness {late} µs (p99), compute {took} µs (p99.9), {stalls} stalls",
             late = fixed(latest.lateness.p99_us, 0),
             took = fixed(latest.compute.p999_us, 0),
             stalls = latest.stalls
@@ -258,15 +258,15 @@ fn show_figures(ui: &mut Ui, Instruments { latest, live, quality, .. }: &Instrum
 /// Describes the effects of the safety chain on the last tick.
 fn safety_troubles(flags: u32) -> Vec<&'static str> {
     let all = [
-        (safety::flags::HELD, tr!("bad reading held")),
-        (safety::flags::GATED, tr!("force comes in")),
+        (safety::flags::HELD, tr!("invalid reading, last one used")),
+        (safety::flags::GATED, tr!("force ramping up")),
         (safety::flags::CLAMPED, tr!("force at the device's limit")),
         (safety::flags::THERMAL, tr!("motors kept cool")),
         (safety::flags::WATCHDOG, tr!("force cut by the watchdog")),
-        (safety::flags::NOT_FINITE, tr!("no number from the force law")),
+        (safety::flags::NOT_FINITE, tr!("no valid number from the force law")),
         (servo_flags::CLUTCHED, tr!("clutch held")),
-        (servo_flags::REFUSED, tr!("device refuses force")),
-        (servo_flags::DISAGREES, tr!("device shows another force")),
+        (servo_flags::REFUSED, tr!("device rejects the force")),
+        (servo_flags::DISAGREES, tr!("device reports a different force")),
     ];
     all.into_iter().filter(|(flag, _)| flags & flag != 0).map(|(_, words)| words).collect()
 }
@@ -293,7 +293,7 @@ pub fn show_messages(ui: &mut Ui, shown: &AttemptView, feedback: Feedback) {
         if let Some(why) = &shown.refused {
             ui.colored_label(
                 colours::BAD,
-                format!("× {}", tr!("the disk refuses ({why}): the attempt goes on and is kept in memory", why = why)),
+                format!("× {}", tr!("the disk cannot be written ({why}): the attempt continues in memory", why = why)),
             );
         }
         let fresh = shown.said.iter().rev().take_while(|said| now_s - said.t_s < STAYS_S);

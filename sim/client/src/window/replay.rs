@@ -68,7 +68,7 @@ impl Replay {
     #[must_use]
     pub fn beside(mut self, bundle: &ExerciseBundle, other: &Arc<Recording>) -> Self {
         let alignment = Alignment::new(&self.shown.telling.recording().events, &other.events);
-        self.ghost = Some((ReplayView::new(sentence!("the other"), Arc::clone(other), bundle), alignment));
+        self.ghost = Some((ReplayView::new(sentence!("the other attempt"), Arc::clone(other), bundle), alignment));
         self
     }
 

@@ -43,7 +43,8 @@ impl Rescue {
     pub fn ui(&mut self, ui: &mut Ui) -> RescueWish {
         ui.heading(tr!("The attempt is not on disk yet"));
         ui.colored_label(colours::BAD, format!("× {}: {}", self.unsaved.path().display(), self.unsaved.why));
-        ui.label(tr!("All of it is in memory. Make room on the disk and save it again, or save it on another disk."));
+        ui.label(tr!("The whole attempt is still in memory. Free some disk space and save it again, or save it to \
+             another disk."));
         ui.add_space(8.0);
         let typing = ui.ctx().egui_wants_keyboard_input();
         let again =
@@ -68,10 +69,10 @@ impl Rescue {
     /// Discarding takes two clicks.
     fn farewell(&mut self, ui: &mut Ui) -> RescueWish {
         if !self.leaving {
-            self.leaving = ui.button(tr!("Throw the attempt away …")).clicked();
+            self.leaving = ui.button(tr!("Discard the attempt …")).clicked();
             return RescueWish::Wait;
         }
-        let lost = tr!("Without being saved the attempt is lost for good.");
+        let lost = tr!("If the attempt is not saved, it is lost permanently.");
         ui.colored_label(colours::WARN, format!("▲ {lost}"));
         let answer = ui.horizontal(|ui| {
             if ui.button(tr!("Keep it")).clicked() {

@@ -33,11 +33,11 @@ impl SettingsPage {
                 show_side(ui, settings);
                 show_sliders(ui, settings);
             });
-            if ui.button(tr!("As delivered")).clicked() {
+            if ui.button(tr!("Restore defaults")).clicked() {
                 *settings = Settings::default();
             }
             if let Some(why) = &self.refused {
-                ui.colored_label(colours::BAD, format!("× {}", tr!("not kept: {why}", why = why)));
+                ui.colored_label(colours::BAD, format!("× {}", tr!("not saved: {why}", why = why)));
             }
         });
         self.open = open;
@@ -62,22 +62,22 @@ fn show_device(ui: &mut Ui, device: &mut DeviceChoice) {
 }
 
 fn show_side(ui: &mut Ui, settings: &mut Settings) {
-    ui.label(tr!("You stand"));
+    ui.label(tr!("Your position"));
     ui.horizontal(|ui| {
-        ui.selectable_value(&mut settings.other_side, false, tr!("at the usual side"));
-        ui.selectable_value(&mut settings.other_side, true, tr!("at the opposite side"));
+        ui.selectable_value(&mut settings.other_side, false, tr!("on the usual side"));
+        ui.selectable_value(&mut settings.other_side, true, tr!("on the opposite side"));
     });
     ui.end_row();
 }
 
 fn show_sliders(ui: &mut Ui, settings: &mut Settings) {
     let Settings { device_yaw_deg, motion, pointer_speed, stick_speed, stick_dead_zone, volume, .. } = settings;
-    slider(ui, tr!("Device turned to the left"), Slider::new(device_yaw_deg, YAWS_DEG).suffix("°").step_by(5.0));
-    slider(ui, tr!("Needle per way of the handle"), share(motion, MOTIONS));
+    slider(ui, tr!("Device rotated to the left"), Slider::new(device_yaw_deg, YAWS_DEG).suffix("°").step_by(5.0));
+    slider(ui, tr!("Needle travel per handle travel"), share(motion, MOTIONS));
     slider(ui, tr!("Speed of mouse and keys"), share(pointer_speed, SPEEDS).logarithmic(true));
     slider(ui, tr!("Speed of the sticks"), share(stick_speed, SPEEDS).logarithmic(true));
-    slider(ui, tr!("Sticks at rest below"), share(stick_dead_zone, DEAD_ZONES));
-    slider(ui, tr!("Loudness of a pop"), share(volume, VOLUMES));
+    slider(ui, tr!("Dead zone of the sticks"), share(stick_dead_zone, DEAD_ZONES));
+    slider(ui, tr!("Volume of pops"), share(volume, VOLUMES));
 }
 
 fn slider(ui: &mut Ui, name: &str, slider: Slider<'_>) {

@@ -170,7 +170,7 @@ impl Survey {
         ui.label(RichText::new(tr!("Thank you.")).strong());
         match desk::read(call) {
             DeskAnswer::Waiting => {
-                ui.label(tr!("on their way to the school …"));
+                ui.label(tr!("sending the answers …"));
                 ui.ctx().request_repaint_after_secs(0.2);
             }
             DeskAnswer::Came(told) => drop(ui.colored_label(colours::GOOD, format!("● {}", words::phrase(&told)))),
@@ -178,7 +178,7 @@ impl Survey {
         }
         if self.asked.anonymous {
             ui.add_space(8.0);
-            ui.label(tr!("Take your answers back at:"));
+            ui.label(tr!("Withdraw your answers at:"));
             ui.add(
                 egui::Label::new(RichText::new(format!("{}/survey/{secret}", self.pairing.server)).monospace()).wrap(),
             );

@@ -141,7 +141,7 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
     let (mut settings, mut device) = (Settings::default(), open::DeviceChoice::Auto);
     look("the settings", draw(language, size, |ui| page.ui(ui, &mut settings, &mut device)));
     look("a moment of waiting", draw(language, size, |ui| choose::show_preparing(ui, Some(0.5))));
-    let refused = DeskAnswer::Refused(phrase!("this is nobody's sign-in code; the page of one's account makes one"));
+    let refused = DeskAnswer::Refused(phrase!("unknown sign-in code; create a new one on your account page"));
     for answer in
         [None, Some(DeskAnswer::Waiting), Some(refused), Some(DeskAnswer::Came(DeskReply::SignedIn(signed_in())))]
     {
@@ -391,6 +391,6 @@ fn whoever_declines_is_nobody_here_and_whoever_agrees_is_asked_about_again() {
     press(&mut desk, "No, thank you");
     assert!(!desk.asks_consent() && desk.signed_in().is_none() && !desk.is_asking());
     let mut desk = desk_of_guest();
-    press(&mut desk, "I agree: take part");
+    press(&mut desk, "I agree to take part");
     assert!(!desk.asks_consent() && desk.signed_in().is_none(), "the school is asked, which is not there");
 }

@@ -4,7 +4,7 @@ use super::{DescribedField, DescribedTable, FieldKind, Presence, Text};
 
 /// A curriculum.
 pub(crate) static CURRICULUM: DescribedTable = DescribedTable {
-    doc: "A curriculum: exercises in order, what must be mastered first, and when an exercise is mastered",
+    doc: "A curriculum: exercises in order, their prerequisites, and the rule of mastery",
     fields: &[
         DescribedField::text("id", &Text::ID, "Identifier; with the SHA-256 of the bytes it names a revision")
             .required(),
@@ -20,22 +20,26 @@ pub(crate) static CURRICULUM: DescribedTable = DescribedTable {
 static MASTERY: DescribedTable = DescribedTable {
     doc: "passes of the last attempts, or a CUSUM or LC-CUSUM over passes and failures",
     fields: &[
-        DescribedField::new("rule", FieldKind::Choice(&["passes", "cusum", "lc-cusum"]), "Which rule").required(),
-        DescribedField::new("passes", FieldKind::Integer { min: 1, max: 100 }, "Rule passes: how many"),
-        DescribedField::new("of", FieldKind::Integer { min: 1, max: 100 }, "Rule passes: of how many last attempts"),
+        DescribedField::new("rule", FieldKind::Choice(&["passes", "cusum", "lc-cusum"]), "The rule").required(),
+        DescribedField::new("passes", FieldKind::Integer { min: 1, max: 100 }, "Rule passes: number of passes"),
+        DescribedField::new(
+            "of",
+            FieldKind::Integer { min: 1, max: 100 },
+            "Rule passes: among this many latest attempts",
+        ),
         DescribedField::number("p0", "", 0.001..=0.999, "Rules cusum, lc-cusum: acceptable failure rate"),
         DescribedField::number("p1", "", 0.001..=0.999, "Rules cusum, lc-cusum: unacceptable failure rate, above p0"),
         DescribedField::number(
             "alpha",
             "",
             0.001..=0.5,
-            "Rules cusum, lc-cusum: type I error; of an lc-cusum, that a trainee who fails at p1 is called competent",
+            "Rules cusum, lc-cusum: type I error; for lc-cusum, calling a trainee competent who fails at p1",
         ),
         DescribedField::number("beta", "", 0.001..=0.5, "Rules cusum, lc-cusum: type II error"),
         DescribedField::new(
             "within",
             FieldKind::Integer { min: 10, max: 200 },
-            "Rule lc-cusum: attempts within which alpha holds; 50 where it is left out",
+            "Rule lc-cusum: attempts within which alpha holds; 50 if left out",
         ),
     ],
 };

@@ -5,7 +5,7 @@ use crate::picture::MOST_PICTURES;
 
 /// An exercise.
 pub(crate) static EXERCISE: DescribedTable = DescribedTable {
-    doc: "An exercise: what to do in a scene and how it is judged. Thresholds are for the school to set",
+    doc: "An exercise: the task in a scene and how it is scored. Schools set the thresholds",
     fields: &[
         DescribedField::text("id", &Text::ID, "Identifier; with the SHA-256 of the bytes it names a revision")
             .required(),
@@ -19,8 +19,8 @@ pub(crate) static EXERCISE: DescribedTable = DescribedTable {
         DescribedField::new(
             "feedback",
             FieldKind::Choice(&["force", "picture", "overlay", "both"]),
-            "What the trainee is given: force in the hand, the inside of the body in the picture, depth and force as \
-             numbers and plots, or all of it",
+            "Feedback for the trainee: force in the hand, the inside of the body in the picture, depth and force as \
+             numbers and plots, or all of these",
         )
         .or_text("both"),
         DescribedField::new("entry", FieldKind::Table(&ENTRY), "Planned entry").with(Presence::Empty),
@@ -28,10 +28,10 @@ pub(crate) static EXERCISE: DescribedTable = DescribedTable {
         DescribedField::new(
             "required",
             FieldKind::Table(&REQUIRED),
-            "What must have happened before anything is earned. With this table a line about a layer that was not \
-             reached, or a boundary that was not opened, earns nothing; without it, everything",
+            "What must be done to earn points. With this table, a rubric line for a layer that was not reached, or a \
+             boundary that was not opened, earns no points; without it, full points",
         ),
-        DescribedField::new("rubric", FieldKind::Tables { table: &RUBRIC, min: 1, max: 40 }, "How the score is made")
+        DescribedField::new("rubric", FieldKind::Tables { table: &RUBRIC, min: 1, max: 40 }, "The lines of the score")
             .required(),
         DescribedField::new(
             "hard_fail",
@@ -81,14 +81,14 @@ static TARGET: DescribedTable = DescribedTable {
 };
 
 static REQUIRED: DescribedTable = DescribedTable {
-    doc: "Until all of this has happened an attempt earns nothing, and fails",
+    doc: "An attempt that does not meet all of these earns no points and fails",
     fields: &[
         DescribedField::text("reached", &Text::NAME, "Layer whose upper boundary the tip must have opened"),
         DescribedField::number(
             "within_mm",
             "mm",
             0.1..=500.0,
-            "Largest distance of the depth at confirm from the target depth",
+            "Largest difference between the depth at confirmation and the target depth",
         ),
         DescribedField::new(
             "confirmed",
@@ -106,7 +106,7 @@ static REQUIRED: DescribedTable = DescribedTable {
 const VERSION: DescribedField = DescribedField::new(
     "version",
     FieldKind::Integer { min: 1, max: 9 },
-    "Version of the metric's definition; a metric that has a second one keeps the first for documents that name none",
+    "Version of the metric's definition; a document without it uses the first",
 )
 .or(1.0);
 
@@ -119,10 +119,10 @@ static RUBRIC: DescribedTable = DescribedTable {
             "full",
             "",
             -1e9..=1e9,
-            "Value that earns everything; for a range metric, the distance from 0",
+            "Value for full points; for a range metric, the distance from 0",
         )
         .required(),
-        DescribedField::number("zero", "", -1e9..=1e9, "Value that earns nothing; another than full").required(),
+        DescribedField::number("zero", "", -1e9..=1e9, "Value for no points; must differ from full").required(),
         DescribedField::number("weight", "", 1e-3..=1e3, "Relative weight").or(1.0),
     ],
 };
@@ -133,12 +133,12 @@ static HARD_FAIL: DescribedTable = DescribedTable {
         DescribedField::text("metric", &Text::LINE, "Metric id; its unit is that of above").required(),
         VERSION,
         DescribedField::number("above", "", -1e9..=1e9, "The attempt fails when the value is above this").required(),
-        DescribedField::said_line("why", "Said to the trainee").required(),
+        DescribedField::said_line("why", "Shown to the trainee").required(),
     ],
 };
 
 static COACHING: DescribedTable = DescribedTable {
-    doc: "Said when a live quantity rises above a limit; armed again when it falls",
+    doc: "Shown when a live quantity rises above a limit; rearmed when it falls",
     fields: &[
         DescribedField::new(
             "quantity",
@@ -146,8 +146,8 @@ static COACHING: DescribedTable = DescribedTable {
             "Live quantity; its unit is that of above and rearm_below",
         )
         .required(),
-        DescribedField::number("above", "", 0.0..=1e6, "Said when the quantity rises above this").required(),
-        DescribedField::number("rearm_below", "", 0.0..=1e6, "Armed again below this; `above` if left out"),
+        DescribedField::number("above", "", 0.0..=1e6, "Shown when the quantity rises above this").required(),
+        DescribedField::number("rearm_below", "", 0.0..=1e6, "Rearmed below this; `above` if left out"),
         DescribedField::said_line("message", "The message").required(),
     ],
 };

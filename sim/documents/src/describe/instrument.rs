@@ -59,10 +59,10 @@ pub(crate) static INSTRUMENT: DescribedTable = DescribedTable {
             "Codes of its languages; the first is the fallback",
         )
         .required(),
-        prose("intro", "What to know before the first question"),
+        prose("intro", "Introduction before the first question"),
         DescribedField::number("duration_min", "min", 0.1..=120.0, "How long it takes").required(),
-        DescribedField::text("source", &Text::PROSE, "Who made it, and where it was published").required(),
-        DescribedField::text("licence", &Text::PROSE, "Under which terms it may be used").required(),
+        DescribedField::text("source", &Text::PROSE, "Authors and publication").required(),
+        DescribedField::text("licence", &Text::PROSE, "Terms of use").required(),
         DescribedField::new("scale", FieldKind::Tables { table: &SCALE, min: 1, max: 60 }, "Ways of answering")
             .required(),
         DescribedField::new(
@@ -79,13 +79,13 @@ pub(crate) static INSTRUMENT: DescribedTable = DescribedTable {
 };
 
 static SCALE: DescribedTable = DescribedTable {
-    doc: "A way of answering, shared by the items that name it",
+    doc: "An answer scale, shared by the items that refer to it",
     fields: &[
         DescribedField::text("id", &Text::ID, "Name for items").required(),
         DescribedField::new(
             "kind",
             FieldKind::Choice(&["likert", "slider", "pair", "choice", "choices", "number", "text"]),
-            "A row of points; a line to set a mark on; one of two items; one option; several options; a number; a text",
+            "A row of points; a line to mark; one of two items; one option; several options; a number; a text",
         )
         .required(),
         DescribedField::new("points", FieldKind::Integer { min: 2, max: 11 }, "likert: answers go from 1 to this"),
@@ -94,12 +94,12 @@ static SCALE: DescribedTable = DescribedTable {
             FieldKind::Tables { table: &LINES, min: 2, max: 11 },
             "likert: a label for each point",
         ),
-        words("first", "likert, slider: what the low end means"),
-        words("last", "likert, slider: what the high end means"),
+        words("first", "likert, slider: meaning of the low end"),
+        words("last", "likert, slider: meaning of the high end"),
         DescribedField::new(
             "relevant_from",
             FieldKind::Integer { min: 2, max: 11 },
-            "likert: answers from here on call an item relevant (content validity)",
+            "likert: answers from this point on rate an item as relevant (content validity)",
         ),
         DescribedField::number("min", "", -1e9..=1e9, "slider, number: least answer"),
         DescribedField::number("max", "", -1e9..=1e9, "slider, number: largest answer"),
@@ -108,14 +108,14 @@ static SCALE: DescribedTable = DescribedTable {
         DescribedField::new(
             "option",
             FieldKind::Tables { table: &OPTION, min: 2, max: 40 },
-            "choice, choices: what to choose from",
+            "choice, choices: the options",
         ),
-        DescribedField::new("max_characters", FieldKind::Integer { min: 1, max: 10_000 }, "text: how long it may be"),
+        DescribedField::new("max_characters", FieldKind::Integer { min: 1, max: 10_000 }, "text: maximum length"),
     ],
 };
 
 static OPTION: DescribedTable = DescribedTable {
-    doc: "Something to choose",
+    doc: "An option",
     fields: &[
         DescribedField::text("id", &Text::ID, "Stored value").required(),
         words("text", "Displayed text").required(),
@@ -136,7 +136,7 @@ static WHEN: DescribedTable = DescribedTable {
     doc: "A condition on an item of an earlier section",
     fields: &[
         DescribedField::text("item", &Text::ID, "The item").required(),
-        DescribedField::new("is", FieldKind::Texts(&Text::ID), "The answers that fulfil it: ids of options, or points")
+        DescribedField::new("is", FieldKind::Texts(&Text::ID), "The answers that meet it: ids of options, or points")
             .required(),
     ],
 };
@@ -145,7 +145,7 @@ static ITEM: DescribedTable = DescribedTable {
     doc: "A question",
     fields: &[
         DescribedField::text("id", &Text::ID, "Name in answers, scores and exports").required(),
-        DescribedField::text("section", &Text::ID, "Its section, where there are sections"),
+        DescribedField::text("section", &Text::ID, "Its section, if there are sections"),
         words("name", "A short name, for results and for pairs"),
         words("text", "The question").required(),
         DescribedField::text("scale", &Text::ID, "How it is answered").required(),
@@ -164,39 +164,35 @@ static SCORE: DescribedTable = DescribedTable {
         DescribedField::new(
             "reversed",
             FieldKind::Texts(&Text::ID),
-            "Those of them that count as least + largest − answer",
+            "Reversed items, which count as least + largest − answer",
         )
         .with(Presence::Empty),
         DescribedField::number("shift", "", -1e6..=1e6, "Added to each item").or(0.0),
         DescribedField::new(
             "combine",
             FieldKind::Choice(&["sum", "mean", "pair-weighted"]),
-            "How the items are put together",
+            "How the items are combined",
         )
         .required(),
         DescribedField::new(
             "pairs",
             FieldKind::Texts(&Text::ID),
-            "pair-weighted: an item weighs how often these choose it",
+            "pair-weighted: an item's weight is how often these choose it",
         )
         .with(Presence::Empty),
-        DescribedField::number("factor", "", -1e6..=1e6, "The combination is multiplied by it").or(1.0),
+        DescribedField::number("factor", "", -1e6..=1e6, "Factor of the combination").or(1.0),
         DescribedField::number("offset", "", -1e6..=1e6, "Added in the end").or(0.0),
         DescribedField::new(
             "missing",
             FieldKind::Choice(&["no-score", "mean-of-answered"]),
-            "What an item without an answer does: away with the score, or it counts as the mean of the others",
+            "Effect of a missing answer: no score, or the item counts as the mean of the others",
         )
         .or_text("no-score"),
         DescribedField::new(
             "least_answered",
             FieldKind::Integer { min: 1, max: 300 },
-            "mean-of-answered: so many must be answered",
+            "mean-of-answered: minimum number of answers",
         ),
-        DescribedField::new(
-            "better",
-            FieldKind::Choice(&["higher", "lower"]),
-            "Which end is the good one, where there is one",
-        ),
+        DescribedField::new("better", FieldKind::Choice(&["higher", "lower"]), "Which end is better, if one is"),
     ],
 };

@@ -121,7 +121,7 @@ impl DescribedField {
 
     /// Creates the field for the codes of a document's languages.
     const fn languages() -> Self {
-        let doc = "Codes of its languages, its own first; needed where a text is written in several";
+        let doc = "Codes of its languages, the main one first; needed if a text is written in several";
         Self::new("languages", FieldKind::Texts(&Text::ID), doc).with(Presence::Empty)
     }
 

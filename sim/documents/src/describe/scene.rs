@@ -17,12 +17,8 @@ pub(crate) static SCENE: DescribedTable = DescribedTable {
             .required(),
         DescribedField::text("title", &Text::LINE, "Title shown to people").required(),
         DescribedField::text("description", &Text::PROSE, "Content and origin").or_text(""),
-        DescribedField::new(
-            "law",
-            FieldKind::Integer { min: 1, max: 5 },
-            "Version of the force law; 1 if left out, as scenes were before there was another",
-        )
-        .or(1.0),
+        DescribedField::new("law", FieldKind::Integer { min: 1, max: 5 }, "Version of the force law; 1 if left out")
+            .or(1.0),
         DescribedField::new(
             "scaling",
             FieldKind::Integer { min: 1, max: 2 },
@@ -32,7 +28,8 @@ pub(crate) static SCENE: DescribedTable = DescribedTable {
         DescribedField::new(
             "anatomy",
             FieldKind::Table(&ANATOMY),
-            "A lower back from numbers, whose layers and structures the scene then has; instead of [[layer]] and [skin]",
+            "A lower back from parameters, which provides the scene's layers and structures; instead of [[layer]] and \
+             [skin]",
         ),
         LAYERS,
         DescribedField::new("needle", FieldKind::Table(&NEEDLE), "The needle").with(Presence::Empty),
@@ -64,7 +61,8 @@ pub(crate) const LAYERS: DescribedField = DescribedField::new(
 );
 
 static ANATOMY: DescribedTable = DescribedTable {
-    doc: "A lower back from numbers: as the scene is read it becomes layers, structures and a skin, and those are what a recording carries",
+    doc: "A lower back from parameters: it is converted to layers, structures and a skin when the scene is read, and a \
+         recording contains these",
     fields: &[
         DescribedField::new(
             "interspace",
@@ -81,7 +79,7 @@ static ANATOMY: DescribedTable = DescribedTable {
         DescribedField::new(
             "seed",
             FieldKind::Integer { min: 0, max: 1_000_000_000 },
-            "Which patient of those of this weight and age",
+            "Seed of the patient, among those of this weight and age",
         )
         .or(1.0),
         DescribedField::number("weight_kg", "kg", WEIGHTS_KG[0]..=WEIGHTS_KG[1], "Body weight").or(70.0),
@@ -102,7 +100,7 @@ static ANATOMY: DescribedTable = DescribedTable {
             "azimuth_deg",
             "°",
             -360.0..=360.0,
-            "Where the needle then leans to: 0 to the patient's right, 90 to the head",
+            "Direction in which the needle is tilted: 0 to the patient's right, 90 to the head",
         )
         .or(0.0),
         DescribedField::number(
@@ -115,7 +113,8 @@ static ANATOMY: DescribedTable = DescribedTable {
         DescribedField::new(
             "parts",
             FieldKind::Texts(&Text::ID),
-            "Which parts exist as structures, of those within 25 mm of the planned needle: bones, dura, vessels, kidneys; all if left out",
+            "Parts included as structures, of those within 25 mm of the planned needle: bones, dura, vessels, kidneys; \
+             all if left out",
         ),
     ],
 };
@@ -334,7 +333,7 @@ static NEEDLE: DescribedTable = DescribedTable {
             "speed_window_ms",
             "ms",
             0.0..=50.0,
-            "How far back speed is measured; 0: over the last two samples",
+            "Window over which speed is measured; 0: the last two samples",
         )
         .or(0.0),
         DescribedField::number(
@@ -398,8 +397,8 @@ static STRUCTURE: DescribedTable = DescribedTable {
             "youngs_modulus_pa",
             "Pa",
             10.0..=1e9,
-            "Young's modulus of a sphere or capsule that is softer or harder than the layers around it: the field knows it, and where \
-             tissue.coupling is field the needle feels it",
+            "Young's modulus of a sphere or capsule that is softer or harder than the layers around it: the field \
+             includes it, and with tissue.coupling = field the needle feels it",
         ),
         DescribedField::number("poisson_ratio", "", 0.0..=0.499, "Poisson ratio of it; 0.45 if left out"),
         DescribedField::text("file", &Text::LINE, "STL or OBJ file of a mesh, relative to the scene"),
@@ -425,7 +424,8 @@ const AXES: DescribedField = DescribedField::new(
 );
 
 static SKIN: DescribedTable = DescribedTable {
-    doc: "The skin. Forces know how it bends, and its layers with it; a mesh is for the picture, over the origin within 5 mm of z = 0",
+    doc: "The skin. Its curvature and that of its layers affect the forces; a mesh is only for the picture, within 5 \
+         mm of z = 0 at the origin",
     fields: &[
         DescribedField::new(
             "shape",

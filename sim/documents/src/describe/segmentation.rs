@@ -4,9 +4,9 @@ use super::{DescribedField, DescribedTable, FieldKind, Text};
 
 /// The meaning of a segmentation's labels.
 pub(crate) static SEGMENTATION: DescribedTable = DescribedTable {
-    doc: "What the labels of a segmentation mean, and where the needle enters, for `stylet anatomy import`",
+    doc: "The meaning of the labels of a segmentation, and the entry of the needle, for `stylet anatomy import`",
     fields: &[
-        DescribedField::text("title", &Text::LINE, "Title of the scene that is made").or_text("Imported anatomy"),
+        DescribedField::text("title", &Text::LINE, "Title of the new scene").or_text("Imported anatomy"),
         DescribedField::new("entry", FieldKind::Table(&ENTRY), "Where the needle enters").required(),
         DescribedField::new(
             "label",
@@ -18,18 +18,18 @@ pub(crate) static SEGMENTATION: DescribedTable = DescribedTable {
 };
 
 static ENTRY: DescribedTable = DescribedTable {
-    doc: "Where the needle enters, in the image's own world (right, anterior, superior)",
+    doc: "Entry of the needle, in the image's world coordinates (right, anterior, superior)",
     fields: &[
         DescribedField::place(
             "point_mm",
             10_000.0,
-            "A place within 20 mm of the skin; the nearest of the skin is taken",
+            "A point within 20 mm of the skin; the nearest point of the skin is used",
         )
         .required(),
         DescribedField::new(
             "up",
             FieldKind::Vector { unit: "", len: 3, min: -1.0, max: 1.0 },
-            "Direction out of the body, which becomes +z: [0, -1, 0] is posterior; the skin's own if left out",
+            "Direction out of the body, which becomes +z: [0, -1, 0] is posterior; the skin's normal if left out",
         ),
     ],
 };
@@ -37,12 +37,8 @@ static ENTRY: DescribedTable = DescribedTable {
 static LABEL: DescribedTable = DescribedTable {
     doc: "A label of the map",
     fields: &[
-        DescribedField::new(
-            "number",
-            FieldKind::Integer { min: 1, max: 65_535 },
-            "The number that its voxels have; no two labels share one",
-        )
-        .required(),
+        DescribedField::new("number", FieldKind::Integer { min: 1, max: 65_535 }, "Value of its voxels; unique")
+            .required(),
         DescribedField::text("name", &Text::NAME, "Name of the structure or layer, unique").required(),
         DescribedField::new(
             "kind",
@@ -59,7 +55,7 @@ static LABEL: DescribedTable = DescribedTable {
             "smoothing_voxels",
             "",
             0.0..=2.0,
-            "Smoothing moves no corner of the mesh by more than so many voxels",
+            "Largest displacement of a vertex by smoothing, in voxels",
         )
         .or(0.5),
         DescribedField::number(

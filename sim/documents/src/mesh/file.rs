@@ -68,7 +68,7 @@ fn obj(bytes: &[u8]) -> Result<Raw, Phrase> {
     let loaded = tobj::load_obj_buf(&mut reader, &options, |_| Err(tobj::LoadError::MaterialParseError));
     let (models, _) = loaded.map_err(|error| match error {
         // Reported after the last line, for all faces together, so there is no line number.
-        tobj::LoadError::FaceVertexOutOfBounds => phrase!("a face names a vertex that the file does not have"),
+        tobj::LoadError::FaceVertexOutOfBounds => phrase!("a face refers to a vertex that does not exist in the file"),
         error => {
             let line = shape[..reader.position() as usize].lines().count();
             phrase!("line {line}: {why}", line = line, why = Phrase::data(error))

@@ -115,7 +115,7 @@ fn mend_unless(
     }
     let mended = mend::mend(&found);
     if mended.1.is_empty() {
-        return Err(phrase!("a mesh whose triangles have no size"));
+        return Err(phrase!("a mesh whose triangles have no area"));
     }
     match check(&mended.1) {
         Ok(()) => Ok(mended),
@@ -153,7 +153,7 @@ fn check_size(corners: &[Point3<f64>], allowed_m: &RangeInclusive<f64>) -> Resul
     if allowed_m.contains(&size_m) {
         Ok(())
     } else {
-        Err(phrase!("a mesh of {size} mm; is its unit right?", size = (size_m * 1e6).round() / 1e3))
+        Err(phrase!("a mesh of {size} mm; check its unit", size = (size_m * 1e6).round() / 1e3))
     }
 }
 

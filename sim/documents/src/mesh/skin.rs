@@ -16,16 +16,16 @@ pub(super) fn check_over_origin(vertices: &[Point3<f64>], triangles: &[[u32; 3]]
         None => {
             let nearest_m = vertices.iter().map(|v| v.coords.norm()).fold(f64::INFINITY, f64::min);
             Err(phrase!(
-                "a skin that is not over the origin (its nearest vertex is {away} mm away); are position_mm and axes right?",
+                "a skin that is not over the origin (its nearest vertex is {away} mm away); check position_mm and axes",
                 away = Phrase::number(nearest_m * 1e3, 1)
             ))
         }
         Some((height_m, _)) if height_m.abs() > NEAR_M => {
             let height = Phrase::number(height_m * 1e3, 1);
-            Err(phrase!("a skin at z = {height} mm over the origin; are position_mm and axes right?", height = height))
+            Err(phrase!("a skin at z = {height} mm over the origin; check position_mm and axes", height = height))
         }
         Some((_, false)) => Err(phrase!(
-            "a skin that is inside out over the origin: its triangles run clockwise seen from outside; are axes right?"
+            "a skin that is inside out over the origin: its triangles run clockwise seen from outside; check axes"
         )),
         Some((_, true)) => Ok(()),
     }

@@ -55,6 +55,6 @@ pub(super) fn join_solids(text: &str) -> Result<String, Phrase> {
     }
     match open {
         None => Ok(joined + "\nendsolid\n"),
-        Some(line) => Err(phrase!("line {line}: a solid that does not end by \"endsolid\"", line = line)),
+        Some(line) => Err(phrase!("line {line}: a solid that does not end with \"endsolid\"", line = line)),
     }
 }

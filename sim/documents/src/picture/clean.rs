@@ -53,7 +53,7 @@ fn copy_to_sides(bytes: &[u8], sides: &[u32]) -> Result<PictureCopy, Phrase> {
     })?;
     let mut picture = decode_within(kind, bytes, MOST_SENT_PIXELS).map_err(|why| {
         phrase!(
-            "{why}; allowed: a whole PNG or JPEG picture of at most {pixels} pixels",
+            "{why}; allowed: a complete PNG or JPEG picture of at most {pixels} pixels",
             why = why,
             pixels = MOST_SENT_PIXELS
         )
@@ -64,7 +64,7 @@ fn copy_to_sides(bytes: &[u8], sides: &[u32]) -> Result<PictureCopy, Phrase> {
             return Ok(copy);
         }
     }
-    Err(phrase!("a picture that does not become small enough; send a smaller one"))
+    Err(phrase!("a picture that cannot be made small enough; send a smaller one"))
 }
 
 /// Encodes a picture; `None` if the file would be too large.

@@ -21,16 +21,16 @@ pub(super) fn check_marks(kind: PictureKind, bytes: &[u8]) -> Result<(), Phrase>
     };
     match bytes.len() - end {
         0 => Ok(()),
-        behind => Err(phrase!("{count} bytes behind its end", count = behind)),
+        behind => Err(phrase!("{count} bytes after its end", count = behind)),
     }
 }
 
 fn cut_short() -> Phrase {
-    phrase!("a picture that is cut short")
+    phrase!("a truncated picture")
 }
 
 fn told_metadata(what: &str) -> Phrase {
-    phrase!("{what}, which can name people and places", what = what)
+    phrase!("{what}, which can contain names of people and places", what = what)
 }
 
 /// Returns `count` bytes from the offset `from`.
@@ -51,7 +51,7 @@ fn walk_png(bytes: &[u8]) -> Result<usize, Phrase> {
             b"IEND" => return Ok(end),
             b"eXIf" => return Err(told_metadata("Exif")),
             b"iTXt" if data.starts_with(b"XML:com.adobe.xmp\0") => return Err(told_metadata("XMP")),
-            b"acTL" => return Err(phrase!("a picture that moves")),
+            b"acTL" => return Err(phrase!("an animated picture")),
             _ => at = end,
         }
     }
@@ -63,7 +63,7 @@ fn walk_jpeg(bytes: &[u8]) -> Result<usize, Phrase> {
     let mut at = 2;
     loop {
         if take(bytes, at, 1)? != [0xff] {
-            return Err(phrase!("a JPEG picture whose segments do not follow each other"));
+            return Err(phrase!("a JPEG picture with gaps between its segments"));
         }
         let marker = take(bytes, at + 1, 1)?[0];
         at += match marker {

@@ -106,8 +106,8 @@ impl PictureKind {
 /// Describes the requirements on a picture.
 pub(crate) fn allowed_picture() -> Phrase {
     phrase!(
-        "allowed: a PNG (.png) or JPEG (.jpg) picture that lies beside the document, at most {bytes} bytes and {pixels} pixels, without \
-         Exif or XMP, and nothing behind its end",
+        "allowed: a PNG (.png) or JPEG (.jpg) picture in the folder of the document, at most {bytes} bytes and \
+         {pixels} pixels, without Exif or XMP, and nothing after its end",
         bytes = MOST_BYTES,
         pixels = MOST_PIXELS
     )
@@ -115,7 +115,7 @@ pub(crate) fn allowed_picture() -> Phrase {
 
 /// Describes the requirements on a picture's name.
 pub(crate) fn allowed_name() -> Phrase {
-    phrase!("allowed: a name that ends in .png or .jpg, in small letters")
+    phrase!("allowed: a name that ends in .png or .jpg, in lower case")
 }
 
 /// Reads a picture and decodes it completely.
@@ -126,9 +126,10 @@ pub(crate) fn read_picture(name: &str, bytes: Vec<u8>) -> Result<PictureFile, Ph
     if bytes.len() > MOST_BYTES {
         return Err(phrase!("{count} bytes", count = bytes.len()));
     }
-    let kind = PictureKind::of_bytes(&bytes).ok_or_else(|| phrase!("neither PNG nor JPEG, whatever its name says"))?;
+    let kind =
+        PictureKind::of_bytes(&bytes).ok_or_else(|| phrase!("neither PNG nor JPEG, despite its file extension"))?;
     if PictureKind::of_name(name) != Some(kind) {
-        return Err(phrase!("a {kind} picture, which its name does not say", kind = kind.name()));
+        return Err(phrase!("a {kind} picture with another file extension", kind = kind.name()));
     }
     marks::check_marks(kind, &bytes)?;
     let decoded = decode_within(kind, &bytes, MOST_PIXELS)?;
@@ -141,7 +142,8 @@ pub(crate) fn read_picture(name: &str, bytes: Vec<u8>) -> Result<PictureFile, Ph
 /// # Errors
 /// The reason for refusing the picture, in words.
 pub fn decode_picture(bytes: &[u8], most_side: u32) -> Result<PicturePixels, Phrase> {
-    let kind = PictureKind::of_bytes(bytes).ok_or_else(|| phrase!("neither PNG nor JPEG, whatever its name says"))?;
+    let kind =
+        PictureKind::of_bytes(bytes).ok_or_else(|| phrase!("neither PNG nor JPEG, despite its file extension"))?;
     let decoded = shrink_to_side(decode_within(kind, bytes, MOST_PIXELS)?, most_side).into_rgba8();
     Ok(PicturePixels { size: [decoded.width(), decoded.height()], rgba: decoded.into_raw() })
 }

@@ -134,10 +134,10 @@ fn what_cannot_be_read_says_why() {
         ("v 1 2 3\nv 4 5", "unreadable as OBJ (line 2: position parse error)"),
         ("v 0 0 0\n\nf 1 2", "unreadable as OBJ (line 3: a face of 2 corners)"),
         ("v 0 0 0\n# two\nf 1 one 1", "unreadable as OBJ (line 3: face parse error)"),
-        ("v 0 0 0\nv 1 0 0\nf 1 2 3", "a face names a vertex that the file does not have"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -9", "a face names a vertex that the file does not have"),
+        ("v 0 0 0\nv 1 0 0\nf 1 2 3", "a face refers to a vertex that does not exist in the file"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -9", "a face refers to a vertex that does not exist in the file"),
         ("v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3", "a vertex that is not finite (number 3)"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2", "a face names a vertex that the file does not have"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2", "a face refers to a vertex that does not exist in the file"),
     ];
     for (obj, why) in bad {
         says(mesh(obj, ""), &["structure[0].file: \"k.obj\"", why, "allowed: an STL (.stl, binary or text) or OBJ"]);
@@ -157,12 +157,12 @@ fn a_surface_that_is_no_manifold_is_refused_with_what_is_wrong() {
     let bad = [
         (tetrahedron(&FACES.replace("f 1 3 2\n", "")), "not closed (3 open edges)"),
         (tetrahedron(&format!("{FACES}f 1 2 5\n")), "not manifold (1 edges in three or more triangles)"),
-        (tetrahedron(&FACES.replace("f 1 3 2\n", "f 1 2 3\n")), "not of one orientation (3 edges"),
+        (tetrahedron(&FACES.replace("f 1 3 2\n", "f 1 2 3\n")), "not consistently oriented (3 edges"),
         (touching, "not manifold (1 vertices at which only corners of the surface touch)"),
         (tetrahedron("f 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n"), "inside out"),
         (tetrahedron(&"f 1 2 3\n".repeat(200_001)), "\"k.obj\": 200001 triangles"),
-        (obj_box([0.0; 3], [0.05; 3]), "a mesh of 0.05 mm; is its unit right?"),
-        (obj_box([0.0; 3], [1001.0; 3]), "a mesh of 1001 mm; is its unit right?"),
+        (obj_box([0.0; 3], [0.05; 3]), "a mesh of 0.05 mm; check its unit"),
+        (obj_box([0.0; 3], [1001.0; 3]), "a mesh of 1001 mm; check its unit"),
     ];
     for (obj, why) in bad {
         says(mesh(&obj, ""), &[why, "at most 200000 triangles"]);
@@ -187,13 +187,13 @@ fn a_skin_elsewhere_or_broken_is_refused_with_where_it_is() {
     let all = ["document.toml:20:8: skin.file: \"s.obj\": ", "of 20 mm to 2000 mm", "within 5 mm of the origin"];
     let over = patch([0.0, 0.0, -1.0]);
     let bad = [
-        (patch([0.0, 0.0, 11.5]), "a skin at z = 12.5 mm over the origin; are position_mm and axes right?"),
+        (patch([0.0, 0.0, 11.5]), "a skin at z = 12.5 mm over the origin; check position_mm and axes"),
         (patch([0.0, 0.0, -7.0]), "a skin at z = -6.0 mm"),
         (patch([60.0, 0.0, 0.0]), "a skin that is not over the origin (its nearest vertex is 51.0 mm away)"),
         (over.replace("f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5", "f 2 1 5\nf 3 2 5\nf 4 3 5\nf 1 4 5"), "inside out"),
-        (over.replace("f 1 2 5", "f 2 1 5"), "not of one orientation (2 edges"),
-        (obj_box([-5.0, -5.0, -5.0], [5.0, 5.0, 0.0]), "a mesh of 10 mm; is its unit right?"),
-        (over.replace("50", "5000"), "a mesh of 10000 mm; is its unit right?"),
+        (over.replace("f 1 2 5", "f 2 1 5"), "not consistently oriented (2 edges"),
+        (obj_box([-5.0, -5.0, -5.0], [5.0, 5.0, 0.0]), "a mesh of 10 mm; check its unit"),
+        (over.replace("50", "5000"), "a mesh of 10000 mm; check its unit"),
     ];
     for (obj, why) in bad {
         says(skin(&obj, ""), &[&[why], &all[..]].concat());

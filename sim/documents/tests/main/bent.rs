@@ -38,19 +38,19 @@ fn a_skin_is_what_its_keys_say() {
 #[test]
 fn what_makes_no_skin_and_no_lump_is_refused_with_what_is_allowed() {
     for (more, said) in [
-        ("[skin]\nshape = \"sphere\"\n", "skin.radius_mm: missing; a sphere needs it"),
+        ("[skin]\nshape = \"sphere\"\n", "skin.radius_mm: missing; required for a sphere"),
         (
             "[skin]\nshape = \"sphere\"\nradius_mm = 20\nalong_deg = 3\n",
-            "skin.along_deg: 3 °; allowed: nothing but for a cylinder",
+            "skin.along_deg: 3 °; allowed only for a cylinder",
         ),
-        ("[skin]\nradius_mm = 60\n", "skin.radius_mm: 60 mm; allowed: nothing for a flat skin"),
+        ("[skin]\nradius_mm = 60\n", "skin.radius_mm: 60 mm; allowed only for a curved skin"),
         ("[skin]\nalong_deg = 90\n", "skin.file: missing"),
         ("[skin]\nshape = \"sphere\"\nradius_mm = 5\n", "radius_mm"),
         (
             &LUMP
                 .replace("shape = \"sphere\"", "shape = \"box\"")
                 .replace("radius_mm = 4", "half_extents_mm = [1, 1, 1]"),
-            "nothing for a box",
+            "not for a box",
         ),
         (&LUMP.replace("youngs_modulus_pa = 2e5", "poisson_ratio = 0.4"), "youngs_modulus_pa: missing"),
         (&LUMP.replace("2e5", "2e99"), "youngs_modulus_pa"),
@@ -60,7 +60,7 @@ fn what_makes_no_skin_and_no_lump_is_refused_with_what_is_allowed() {
     }
     let thick =
         with("[skin]\nshape = \"sphere\"\nradius_mm = 24\n").replacen("thickness_mm = 8.4", "thickness_mm = 38", 1);
-    assert!(refused(&thick).contains("allowed: at least 48.5 mm, 1.25 times the layers"), "{}", refused(&thick));
+    assert!(refused(&thick).contains("allowed: at least 48.5 mm, 1.25 times the thickness"), "{}", refused(&thick));
 }
 
 #[test]

@@ -114,7 +114,7 @@ fn what_no_body_has_is_refused_at_its_key() {
     );
     let layered =
         format!("{BODY}[[layer]]\nname = \"a\"\nthickness_mm = 1\nstiffness_n_per_m = 1\ntip_rupture_n = 1\n");
-    says(&layered, &["layer: beside anatomy", "come from the anatomy"]);
+    says(&layered, &["layer: together with anatomy", "come from the anatomy"]);
     says(&BODY.replace("[anatomy]", "[tissue]\n[needle_]"), &["layer: missing"]);
 }
 

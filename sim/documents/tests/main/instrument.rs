@@ -28,7 +28,7 @@ fn each_mistake_is_refused_with_its_place_and_what_is_allowed() {
         ("de = \"Klein\"", "de = \"Klein\", fr = \"Petit\"", "title.fr: a text in another language"),
         ("[\"en\", \"de\"]", "[\"en\", \"de\", \"en\"]", "languages: \"en\"; each must be unique"),
         ("points = 5", "points = 5\nmax = 3", "scale[0].max: not a key of this kind; the kind likert has points"),
-        ("points = 5", "", "scale[0].points: missing; the kind likert needs it"),
+        ("points = 5", "", "scale[0].points: missing; required for the kind likert"),
         ("points = 5", "points = 5\nrelevant_from = 6", "scale[0].relevant_from: 6; allowed: at most 5"),
         ("scale = \"agree\"", "scale = \"agre\"", "item[0].scale: \"agre\"; allowed: agree, yes-no"),
         ("section = \"first\"", "section = \"frist\"", "item[0].section: \"frist\"; allowed: first, second"),
@@ -41,7 +41,7 @@ fn each_mistake_is_refused_with_its_place_and_what_is_allowed() {
         ("\"sum\"", "\"pair-weighted\"", "score[0].pairs: missing"),
         ("\"sum\"", "\"sum\"\nmissing = \"mean-of-answered\"", "score[0].least_answered: missing"),
         ("\"sum\"", "\"sum\"\nleast_answered = 1", "score[0].least_answered: not a key of this policy"),
-        ("id = \"again\"", "id = \"easy\"", "item[1].id: \"easy\"; item[0] has it already"),
+        ("id = \"again\"", "id = \"easy\"", "item[1].id: \"easy\"; item[0] already has it"),
         ("scale = \"yes-no\"", "scale = \"yes-no\"\npair = [\"easy\", \"why\"]", "item[1].pair: a pair"),
         ("id = \"no\"", "id = \"yes\"", "scale[1].option[1].id: \"yes\"; each must be unique"),
     ];

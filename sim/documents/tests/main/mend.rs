@@ -68,5 +68,5 @@ fn what_cannot_be_mended_is_named_with_its_place_in_the_file() {
         assert!(why.contains("not closed (3 open edges), the first at (10.000, 0.000, 0.000) mm of the file"), "{why}");
     }
     let flat = read("v 0 0 0\nv 20 0 0\nv 0 0 0\nf 1 2 3\n", "patient").unwrap_err();
-    assert!(flat.contains("a mesh whose triangles have no size"), "{flat}");
+    assert!(flat.contains("a mesh whose triangles have no area"), "{flat}");
 }

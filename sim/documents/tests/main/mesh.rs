@@ -69,7 +69,7 @@ fn the_unit_is_the_one_stated() {
     };
     assert!(vertices_m.iter().any(|p| p.x == 0.5));
     let missing = read_text(&folder(), &scene_text("")).unwrap_err().to_string();
-    assert!(missing.contains("structure[0].unit: missing; a mesh needs it"), "{missing}");
+    assert!(missing.contains("structure[0].unit: missing; required for a mesh"), "{missing}");
 }
 
 #[test]
@@ -98,8 +98,8 @@ fn a_mesh_must_be_a_closed_solid_of_a_sensible_size() {
         .map(|t| Triangle { normal: t.normal, vertices: [t.vertices[0], t.vertices[2], t.vertices[1]] })
         .collect();
     assert!(refusal(&binary(&inside_out)).contains("inside out"));
-    assert!(refusal(&binary(&tetrahedron(0.001))).contains("is its unit right?"));
-    assert!(read_mesh(&binary(&whole), "m").unwrap_err().to_string().contains("10000 mm; is its unit right?"));
+    assert!(refusal(&binary(&tetrahedron(0.001))).contains("check its unit"));
+    assert!(read_mesh(&binary(&whole), "m").unwrap_err().to_string().contains("10000 mm; check its unit"));
 }
 
 #[test]
@@ -163,7 +163,7 @@ fn a_text_file_is_known_however_it_is_written() {
 fn a_text_file_that_was_cut_is_refused() {
     let whole = String::from_utf8(text(&tetrahedron(1.0))).unwrap();
     let told = refusal(whole.replace("endsolid t", "").as_bytes());
-    assert!(told.contains("line 1: a solid that does not end by \"endsolid\""), "{told}");
+    assert!(told.contains("line 1: a solid that does not end with \"endsolid\""), "{told}");
     let told = refusal(format!("{whole}{}", &whole[..whole.len() / 2]).as_bytes());
     assert!(told.contains("a solid that does not end"), "{told}");
 }

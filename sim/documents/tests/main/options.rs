@@ -69,8 +69,11 @@ fn an_option_under_an_earlier_law_is_refused_where_it_stands() {
         let name = key.trim_start_matches("[[layer.").split([' ', ']']).next().unwrap();
         let text = optioned(&format!("{key}\n"), "").replace("law = 3", "law = 2");
         let field = format!("layer[1].{name}: an option of version 3");
-        assert_says(&text, &["document.toml:", &field, "nothing under version 2 of the force law; law = 3 has it"]);
-        assert_says(&text.replace("law = 2\n", ""), &["nothing under version 1 of the force law"]);
+        assert_says(
+            &text,
+            &["document.toml:", &field, "allowed from law = 3; this scene has version 2 of the force law"],
+        );
+        assert_says(&text.replace("law = 2\n", ""), &["this scene has version 1 of the force law"]);
     }
     assert_says(
         &optioned("", "friction_rest_s = 2").replace("law = 3", "law = 2"),
@@ -83,7 +86,7 @@ fn relaxation_and_rate_exclude_each_other() {
     let text = optioned(RELAXATION, "") + "[rate]\np_infinity_n = 0.2\nv0_mm_per_s = 5\n";
     assert_says(
         &text,
-        &["rate: beside layer[1].relaxation", "allowed: one of both", "leave out rate or every relaxation"],
+        &["rate: together with layer[1].relaxation", "allowed: only one of the two", "remove rate or every relaxation"],
     );
 }
 
@@ -120,7 +123,7 @@ fn static_friction_is_no_less_than_kinetic_and_needs_to_be_told_its_end() {
     );
     assert_says(
         &optioned("", "breakaway_mm = 1"),
-        &["needle.breakaway_mm: 1 mm", "no layer has static_friction_n_per_m"],
+        &["needle.breakaway_mm: 1 mm", "only if a layer has static_friction_n_per_m"],
     );
 }
 
@@ -170,9 +173,9 @@ fn fibres_turn_with_the_edge_and_tension_stiffens_alike_all_round() {
 
 #[test]
 fn fibres_ask_for_an_edge_and_tension_for_a_stiffness_of_the_scene() {
-    assert_says(&optioned(FIBRES, ""), &["layer[1].fibres: tip = \"diamond\"", "only tip = \"bevel\" has one edge"]);
+    assert_says(&optioned(FIBRES, ""), &["layer[1].fibres: tip = \"diamond\"", "only with tip = \"bevel\""]);
     let coupled = optioned(FIBRES, "tip = \"bevel\"") + "[tissue]\ncoupling = \"field\"\n";
-    assert_says(&coupled, &["layer[1].fibres.pretension_n_per_m: 20 N/m", "the field knows no tension"]);
+    assert_says(&coupled, &["layer[1].fibres.pretension_n_per_m: 20 N/m", "the field does not model tension"]);
 }
 
 #[test]
@@ -202,10 +205,10 @@ fn toughness_is_one_of_both_and_needs_a_modulus_and_a_sharp_tip() {
     let tough = |keys: &str, needle: &str| optioned(keys, needle).replace("tip_rupture_n = 0.5\n", "");
     assert_says(
         &optioned(&format!("{energy}{modulus}"), ""),
-        &["layer[1].fracture_energy_j_per_m2: beside layer[1].tip_rupture_n", "allowed: one of both"],
+        &["layer[1].fracture_energy_j_per_m2: together with layer[1].tip_rupture_n", "allowed: only one of the two"],
     );
     assert_says(&tough(energy, ""), &["layer[1].youngs_modulus_pa: missing", "needed with layer[1].fracture_energy"]);
     assert_says(&tough("", ""), &["layer[1].tip_rupture_n: missing", "or fracture_energy_j_per_m2"]);
     let blunt = tough(&format!("{energy}{modulus}"), "tip = \"blunt\"");
-    assert_says(&blunt, &["layer[1].fracture_energy_j_per_m2: 400 J/m²", "a blunt tip, which tears"]);
+    assert_says(&blunt, &["layer[1].fracture_energy_j_per_m2: 400 J/m²", "a blunt one tears"]);
 }

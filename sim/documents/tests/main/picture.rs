@@ -112,10 +112,10 @@ fn rows_that_say_too_little_too_much_or_something_else_are_refused_at_their_plac
     let said = |rows: &str| read(&folder, rows).expect_err(rows).to_string();
     for (rows, parts) in [
         ("[[picture]]\nfile = \"a.png\"\n".to_owned(), ["picture[0].alt: missing", "1 to 300 characters"]),
-        (row("a.png") + &row("a.png"), ["picture[1].file: \"a.png\"", "picture[0] has it already"]),
-        (row("b.png"), ["picture[0].file: \"b.png\": ", "lies beside the document"]),
+        (row("a.png") + &row("a.png"), ["picture[1].file: \"a.png\"", "picture[0] already has it"]),
+        (row("b.png"), ["picture[0].file: \"b.png\": ", "in the folder of the document"]),
         (row("a.gif"), ["picture[0].file: \"a.gif\"", "ends in .png or .jpg"]),
-        (row("a.PNG"), ["picture[0].file: \"a.PNG\"", "in small letters"]),
+        (row("a.PNG"), ["picture[0].file: \"a.PNG\"", "in lower case"]),
         (row("../a.png"), ["picture[0].file: \"../a.png\"", "letters, digits, dots"]),
         (row("/etc/a.png"), ["picture[0].file: \"/etc/a.png\"", "letters, digits, dots"]),
         (row("a.png") + "title = \"x\"\n", ["picture[0].title: unknown key", "did you mean"]),
@@ -135,22 +135,22 @@ fn a_file_that_is_not_the_picture_its_name_says_is_refused() {
     let broken = [&png[..60], &[0; 8], &png[68..]].concat();
     let xmp = with_chunk(&png, b"iTXt", b"XML:com.adobe.xmp\0\0\0\0\0<x/>");
     for (name, bytes, found) in [
-        ("a.png", jpeg.as_slice(), "a JPEG picture, which its name does not say"),
-        ("a.jpg", png.as_slice(), "a PNG picture, which its name does not say"),
+        ("a.png", jpeg.as_slice(), "a JPEG picture with another file extension"),
+        ("a.jpg", png.as_slice(), "a PNG picture with another file extension"),
         ("a.png", b"<svg xmlns=\"http://www.w3.org/2000/svg\"><script/></svg>", "neither PNG nor JPEG"),
         ("a.png", b"", "neither PNG nor JPEG"),
         ("a.jpg", b"GIF89a............", "neither PNG nor JPEG"),
-        ("a.png", &png[..png.len() - 20], "cut short"),
-        ("a.png", &png[..8], "cut short"),
-        ("a.jpg", &jpeg[..jpeg.len() / 2], "cut short"),
-        ("a.jpg", &jpeg[..jpeg.len() - 2], "cut short"),
-        ("a.png", &tail, "29 bytes behind its end"),
-        ("a.jpg", &jpeg_tail, "6 bytes behind its end"),
+        ("a.png", &png[..png.len() - 20], "a truncated picture"),
+        ("a.png", &png[..8], "a truncated picture"),
+        ("a.jpg", &jpeg[..jpeg.len() / 2], "a truncated picture"),
+        ("a.jpg", &jpeg[..jpeg.len() - 2], "a truncated picture"),
+        ("a.png", &tail, "29 bytes after its end"),
+        ("a.jpg", &jpeg_tail, "6 bytes after its end"),
         ("a.png", &broken, "unreadable as PNG"),
-        ("a.jpg", &with_exif(&jpeg, 6), "Exif, which can name people and places"),
-        ("a.png", &with_chunk(&png, b"eXIf", b"MM\0\x2a"), "Exif, which can name people and places"),
-        ("a.png", &xmp, "XMP, which can name people and places"),
-        ("a.png", &with_chunk(&png, b"acTL", &[0, 0, 0, 1, 0, 0, 0, 0]), "a picture that moves"),
+        ("a.jpg", &with_exif(&jpeg, 6), "Exif, which can contain names of people and places"),
+        ("a.png", &with_chunk(&png, b"eXIf", b"MM\0\x2a"), "Exif, which can contain names of people and places"),
+        ("a.png", &xmp, "XMP, which can contain names of people and places"),
+        ("a.png", &with_chunk(&png, b"acTL", &[0, 0, 0, 1, 0, 0, 0, 0]), "an animated picture"),
         ("a.png", &noise(700), " bytes"),
     ] {
         let said = refusal(name, bytes);

@@ -36,8 +36,8 @@ fn roof(left: f64, right: f64) -> String {
 fn a_structure_outside_the_body_is_found_with_its_place() {
     assert_eq!(check(&ball(-20.0), None), Ok(()));
     let over = check(&ball(60.0), None).unwrap_err();
-    assert!(over.contains("structure[0].position_mm: \"v\" stands 63.0 mm out of the body at ("), "{over}");
-    assert!(check(&ball(0.0), None).unwrap_err().contains("stands 3.0 mm out"));
+    assert!(over.contains("structure[0].position_mm: \"v\" protrudes 63.0 mm from the body at ("), "{over}");
+    assert!(check(&ball(0.0), None).unwrap_err().contains("protrudes 3.0 mm from"));
     assert_eq!(check(&ball(-1.5), None), Ok(()), "1.5 mm are within what is allowed");
 }
 
@@ -55,5 +55,5 @@ fn a_skin_that_leans_at_the_entry_is_found() {
     assert_eq!(check(SCENE, Some(&roof(0.0, 0.0))), Ok(()));
     assert_eq!(check(SCENE, Some(&roof(-15.0, 15.0))), Ok(()), "8.5°");
     let steep = check(SCENE, Some(&roof(-40.0, 40.0))).unwrap_err();
-    assert!(steep.contains("skin.file: a skin that leans by 22° at the entry; allowed: at most 12°"), "{steep}");
+    assert!(steep.contains("skin.file: a skin inclined by 22° at the entry; allowed: at most 12°"), "{steep}");
 }

@@ -49,7 +49,7 @@ fn an_unknown_key_is_named_with_its_place_and_the_nearest_known_one() {
 fn a_unit_in_the_wrong_key_is_refused_and_the_right_key_named() {
     says(
         &error(SCENE, "thickness_mm = 0.8", "thickness_m = 0.0008"),
-        &[":6:1: layer[0].thickness_m: unknown key", "did you mean `thickness_mm`? the unit is in the key"],
+        &[":6:1: layer[0].thickness_m: unknown key", "did you mean `thickness_mm`? The unit is part of the key"],
     );
     says(
         &error(SCENE, "stiffness_n_per_m = 83", "stiffness_n_per_mm = 0.083"),
@@ -99,7 +99,7 @@ fn a_scene_without_layers_is_refused() {
     let needle = format!("{without}[needle]\ndiameter_mm = 2\n");
     says(&read_text(&folder(), &needle).unwrap_err().to_string(), &["layer: missing", "1 to 32 tables"]);
     says(&read_text(&folder(), &format!("layer = []\n{without}")).unwrap_err().to_string(), &["layer: 0 tables"]);
-    says(&read_text(&folder(), without).unwrap_err().to_string(), &["of no kind", "[[layer]]"]);
+    says(&read_text(&folder(), without).unwrap_err().to_string(), &["of an unknown kind", "[[layer]]"]);
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn every_issue_is_reported_at_once_and_in_order() {
 
 #[test]
 fn names_must_be_unique_and_fit_into_metric_ids() {
-    says(&error(SCENE, "name = \"fat\"", "name = \"skin\""), &["layer[1].name: \"skin\"", "layer[0] has it already"]);
+    says(&error(SCENE, "name = \"fat\"", "name = \"skin\""), &["layer[1].name: \"skin\"", "layer[0] already has it"]);
     says(&error(SCENE, "name = \"fat\"", "name = \"f.at\""), &["layer[1].name", "without a dot"]);
     says(&error(SCENE, "id = \"small\"", "id = \"a b\""), &["id: \"a b\"", "letters, digits"]);
 }
@@ -130,7 +130,7 @@ fn text_that_is_not_toml_is_refused_with_its_place() {
 fn a_needle_has_no_rim_and_a_trocars_rim_needs_thresholds() {
     let bad = "kind = \"needle\"\ntip_to_rim_mm = 2";
     says(&error(SCENE, "diameter_mm = 2.0", bad), &["needle.tip_to_rim_mm: 2 mm", "no rim"]);
-    says(&error(SCENE, "rim_rupture_n = 0.6\n", ""), &["layer[1].rim_rupture_n: missing", "needed by a trocar"]);
+    says(&error(SCENE, "rim_rupture_n = 0.6\n", ""), &["layer[1].rim_rupture_n: missing", "needed for a trocar"]);
     says(&error(SCENE, "diameter_mm = 2.0", "flexible = true"), &["needle.flexible: true", "a trocar is rigid"]);
     let wide = "diameter_mm = 2.0\ninner_diameter_mm = 2.0";
     says(&error(SCENE, "diameter_mm = 2.0", wide), &["needle.inner_diameter_mm: 2 mm", "less than 2 mm"]);
@@ -146,7 +146,7 @@ fn a_structure_has_the_keys_of_its_shape() {
     };
     says(
         &error(SCENE, "[needle]", &with("shape = \"sphere\"")),
-        &["structure[0].radius_mm: missing", "a sphere needs it"],
+        &["structure[0].radius_mm: missing", "required for a sphere"],
     );
     let twice = with("shape = \"sphere\"\nradius_mm = 2\nhalf_extents_mm = [1, 1, 1]");
     says(&error(SCENE, "[needle]", &twice), &["structure[0].half_extents_mm: not a key of this shape"]);
@@ -195,7 +195,7 @@ fn a_metric_that_the_scene_cannot_have_is_refused() {
         ("over_insertion_mm.skin", "over_insertion_mm.skin.tip, over_insertion_mm.skin.rim"),
         ("cutting_energy_mj.liver", "cutting_energy_mj, cutting_energy_mj.skin"),
         ("structure_hits.liver", "structure_hits.vessel"),
-        ("structure_clearance_mm.artery", "nothing that structure_clearance_mm could speak of"),
+        ("structure_clearance_mm.artery", "nothing that structure_clearance_mm could refer to"),
     ] {
         says(&error(EXERCISE, "depth_error_mm", metric), &["rubric[0].metric", metric, why]);
         let fail = format!("[[hard_fail]]\nmetric = \"{metric}\"\nabove = 1\nwhy = \"x\"\n\n[[rubric]]");
@@ -243,12 +243,12 @@ fn a_curriculum_names_what_exists_and_only_once() {
     says(&error(CURRICULUM, "b.toml", "a.toml"), &["exercise[1].file: \"a.toml\"", "must be unique"]);
     let folder = folder();
     write(&folder, "b.toml", EXERCISE.replace("\"one\"", "\"a\""));
-    says(&read_text(&folder, CURRICULUM).unwrap_err().to_string(), &["exercise[1].file: \"a\"", "has this id already"]);
+    says(&read_text(&folder, CURRICULUM).unwrap_err().to_string(), &["exercise[1].file: \"a\"", "already has this id"]);
 }
 
 #[test]
 fn a_mastery_rule_has_its_own_keys() {
-    says(&error(CURRICULUM, "of = 5", ""), &["mastery.of: missing", "the rule passes needs it"]);
+    says(&error(CURRICULUM, "of = 5", ""), &["mastery.of: missing", "required for the rule passes"]);
     says(&error(CURRICULUM, "passes = 3", "passes = 6"), &["mastery.passes: 6", "at most 5"]);
     says(&error(CURRICULUM, "of = 5", "of = 5\np0 = 0.1"), &["mastery.p0: not a key of this rule"]);
     let cusum = "rule = \"cusum\"\np0 = 0.2\np1 = 0.1\nalpha = 0.1\nbeta = 0.1";

@@ -54,7 +54,7 @@ pub enum GamepadError {
     #[error("gamepads cannot be read: {0}; on Linux the user must be allowed to read /dev/input (group input)")]
     System(String),
     /// The thread cannot be created.
-    #[error("no thread for the gamepad: {0}")]
+    #[error("the gamepad's thread cannot be started: {0}")]
     Thread(#[from] std::io::Error),
 }
 

@@ -132,7 +132,7 @@ impl Inverse3 {
         let thread = thread::Builder::new().name("inverse3".to_owned()).spawn(|| exchange.run());
         let thread = Some(thread.map_err(|error| Inverse3Error::Unreachable {
             url: options.url.clone(),
-            why: format!("no thread to speak with it: {error}"),
+            why: format!("the thread for its messages cannot be started: {error}"),
         })?);
         Ok(Self { info, version: version.map(|version| version.text), readings, forces_n, shared, thread })
     }

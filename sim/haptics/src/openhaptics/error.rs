@@ -76,8 +76,8 @@ impl OpenHapticsError {
                 "install OpenHaptics 3.4 or later; no other library may be named libHD.so or HD.dll"
             }
             Self::DeviceNotFound { .. } => {
-                "connect and switch on the device, close other programs that use it, and set it up in the vendor's Touch \
-                 Setup under the name that is asked for"
+                "connect and switch on the device, close other programs that use it, and set it up in the vendor's \
+                 Touch Setup under the requested name"
             }
             Self::Licence { .. } => "renew the OpenHaptics licence in the vendor's licence manager",
             Self::NotCalibrated { .. } => {

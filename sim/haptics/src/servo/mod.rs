@@ -111,7 +111,7 @@ pub enum StartError {
     #[error("histogram: {0}")]
     Histogram(#[from] hdrhistogram::errors::CreationError),
     /// The thread cannot be created.
-    #[error("no thread for the servo: {0}")]
+    #[error("the servo's thread cannot be started: {0}")]
     Thread(#[from] io::Error),
 }
 
@@ -131,7 +131,7 @@ impl fmt::Display for Ended {
         match self {
             Self::Stopped => f.write_str("stopped"),
             Self::DeviceLost(fault) => write!(f, "device lost: {fault}"),
-            Self::Panicked => f.write_str("stopped by a defect of the program; the force was set to zero"),
+            Self::Panicked => f.write_str("stopped by a program error; the force was set to zero"),
         }
     }
 }

@@ -33,7 +33,7 @@ impl fmt::Display for Priority {
         f.write_str(match self {
             Self::RealTime => "real-time priority",
             Self::Device => "the device's own thread",
-            Self::Ordinary => "ordinary priority: refused real time",
+            Self::Ordinary => "normal priority: real-time priority was denied",
         })
     }
 }

@@ -218,7 +218,7 @@ pub(super) fn check_options(spec: &AxialSpec) -> Result<(), ParamError> {
             field: "rate.p_infinity_n".into(),
             value: rate.p_infinity_n,
             unit: "N",
-            allowed: "must be absent beside branches, from which the dependence on speed follows",
+            allowed: "must be absent together with branches, from which the dependence on speed follows",
         });
     }
     let Some(breakaway) = &spec.breakaway else { return check_breakaway_present(spec) };
@@ -270,7 +270,7 @@ fn check_layer_options(index: usize, layer: &Layer) -> Result<(), ParamError> {
     if let Some(value) = options.static_friction_n_per_m {
         Domain::NotNegative.check(field("static_friction_n_per_m"), value, "N/m")?;
         if value < layer.friction_n_per_m {
-            let allowed = "must be at least the friction that is left after breaking away";
+            let allowed = "must be at least the friction that remains after breakaway";
             return Err(ParamError { field: field("static_friction_n_per_m"), value, unit: "N/m", allowed });
         }
     }

@@ -71,7 +71,7 @@ pub enum ForceLaw {
 
 /// An unknown version number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("law {0} is not known: 1, 2, 3, 4 and 5 are")]
+#[error("law = {0}; allowed: 1 to 5")]
 pub struct UnknownForceLaw(pub u32);
 
 impl TryFrom<u32> for ForceLaw {
@@ -222,7 +222,7 @@ impl AxialParams {
 
 fn check_speed_window(spec: &AxialSpec) -> Result<(), ParamError> {
     let (longest_s, allowed) = match spec.law {
-        ForceLaw::Version1 => (0.0, "must be 0 under version 1 of the law"),
+        ForceLaw::Version1 => (0.0, "must be 0 with version 1 of the law"),
         ForceLaw::Version2 | ForceLaw::Version3 | ForceLaw::Version4 | ForceLaw::Version5 => {
             (LONGEST_SPEED_WINDOW_S, "must be a number from 0 to 0.05")
         }

@@ -150,7 +150,7 @@ fn options_are_refused_before_version_3_and_where_they_contradict() {
     let rate = RateDependence { p_infinity_n: 0.1, v0_m_per_s: 0.01 };
     assert!(
         refused(&|spec| spec.rate = Some(rate))
-            .starts_with("rate.p_infinity_n = 0.1 N: must be absent beside branches")
+            .starts_with("rate.p_infinity_n = 0.1 N: must be absent together with branches")
     );
     assert!(refused(&|spec| spec.layers[0].options.branches = vec![branch; 4]).ends_with("must be at most 3"));
     assert!(

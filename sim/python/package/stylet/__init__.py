@@ -1,21 +1,21 @@
 """Stylet in Python: the force law, the tissue, virtual attempts, recordings and scores.
 
-Everything is computed by the functions that the commands of `stylet` use, so that every number is the same to the bit:
+Every number is computed by the functions that the commands of `stylet` use, and is bit-identical to theirs:
 
 =========================  ==========================================================
-`force(scene, t, x)`       the force law alone, as `stylet force`
-`Field(case, tolerance)`   the tissue alone, as `stylet field`
+`force(scene, t, x)`       the force law, as `stylet force`
+`Field(case, tolerance)`   the tissue, as `stylet field`
 `simulate(exercise, ...)`  a virtual hand performs an exercise, as `stylet simulate`
 `read(path)`               a recording as arrays, as `stylet export`
-`score(recording)`         metrics, score and what cost points, as `stylet score`
+`score(recording)`         metrics, score and deductions, as `stylet score`
 `verify(recording)`        re-simulates a recording and compares, as `stylet verify`
 =========================  ==========================================================
 
-Units are SI: m, s, N, J; each name ends with its own. Positive force pushes the needle out of the body, positive displacement goes in.
+Units are SI: m, s, N, J; each name ends with its unit. Positive force pushes the needle out of the body, positive displacement goes in.
 
-Input that is refused raises `StyletError`, a `ValueError` that names the place, the value and what is allowed. A file that cannot be read
-or written raises an `OSError`. An argument of a wrong kind raises `TypeError`. Python's lock is released while something is computed, so
-that threads run beside each other.
+Invalid input raises `StyletError`, a `ValueError` that names the place, the value and what is allowed. A file that cannot be read or
+written raises an `OSError`. An argument of the wrong type raises a `TypeError`. The global interpreter lock is released during
+computations, so that threads run in parallel.
 """
 
 from ._arrays import CutRecordingWarning, ToleranceWarning, UnsoundSceneWarning

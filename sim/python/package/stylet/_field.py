@@ -1,4 +1,4 @@
-"""The tissue alone."""
+"""The tissue without the force law."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from ._arrays import Floats, PathLike, ToleranceWarning, read_document
 
 
 class Field:
-    """How layered tissue deforms under a needle, as `stylet field` computes it.
+    """Deformation of layered tissue under a needle, as computed by `stylet field`.
 
-    The planner chooses the cheapest model and mesh that meet the tolerance. The answer is there as soon as the object is.
+    The planner chooses the cheapest model and mesh that meet the tolerance. The constructor computes the result.
 
     Parameters
     ----------
@@ -24,40 +24,40 @@ class Field:
     tolerance
         Tolerated relative error over all samples, of the axial and of the radial displacement, 1e-6 to 1.
     model
-        "auto" lets the planner choose; "axisymmetric", "mass-spring" and "volumetric" ask for one.
+        "auto" lets the planner choose; "axisymmetric", "mass-spring" and "volumetric" select one.
 
     Raises
     ------
     StyletError
-        When the case, the tolerance or the model is refused.
+        If the case, the tolerance or the model is invalid.
     OSError
-        When the case cannot be read.
+        If the case cannot be read.
 
     Warns
     -----
     ToleranceWarning
-        When the best there is does not meet the tolerance; `met` is false then.
+        If even the best available model does not meet the tolerance; then `met` is false.
 
     Notes
     -----
-    The tissue is linear: for another force, multiply the displacements by it and divide them by `force_n`. For other points, ask with
-    another `sample_r_m` and `sample_depth_m`: the error is estimated over the points of the case.
+    The tissue is linear: for another force, multiply the displacements by it and divide them by `force_n`. For other points, create
+    another field with other `sample_r_m` and `sample_depth_m`: the error is estimated over the points of the case.
     """
 
     model: str
     """The model that was used."""
     reason: str
-    """Why."""
+    """Why it was chosen."""
     unknowns: int
-    """Unknowns of the largest load's model."""
+    """Number of unknowns of the largest load's model."""
     bytes: int
-    """Bytes of all loads' models."""
+    """Size of all loads' models, in bytes."""
     estimated_relative_error: float
-    """Of the worst load, of the axial or of the radial displacement, whichever is larger."""
+    """Estimated error of the worst load: of the axial or the radial displacement, whichever is larger."""
     tolerance: float
-    """The tolerance that was asked for."""
+    """The requested tolerance."""
     met: bool
-    """The estimate meets it."""
+    """Whether the estimate meets the tolerance."""
     force_n: float
     """The load, in N; positive pushes into the body."""
     load_depths_m: Floats

@@ -1,4 +1,4 @@
-"""The force law alone."""
+"""The force law without the tissue."""
 
 from __future__ import annotations
 
@@ -19,33 +19,33 @@ RUPTURE_DTYPE = np.dtype([("row", "<i8"), ("t_s", "<f8"), ("x_m", "<f8"), ("cont
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """What the force law answers on a trajectory of n samples. Every array but `ruptures` has the shape (n,).
+    """Results of the force law on a trajectory of n samples. Every array except `ruptures` has the shape (n,).
 
     Positive force pushes the needle out of the body. `force_n` is the sum of its five parts.
     """
 
     t_s: Floats
-    """Time, in s, as it was given."""
+    """Time, in s, as given."""
     x_m: Floats
-    """Displacement of the tip, in m, as it was given; positive into the body."""
+    """Displacement of the tip, in m, as given; positive into the body."""
     v_m_per_s: Floats
-    """Speed that the law has used, in m/s: the backward difference of x over the scene's window."""
+    """Speed used by the law, in m/s: the backward difference of x over the scene's window."""
     force_n: Floats
-    """Whole force, in N."""
+    """Total force, in N."""
     tip_n: Floats
-    """Of the boundary that the tip tents, in N."""
+    """Elastic force of the boundary that the tip tents, in N."""
     rim_n: Floats
-    """Of the boundary that the cannula's rim tents, in N."""
+    """Elastic force of the boundary that the cannula's rim tents, in N."""
     viscous_n: Floats
-    """Viscous part, in N."""
+    """Viscous force, in N."""
     friction_n: Floats
     """Friction along the shaft, in N."""
     cutting_n: Floats
-    """Cutting at the tip, in N."""
+    """Cutting force at the tip, in N."""
     depth_m: Floats
     """Material depth of the tip, in m, 0 or more."""
     ruptures: npt.NDArray[np.void]
-    """Boundaries that gave way, in order: a structured array with `row` (of the trajectory), `t_s`, `x_m`, `contactor` ("tip" or "rim")
+    """Ruptured boundaries, in order: a structured array with `row` (of the trajectory), `t_s`, `x_m`, `contactor` ("tip" or "rim")
     and `boundary` (from 0 at the surface)."""
 
 
@@ -57,28 +57,28 @@ def force(scene: PathLike | Mapping[str, Any], t: npt.ArrayLike, x: npt.ArrayLik
     scene
         Layers and needle at their effective values in SI: the path of a JSON file, its text, or a mapping.
     t
-        Times in s, shape (n,), n at least 1: finite, and each later than the one before.
+        Times in s, shape (n,), n at least 1: finite and increasing.
     x
         Displacement of the tip along the needle in m, shape (n,): from -10 m to 10 m, negative above the skin.
 
     Returns
     -------
     Forces
-        Arrays of the shape (n,), in m, m/s and N, the same to the bit as the command's table.
+        Arrays of the shape (n,), in m, m/s and N, bit-identical to the command's table.
 
     Raises
     ------
     StyletError
-        When the scene or a number is refused; the message says which, and what is allowed.
+        If the scene or a number is invalid; the message names it and what is allowed.
     OSError
-        When the scene cannot be read.
+        If the scene cannot be read.
     TypeError
-        When an array holds no real numbers.
+        If an array does not contain real numbers.
 
     Warns
     -----
     UnsoundSceneWarning
-        When a rupture of the scene would create energy. It is computed all the same.
+        If a rupture of the scene would create energy. The result is computed anyway.
     """
     name, text = read_document(scene)
     t_s, x_m = read_numbers("t", t, 1), read_numbers("x", x, 1)

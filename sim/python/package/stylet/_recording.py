@@ -1,4 +1,4 @@
-"""Recordings of attempts, and what they are judged as."""
+"""Recordings of attempts and their scores."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ import numpy.typing as npt
 from . import _native
 from ._arrays import CutRecordingWarning, Floats, PathLike, view_table
 
-#: Position and orientation stand in a row of samples one after the other.
+#: Position and orientation are adjacent in a row of samples.
 POSE_COLUMNS = 7
 
 
 class Recording:
-    """An attempt, from its recording. `read` and `simulate` make one.
+    """An attempt, from its recording, as returned by `read` and `simulate`.
 
     Tables are structured numpy arrays with one row per message, in order of time, and the columns that `stylet export` writes:
-    `recording.samples["depth_m"]` is an array, `pandas.DataFrame(recording.samples)` a data frame. What drives the simulation is float64,
-    what it has computed float32. Each table is made when it is first asked for, at once and not row by row.
+    `recording.samples["depth_m"]` is an array, `pandas.DataFrame(recording.samples)` a data frame. Inputs of the simulation
+    are float64, computed values float32. Each table is created as a whole when it is first used.
     """
 
     def __init__(self, native: _native.NativeRecording) -> None:
@@ -32,12 +32,12 @@ class Recording:
 
     @cached_property
     def session(self) -> dict[str, Any]:
-        """Who, what and with which program: the metadata of the file. `patient_thickness_mm` is the patient that was drawn, in mm."""
+        """Metadata of the file: trainee, exercise, device, program. `patient_thickness_mm` are the layers of the drawn patient."""
         return self._native.session()
 
     @property
     def complete(self) -> bool:
-        """The file is whole, and not cut."""
+        """Whether the file is complete, not truncated."""
         return self._native.complete
 
     @cached_property
@@ -49,7 +49,7 @@ class Recording:
 
     @cached_property
     def poses(self) -> Floats:
-        """Where the needle is at every tick, shape (n, 7): position x, y, z in m, and the orientation patient_from_needle as a unit
+        """Pose of the needle at every tick, shape (n, 7): position x, y, z in m, and the orientation patient_from_needle as a unit
         quaternion x, y, z, w. A view of `samples`."""
         samples = self.samples
         if not len(samples):
@@ -60,8 +60,8 @@ class Recording:
 
     @cached_property
     def events(self) -> npt.NDArray[np.void]:
-        """What happened, shape (n,): `t_s`, `kind`, `boundary`, `x_m`, `position_x_m`…, `force_n`, `dissipated_j`, `track`, `structure`,
-        `text`. `boundary`, `track` and `structure` are -1 where an event has none."""
+        """Events, shape (n,): `t_s`, `kind`, `boundary`, `x_m`, `position_x_m`…, `force_n`, `dissipated_j`, `track`, `structure`,
+        `text`. `boundary`, `track` and `structure` are -1 if an event has none."""
         columns = {name: np.array(values) for name, values in self._native.events().items()}
         rows = len(columns["t_s"])
         formats = {"kind": "<U1", "text": "<U1", "boundary": "<i8", "track": "<i8", "structure": "<i8"}
@@ -76,44 +76,44 @@ class Recording:
 
     @cached_property
     def tents(self) -> npt.NDArray[np.void]:
-        """How the tissue stands, 120 times a second, shape (n,): `t_s`, `tent_0_m`… (boundaries, into the body), `contactor_0_n`…,
-        `drag_0_n`…, `follows_needle`. Without rows where the scene has no tissue."""
+        """Deformation of the tissue, 120 times per second, shape (n,): `t_s`, `tent_0_m`… (boundaries, into the body), `contactor_0_n`…,
+        `drag_0_n`…, `follows_needle`. Empty if the scene has no tissue model."""
         return view_table(*self._native.tents())
 
     @cached_property
     def energy(self) -> npt.NDArray[np.void]:
-        """The energy ledger, ten times a second, at each rupture and at the end, shape (n,): `t_s`, `input_j`, `returned_j`, `presliding_j`,
+        """The energy ledger, ten times per second, at each rupture and at the end, shape (n,): `t_s`, `input_j`, `returned_j`, `presliding_j`,
         `layers_0_elastic_j`…, `lagged_j`, all since the start, in J."""
         return view_table(*self._native.energies())
 
     @property
     def attachments(self) -> dict[str, bytes]:
-        """Exercise, scene and meshes, byte for byte, by their names."""
+        """Exercise, scene and meshes, byte for byte, by name."""
         return self._native.attachments()
 
     def score(self, exercise: PathLike | None = None) -> dict[str, Any]:
-        """Judge the attempt, as `stylet.score` does."""
+        """Score the attempt, as `stylet.score` does."""
         judged: dict[str, Any] = json.loads(self._native.score(exercise))
         return judged
 
     def verify(self) -> dict[str, Any]:
-        """Simulate the recorded input anew and compare, as `stylet.verify` does."""
+        """Re-simulate the recorded input and compare, as `stylet.verify` does."""
         verification: dict[str, Any] = json.loads(self._native.verify())
         return verification
 
     def save(self, path: PathLike, *, overwrite: bool = False) -> None:
-        """Write a simulated recording to a file, which gets its name only when it is whole.
+        """Write a simulated recording to a file, which is renamed into place when it is complete.
 
         Raises
         ------
         FileExistsError
-            When there is a file and `overwrite` is false.
+            If the file exists and `overwrite` is false.
         ValueError
-            When the recording was read: it is a file already.
+            If the recording was read from a file.
         """
         content = self._native.content()
         if content is None:
-            raise ValueError(f"{self._native.name}: was read from a file; only a simulated recording is saved")
+            raise ValueError(f"{self._native.name}: was read from a file; only a simulated recording can be saved")
         write_whole(os.fspath(path), content, overwrite)
 
     def __len__(self) -> int:
@@ -126,7 +126,7 @@ class Recording:
 
 
 def write_whole(path: str, content: bytes, overwrite: bool) -> None:
-    """Writes beside a path, then gives the file its name."""
+    """Writes to a temporary file in the same folder, then renames it."""
     folder, name = os.path.split(path)
     handle, temporary = tempfile.mkstemp(dir=folder or ".", prefix=f".{name}.")
     try:
@@ -153,7 +153,7 @@ def read(path: PathLike) -> Recording:
     Parameters
     ----------
     path
-        An MCAP file of Stylet, whole or cut.
+        An MCAP file of Stylet, complete or truncated.
 
     Returns
     -------
@@ -163,65 +163,65 @@ def read(path: PathLike) -> Recording:
     Raises
     ------
     StyletError
-        When it is no recording, damaged, or larger than an hour and a half at 1 kHz.
+        If it is not a recording, is damaged, or is longer than an hour and a half at 1 kHz.
     OSError
-        When it cannot be read.
+        If it cannot be read.
 
     Warns
     -----
     CutRecordingWarning
-        When it ends too soon; what it holds is used.
+        If it is truncated; its complete part is used.
     """
     native = _native.read_recording(path)
     if not native.complete:
-        warnings.warn(f"{native.name}: the recording is cut; what it holds is used", CutRecordingWarning, stacklevel=2)
+        warnings.warn(f"{native.name}: the recording is truncated; its complete part is used", CutRecordingWarning, stacklevel=2)
     return Recording(native)
 
 
 def score(recording: PathLike | Recording, exercise: PathLike | None = None) -> dict[str, Any]:
-    """Judge a recorded attempt: metrics, score and what cost points.
+    """Score a recorded attempt: metrics, score and deductions.
 
     Parameters
     ----------
     recording
         A recording, or its path.
     exercise
-        Judge by this exercise (a TOML file) instead of the one that the recording carries.
+        Score with this exercise (a TOML file) instead of the recorded one.
 
     Returns
     -------
     dict
         What `stylet score --json` prints: `score` (0 to 100), `passed`, `metrics` (a list with `id`, `version`, `value`, `unit`,
-        `direction`, `applies`), `deductions`, `hard_fails`, `rubric`. Of an attempt that counts nowhere, because the device was lost or the
-        hand was not given its force, `score` is None and `void` says why.
+        `direction`, `applies`), `deductions`, `hard_fails`, `rubric`. If the attempt is void because the device was lost or the force
+        did not reach the hand, `score` is None and `void` contains the reason.
 
     Raises
     ------
     StyletError
-        When the recording cannot be judged.
+        If the recording cannot be scored.
     OSError
-        When a file cannot be read.
+        If a file cannot be read.
     """
     attempt = recording if isinstance(recording, Recording) else read(recording)
     return attempt.score(exercise)
 
 
 def verify(recording: PathLike | Recording) -> dict[str, Any]:
-    """Simulate a recording's input anew and compare every force and tent.
+    """Re-simulate a recording's input and compare every force and tent.
 
     Returns
     -------
     dict
         What `stylet verify --json` prints. `largest_deviation_n`, `largest_depth_deviation_m`, `largest_tent_deviation_m`,
-        `event_differences`, `tent_differences`, `ledger_differences` and `inside_differences` are all 0 where the recording is, to the
-        bit, what its input makes of its scene.
+        `event_differences`, `tent_differences`, `ledger_differences` and `inside_differences` are all 0 if the re-simulation is
+        bit-identical to the recording.
 
     Raises
     ------
     StyletError
-        When the recording does not carry what it takes.
+        If the recording lacks its exercise or scene.
     OSError
-        When it cannot be read.
+        If it cannot be read.
     """
     attempt = recording if isinstance(recording, Recording) else read(recording)
     return attempt.verify()

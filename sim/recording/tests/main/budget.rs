@@ -52,14 +52,14 @@ fn zeros_in_tents_are_refused() {
     assert!(bomb.len() < 100_000, "{} bytes", bomb.len());
     assert!(refused(&bomb, SMALL).contains("memory"));
     let unpacked = Budget { kept_bytes: 1 << 30, ..SMALL };
-    assert!(refused(&bomb, Budget { unpacked_bytes: 1 << 20, ..unpacked }).contains("unpacks to more than"));
+    assert!(refused(&bomb, Budget { unpacked_bytes: 1 << 20, ..unpacked }).contains("decompresses to more than"));
 }
 
 #[test]
 fn words_without_end_are_refused() {
     let mut writer = writer();
     writer.event(&event(&" ".repeat(5000))).unwrap();
-    assert!(refused(&writer.finish().unwrap(), SMALL).contains("5000 bytes of an event's text, allowed are 4096"));
+    assert!(refused(&writer.finish().unwrap(), SMALL).contains("5000 bytes of an event's text; allowed: at most 4096"));
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn events_without_end_are_refused() {
     (0..10_001).for_each(|_| writer.event(&event("")).unwrap());
     // Each event is a line of the log, too.
     let plenty = Budget { messages: 1_000_000, kept_bytes: 1 << 30, unpacked_bytes: 1 << 30 };
-    assert!(refused(&writer.finish().unwrap(), plenty).contains("10001 events, allowed are 10000"));
+    assert!(refused(&writer.finish().unwrap(), plenty).contains("10001 events; allowed: at most 10000"));
 }
 
 #[test]
@@ -92,9 +92,9 @@ fn attachments_without_end_are_refused() {
         Writer::create(Vec::new(), &session(), &all, &SceneDrawing::default()).unwrap().finish().unwrap()
     };
     let many = with((0..300).map(|n| one(format!("{n}"), 0)).collect());
-    assert!(refused(&many, SMALL).contains("257 attachments, allowed are 256"));
+    assert!(refused(&many, SMALL).contains("257 attachments; allowed: at most 256"));
     let long = with(vec![one("n".repeat(300), 0)]);
-    assert!(refused(&long, SMALL).contains("300 bytes of an attachment's name, allowed are 255"));
+    assert!(refused(&long, SMALL).contains("300 bytes of an attachment's name; allowed: at most 255"));
     let large = with(vec![one("mesh".to_owned(), 3 << 19)]);
     assert!(refused(&large, SMALL).contains("memory"));
     assert!(Recording::read(large.as_slice()).unwrap().attachment(EXERCISE_ATTACHMENT).is_some());

@@ -43,7 +43,7 @@ fn another_kind_of_file_is_no_recording() {
     let other = mcap::WriteOptions::new().profile("ros2").disable_seeking(true);
     let mut bytes = Vec::new();
     other.create(mcap::write::NoSeek::new(&mut bytes)).unwrap().finish().unwrap();
-    assert!(refused(&bytes).to_string().contains(r#"profile is "ros2", allowed is "stylet""#));
+    assert!(refused(&bytes).to_string().contains(r#"profile is "ros2"; allowed: "stylet""#));
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn missing_documents_are_named() {
     for (kept, lost) in [(0, "scene.toml"), (1, "exercise.toml")] {
         let writer = Writer::create(Vec::new(), &session(), &attachments()[kept..=kept], &drawing()).unwrap();
         let error = refused(&writer.finish().unwrap()).to_string();
-        assert_eq!(error, format!("attachment {lost}: not in the file"));
+        assert_eq!(error, format!("attachment {lost}: missing from the file"));
     }
     let bytes = file(10);
     let error = refused(&bytes[..start_of(&bytes, op::METADATA)]).to_string();
@@ -223,7 +223,7 @@ fn a_wrong_schema_is_named() {
     });
     let error = refused(&bytes).to_string();
     assert!(error.contains("/needle/sample: schema ros.Twist"), "{error}");
-    assert!(error.contains("allowed is stylet.NeedleSample"), "{error}");
+    assert!(error.contains("allowed: stylet.NeedleSample"), "{error}");
 }
 
 #[test]
@@ -252,7 +252,7 @@ fn metadata_that_is_not_what_it_should_be_is_named() {
         let mut metadata = sound_metadata();
         metadata.insert(key.to_owned(), value.to_owned());
         let error = refused(&forged(metadata, |_| {})).to_string();
-        assert!(error.contains(&format!("{key} = {value}: allowed is")), "{error}");
+        assert!(error.contains(&format!("{key} = {value}: only ")), "{error}");
     }
     let mut metadata = sound_metadata();
     metadata.remove("trainee");
@@ -263,9 +263,9 @@ fn metadata_that_is_not_what_it_should_be_is_named() {
 fn time_that_does_not_increase_is_damage() {
     for (second, why) in [
         (0.0, "after one at 0 s"),
-        (-1.0, "allowed are 0 to"),
-        (f64::NAN, "allowed are 0 to"),
-        (f64::INFINITY, "allowed are 0 to"),
+        (-1.0, "allowed: 0 to"),
+        (f64::NAN, "allowed: 0 to"),
+        (f64::INFINITY, "allowed: 0 to"),
     ] {
         let mut writer = writer();
         writer.sample(&sample(0)).unwrap();

@@ -113,7 +113,7 @@ fn a_lost_attachment_does_not_cost_the_samples() {
     let found = recover(bytes.as_slice(), &mut sink).unwrap();
     assert_eq!(found.samples, 1000);
     let error = Recording::read(sink.get_ref().as_slice()).unwrap_err().to_string();
-    assert_eq!(error, "attachment scene.toml: not in the file");
+    assert_eq!(error, "attachment scene.toml: missing from the file");
 }
 
 #[test]

@@ -31,13 +31,13 @@ const BACKDROP: [u32; 2] = [64, 36];
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StageError {
     /// More layers than supported.
-    #[error("{0} layers: a picture takes at most {MOST_LAYERS}")]
+    #[error("{0} layers; allowed in a picture: at most {MOST_LAYERS}")]
     Layers(usize),
     /// More loads than supported.
-    #[error("{0} loads of the field: a picture takes at most {most}", most = field::MOST_LOADS)]
+    #[error("{0} loads of the field; allowed in a picture: at most {most}", most = field::MOST_LOADS)]
     Loads(usize),
     /// The size of the table does not match its radii, its loads and the layers.
-    #[error("the field has {found} displacements: {wanted} are wanted, for every boundary, load and radius")]
+    #[error("the field has {found} displacements; allowed: {wanted}, one for every boundary, load and radius")]
     Field {
         /// Number of values found.
         found: usize,

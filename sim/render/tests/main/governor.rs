@@ -68,5 +68,5 @@ fn every_step_is_less_work_and_says_what_it_is() {
         assert_eq!(pair[0].lower(), Some(pair[1]));
         assert_eq!(pair[1].higher(), Some(pair[0]));
     }
-    assert_eq!(Quality::Medium.in_words(), "shadows of 1024², 1 sample a pixel, 100 % of the resolution");
+    assert_eq!(Quality::Medium.in_words(), "shadows of 1024², 1 sample per pixel, 100 % of the resolution");
 }

@@ -14,13 +14,13 @@ fn refused(stage: &Stage) -> String {
 #[test]
 fn a_stage_that_is_too_large_or_does_not_fit_its_field() {
     let many = Stage { layers: vec![DrawnLayer::default(); 17], ..Stage::default() };
-    assert_eq!(refused(&many), "17 layers: a picture takes at most 16");
+    assert_eq!(refused(&many), "17 layers; allowed in a picture: at most 16");
     let mut loads = stage();
     loads.field.loads = 49;
-    assert_eq!(refused(&loads), "49 loads of the field: a picture takes at most 48");
+    assert_eq!(refused(&loads), "49 loads of the field; allowed in a picture: at most 48");
     let mut short = stage();
     short.field.axial_m_per_n.pop();
-    assert!(refused(&short).contains("1535 displacements: 1536 are wanted"), "{}", refused(&short));
+    assert!(refused(&short).contains("1535 displacements; allowed: 1536"), "{}", refused(&short));
 }
 
 #[test]

@@ -54,7 +54,7 @@ pub fn needs_times(start: &AxialSpec) -> bool {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrateError {
     /// A depth or force is not finite.
-    #[error("sample {row}: a depth or force is not finite; finite numbers are allowed")]
+    #[error("sample {row}: a depth or force is not finite; allowed: finite numbers")]
     NotFinite {
         /// Index of the sample, from 0.
         row: usize,
@@ -69,7 +69,8 @@ pub enum CalibrateError {
     },
     /// Too few samples that go deeper.
     #[error(
-        "samples deeper than all before them: {found}; at least {needed} are needed, of an insertion in the order measured"
+        "samples deeper than all previous ones: {found}; at least {needed} are needed, from an insertion in the order \
+         of measurement"
     )]
     NoInsertion {
         /// Samples deeper than all before them.
@@ -79,7 +80,8 @@ pub enum CalibrateError {
     },
     /// More layers than the curve has drops for.
     #[error(
-        "drops of at least {least_n:.3} N while the tip advances: {found}; {} are needed for layers: {asked}. Fewer layers, or a starting scene laid over the curve, are allowed",
+        "drops of at least {least_n:.3} N while the tip advances: {found}; {} are needed for layers: {asked}. Ask for \
+         fewer layers, or provide a starting scene that matches the curve",
         asked * per_layer
     )]
     TooFewDrops {
@@ -99,16 +101,17 @@ pub enum CalibrateError {
         deepest_mm: f64,
     },
     /// The starting scene uses a version of the law that cannot be fitted.
-    #[error("the starting scene is of law 1, by which cutting depends on the tick; scenes of law 2 or 5 are allowed")]
+    #[error("the starting scene has law = 1, in which cutting depends on the tick; allowed: law = 2 or 5")]
     OldLaw,
     /// The starting scene may have options, which a curve at a single speed cannot distinguish from
     /// the fitted parameters.
     #[error(
-        "the starting scene has options of law 3, which a curve without times cannot tell from stiffness and thresholds; scenes of law 2 or 5 without options, or a column t_s, are allowed"
+        "the starting scene has options of law 3, which a curve without times cannot distinguish from stiffness and \
+         thresholds; allowed: law = 2 or 5 without options, or a column t_s"
     )]
     LawOfOptions,
     /// A time does not increase.
-    #[error("sample {row}: t_s = {t_s} s does not increase; times that do are allowed")]
+    #[error("sample {row}: t_s = {t_s} s does not increase; allowed: increasing times")]
     TimeStandsStill {
         /// Index of the sample, from 0.
         row: usize,
@@ -116,24 +119,24 @@ pub enum CalibrateError {
         t_s: f64,
     },
     /// A timed curve needs a start with options.
-    #[error(
-        "the starting scene is of law 1 or 2, and a curve with times is fitted with options; law = 3 and later are allowed"
-    )]
+    #[error("the starting scene has law = 1 or 2; allowed with times: law = 3 or later, because options are fitted")]
     TimedLaw,
     /// A timed curve requires a single contactor.
-    #[error("the starting scene's tip_to_rim_mm is {tip_to_rim_mm} mm; 0 mm, a needle, is allowed with times")]
+    #[error("the starting scene's tip_to_rim_mm is {tip_to_rim_mm} mm; allowed with times: 0 mm, a needle")]
     TimedRim {
         /// The distance, in mm.
         tip_to_rim_mm: f64,
     },
     /// A single insertion shows only one rotation of the edge.
     #[error(
-        "the starting scene has fibres, which one turn of the edge does not tell; layers without are allowed with times"
+        "the starting scene has fibres, which a single direction of the edge does not determine; allowed with times: \
+         layers without fibres"
     )]
     TimedFibres,
     /// A boundary of the start ruptures together with another.
     #[error(
-        "{layer}: its boundary in the starting scene gives way together with another; boundaries that give way by themselves are allowed with times"
+        "{layer}: its boundary in the starting scene gives way together with another; allowed with times: boundaries \
+         that give way one at a time"
     )]
     TimedCascade {
         /// Name of the layer.

@@ -81,13 +81,14 @@ impl Misfit {
         if !lone_m.is_empty() {
             let places: Vec<String> = lone_m.iter().map(|x_m| format!("{:.2} mm", x_m * 1e3)).collect();
             return format!(
-                "the drops at {} may be single samples that are off, and no layers; no number has an interval",
+                "the drops at {} may be single outliers instead of layers; no value has an interval",
                 places.join(", ")
             );
         }
         format!(
-            "the residual of {rms_n:.4} N is not the curve's noise of {noise_n:.4} N: it stands out most at {:.2} mm, and neighbours \
-             correlate by {correlation:.2}. A wrong minimum, another number of layers, drift or outliers; no number has an interval",
+            "the residual of {rms_n:.4} N exceeds the curve's noise of {noise_n:.4} N: it is most pronounced at {:.2} \
+             mm, and neighbours correlate by {correlation:.2}. Possible reasons: a wrong minimum, another number of \
+             layers, drift or outliers; no value has an interval",
             worst_m * 1e3
         )
     }

@@ -21,11 +21,14 @@ pub(super) fn in_words(
         words.push(unseen_in_words(&guess.spec, unseen));
     } else if !open.is_empty() {
         let why = no_withdrawal(model, &open);
-        words.push(format!("{}: not held to within their own size, alone or together{why}", names(&guess.spec, &open)));
+        words.push(format!(
+            "{}: not determined to within their own size, individually or jointly{why}",
+            names(&guess.spec, &open)
+        ));
     }
     if readings > 0 {
         words.push(format!(
-            "which rupture is which drop: other readings that fit nearly as well: {readings}; intervals that are given cover them"
+            "assignment of ruptures to drops: others fit nearly as well: {readings}; the intervals given cover them"
         ));
     }
     words.push("damping of every layer: a curve without times shows no rate".to_owned());
@@ -40,7 +43,8 @@ fn is_open(estimate: &&ParameterEstimate) -> bool {
 fn unseen_in_words(spec: &AxialSpec, unseen: &[usize]) -> String {
     let names: Vec<&str> = unseen.iter().map(|&boundary| layer(spec, boundary)).collect();
     format!(
-        "no drop shows where {} gave way: which boundary opened with which drop the curve does not tell, and no number has an interval",
+        "no drop shows where {} gave way: the curve does not determine which boundary opened with which drop, so no \
+         value has an interval",
         names.join(", ")
     )
 }
@@ -68,14 +72,14 @@ pub(super) fn timed_in_words(
     if !unseen.is_empty() {
         words.push(unseen_in_words(spec, unseen));
     } else if !open.is_empty() {
-        words.push(format!("{}: not held to within their own size, alone or together", names(spec, &open)));
+        words.push(format!("{}: not determined to within their own size, individually or jointly", names(spec, &open)));
     }
     let is_branch = |e: &&ParameterEstimate| matches!(e.quantity, Quantity::BranchShare(_) | Quantity::BranchTime(_));
     if estimates.iter().any(|e| is_branch(&e)) && !curve.holds() {
-        words.push("the curve has no hold, which would show relaxation alone".to_owned());
+        words.push("the curve has no hold, which alone would reveal relaxation".to_owned());
     }
     if !curve.withdraws() {
-        words.push("the curve has no withdrawal, which would show friction alone".to_owned());
+        words.push("the curve has no withdrawal, which alone would reveal friction".to_owned());
     }
     words.extend(undamped(spec));
     words
@@ -103,7 +107,7 @@ fn layer(spec: &AxialSpec, layer: usize) -> &str {
 /// parameters.
 fn no_withdrawal(model: &CurveModel<'_>, open: &[&ParameterEstimate]) -> &'static str {
     match open.iter().any(|e| e.quantity == Quantity::Friction) && !model.curve.withdraws() {
-        true => "; the curve has no withdrawal, which would show friction alone",
+        true => "; the curve has no withdrawal, which alone would reveal friction",
         false => "",
     }
 }
@@ -133,19 +137,19 @@ impl Quantity {
 /// Why a curve may not depend on a parameter.
 fn unseen(quantity: Quantity) -> &'static str {
     match quantity {
-        Quantity::Thickness => "the curve does not feel the far side",
+        Quantity::Thickness => "the curve does not depend on the far side",
         Quantity::Stiffness => "the boundary never carries the tip within the curve, or only between two samples",
-        Quantity::Friction => "the needle never gets there within the curve",
+        Quantity::Friction => "the needle does not get there within the curve",
         Quantity::Cutting => "the tip never cuts there within the curve",
         Quantity::TipThreshold | Quantity::RimThreshold => {
             "the boundary opens together with the one above, or beyond the curve"
         }
         Quantity::Stiffening | Quantity::BranchShare(_) | Quantity::BranchTime(_) => {
-            "the curve never dents the boundary, or at one speed without a hold"
+            "the curve never dents the boundary, or only at one speed without a hold"
         }
         Quantity::StaticFriction => "the shaft never breaks away within the curve",
         Quantity::Damping => "the needle never moves in it within the curve",
-        Quantity::Presliding => "nothing rubs within the curve",
+        Quantity::Presliding => "no friction acts within the curve",
         Quantity::Breakaway => "no static friction gives way within the curve",
     }
 }

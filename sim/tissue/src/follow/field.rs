@@ -28,7 +28,7 @@ pub enum FollowError {
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// The hand would feel a field that is not known well enough.
-    #[error("the field of a coupled tissue is known to {error} of what it does, at a tolerance of {tolerance}")]
+    #[error("the estimated error of a coupled field is {error}; allowed: its tolerance of {tolerance}")]
     Uncertain {
         /// Estimated relative error.
         error: f64,
@@ -45,7 +45,7 @@ impl FollowError {
             Self::Param(error) => Phrase::data(error),
             Self::Plan(error) => error.in_words(),
             Self::Uncertain { error, tolerance } => phrase!(
-                "the hand would feel a field whose error is estimated at {error} %, with {tolerance} % allowed",
+                "the estimated error of the field that the hand would feel is {error} %; allowed: {tolerance} %",
                 error = Phrase::number(100.0 * error, 0),
                 tolerance = Phrase::number(100.0 * tolerance, 0)
             ),

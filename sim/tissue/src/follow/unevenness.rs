@@ -41,14 +41,16 @@ impl WeighedChange {
         let percent = Phrase::number(100.0 * self.largest, 1);
         match self.added {
             None => phrase!(
-                "{why}, which told that no displacement changes by more than {percent} % ({mesh}), so flat layers will do: {level}",
+                "{why}; they show that no displacement changes by more than {percent} % ({mesh}), so flat layers \
+                 suffice: {level}",
                 why = why,
                 percent = percent,
                 mesh = mesh,
                 level = level
             ),
             Some(_) => phrase!(
-                "{why}: what changes, up to {percent} %, is found on {mesh} at the angle of the exercise and added to flat layers: {level}",
+                "{why}; the change, up to {percent} %, is computed on {mesh} at the angle of the exercise and added to \
+                 flat layers: {level}",
                 why = why,
                 percent = percent,
                 mesh = mesh,

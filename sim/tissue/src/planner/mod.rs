@@ -67,9 +67,7 @@ pub enum PlanError {
     #[error("load_depths_m: none; at least one load is needed")]
     NoLoad,
     /// "none" was requested, but a model is needed.
-    #[error(
-        "model = \"none\": there is no field to answer with; allowed: \"auto\", \"axisymmetric\", \"mass-spring\", \"volumetric\""
-    )]
+    #[error("model = \"none\" has no field; allowed: \"auto\", \"axisymmetric\", \"mass-spring\", \"volumetric\"")]
     NoModel,
 }
 
@@ -103,15 +101,15 @@ pub fn choose(question: &Problem3, wished: Option<Model>) -> Result<(Model, Phra
         (Some(model @ Model::Axisymmetric), Some(why)) => Err(PlanError::Unsuited { model, why }),
         (Some(model), why) => match oblique.or(why).filter(|_| model == Model::MassSpring) {
             Some(why) => Err(PlanError::Unsuited { model, why }),
-            None => Ok((model, phrase!("{model} was asked for", model = model.name()))),
+            None => Ok((model, phrase!("{model} was requested", model = model.name()))),
         },
-        (None, Some(why)) => Ok((Model::Volumetric, phrase!("{why}, so it takes three dimensions", why = why))),
+        (None, Some(why)) => Ok((Model::Volumetric, phrase!("{why}, so three dimensions are needed", why = why))),
         (None, None) => {
             let why = match oblique {
-                None => phrase!("flat layers under a perpendicular needle have an axis, so (r, z) is exact"),
+                None => phrase!("flat layers under a perpendicular needle are axisymmetric, so (r, z) is exact"),
                 Some(_) => phrase!(
-                    "flat layers have an axis under an oblique needle too, so two harmonics in (r, z), of its push into the \
-                     body and along the skin, are exact"
+                    "flat layers are axisymmetric under an oblique needle too, so two harmonics in (r, z), for its \
+                     push into the body and along the skin, are exact"
                 ),
             };
             Ok((Model::Axisymmetric, why))
@@ -157,13 +155,14 @@ pub fn plan(question: &Problem3, wish: &PlanRequest) -> Result<Planned, PlanErro
             percent = percent
         ),
         (false, false) => phrase!(
-            "{why}; {mesh}: the best there is, and does not meet a tolerance of {percent} %",
+            "{why}; {mesh}: the best available, but it does not meet a tolerance of {percent} %",
             why = why,
             mesh = mesh,
             percent = percent
         ),
         (false, true) => phrase!(
-            "{why}; {mesh}: the best there is, and does not meet a tolerance of {percent} %; \"axisymmetric\" gets nearer",
+            "{why}; {mesh}: the best available, but it does not meet a tolerance of {percent} %; \"axisymmetric\" \
+             comes closer",
             why = why,
             mesh = mesh,
             percent = percent

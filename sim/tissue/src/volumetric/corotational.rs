@@ -149,7 +149,7 @@ const ATTEMPTS: usize = 10;
 
 /// A load without an equilibrium, and the one that is held instead.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("force_n = {wanted_n} N: no equilibrium was found; the nearest load that was is {held_n} N")]
+#[error("force_n = {wanted_n} N: no equilibrium was found; the nearest load with an equilibrium is {held_n} N")]
 pub struct RefusedLoad {
     /// The requested load, in N.
     pub wanted_n: f64,

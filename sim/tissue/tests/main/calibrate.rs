@@ -258,7 +258,7 @@ fn drift_and_outliers_are_said_and_get_no_interval() {
         // Two layers, a sample every 0.05 mm, in and out.
         for trialled in trialled(disturbance, 36..40) {
             let misfit = trialled.fit.misfit.as_ref().expect("it is said");
-            assert!(!trialled.fit.converged && misfit.words().contains("no number has an interval"));
+            assert!(!trialled.fit.converged && misfit.words().contains("no value has an interval"));
             assert!(trialled.fit.estimates.iter().all(|estimate| estimate.interval.is_none()));
         }
     }

@@ -40,7 +40,7 @@ fn a_question_goes_to_the_cheapest_model_that_can_answer_it() {
     let oblique = Problem3 { tilt_rad: 0.4, ..flat.clone() };
     let curved = Problem3 { skin: Skin::cylinder_along_y(0.2), ..flat.clone() };
     for (question, model, because) in [
-        (&flat, Model::Axisymmetric, "have an axis"),
+        (&flat, Model::Axisymmetric, "are axisymmetric"),
         (&oblique, Model::Axisymmetric, "two harmonics"),
         (&curved, Model::Volumetric, "curved"),
         (&with_inclusion(), Model::Volumetric, "inclusions"),
@@ -65,7 +65,7 @@ fn a_named_model_is_used_and_its_error_is_told() {
     let planned = plan(&Problem3::flat(&flat()), &wish).expect("a plan");
     assert_eq!(planned.field.model(), Model::MassSpring);
     assert!(!planned.met && planned.estimated_relative_error > 0.05, "{}", planned.estimated_relative_error);
-    for words in ["was asked for", "does not meet", "axisymmetric"] {
+    for words in ["was requested", "does not meet", "axisymmetric"] {
         assert!(planned.reason.to_string().contains(words), "{}", planned.reason);
     }
 }

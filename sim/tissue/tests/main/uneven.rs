@@ -115,7 +115,7 @@ fn what_has_an_axis_only_is_refused_by_name() {
     let asked =
         TissueSpec { model: Some(Model::Volumetric), ..lower_back_with(0.0, Skin::Sphere { radius_m: 2.0 }, &[]) };
     let field = Field::new(&asked).expect("a field");
-    assert_eq!(field.plan().model, Model::Volumetric, "it was asked for: {}", field.plan().reason);
+    assert_eq!(field.plan().model, Model::Volumetric, "it was requested: {}", field.plan().reason);
 }
 
 /// A response matrix in m/N of finite elements that share no line with this program: row by displaced boundary, column by loaded one.

@@ -212,9 +212,9 @@ pub fn markdown(rows: &[FieldRow], peers: &[Peer]) -> String {
     let elsewhere =
         if first.machine == Machine::this().in_words() { "" } else { " **Not the machine of our figures.**" };
     format!(
-        "Measured by `tests/peers/run` right before ours, with {} on {}.{elsewhere} Load at the surface, one thread. What each solves, and \
-         what it cannot represent, is told in `tests/peers`: MuJoCo comes to rest by explicit steps, the others back-substitute. \
-         {bracket}\n\n{}\n{quoted}",
+        "Measured by `tests/peers/run` right before ours, with {} on {}.{elsewhere} Load at the surface, one thread. `tests/peers` \
+         describes what each solves and what it cannot represent: MuJoCo comes to rest by explicit steps, the others \
+         back-substitute. {bracket}\n\n{}\n{quoted}",
         packages.into_iter().collect::<Vec<_>>().join(", "),
         first.machine,
         compared(rows, peers).markdown()

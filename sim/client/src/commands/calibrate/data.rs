@@ -74,14 +74,12 @@ pub fn read(path: &Path, is_optioned: bool) -> Result<MeasuredCurve, Failure> {
     let rows = table.rows(columns)?;
     for (row, [depth_m, force_n]) in rows.iter().enumerate() {
         if depth_m.abs() > DEEPEST_M {
-            let why =
-                format!("depth_m = {depth_m} m; −{DEEPEST_M} m to {DEEPEST_M} m is allowed (is the column in mm?)");
+            let why = format!("depth_m = {depth_m} m; allowed: −{DEEPEST_M} m to {DEEPEST_M} m (is the column in mm?)");
             return Err(table.wrong(table.line(row), why).into());
         }
         if force_n.abs() > HARDEST_N {
-            let why = format!(
-                "force_n = {force_n} N; −{HARDEST_N} N to {HARDEST_N} N is allowed (is the column in mN or g?)"
-            );
+            let why =
+                format!("force_n = {force_n} N; allowed: −{HARDEST_N} N to {HARDEST_N} N (is the column in mN or g?)");
             return Err(table.wrong(table.line(row), why).into());
         }
     }
@@ -110,12 +108,12 @@ fn check_size(samples: &[(f64, f64)]) -> Result<(), String> {
     let (low_n, high_n) = ends(&mut samples.iter().map(|sample| sample.1));
     let span_m = deep_m - shallow_m;
     if span_m < SHORTEST_M {
-        return Err(format!("depth_m spans {span_m:e} m; at least {SHORTEST_M} m is allowed (is the column in km?)"));
+        return Err(format!("depth_m spans {span_m:e} m; allowed: at least {SHORTEST_M} m (is the column in km?)"));
     }
     let largest_n = high_n.max(-low_n);
     if largest_n < FAINTEST_N {
         return Err(format!(
-            "force_n is at most {largest_n} N; at least {FAINTEST_N} N is allowed (is the column in kN?)"
+            "force_n is at most {largest_n} N; allowed: a peak of at least {FAINTEST_N} N (is the column in kN?)"
         ));
     }
     if -low_n > high_n && advancing_mean_n(samples) < 0.0 {

@@ -113,7 +113,7 @@ fn is_optioned(start: Option<&Base>) -> Result<bool, DocumentError> {
 fn check_weight(args: &CalibrateArgs, curve: &MeasuredCurve) -> Result<(), Failure> {
     match (curve, args.weight_kg) {
         (MeasuredCurve::Timed(_), Some(kg)) => {
-            let why = format!("--weight-kg {kg}: depths of a curve with times are not scaled; without it is allowed");
+            let why = format!("--weight-kg {kg}: depths of a curve with times cannot be scaled; omit this option");
             Err(Failure::refused(&args.data, why))
         }
         _ => Ok(()),
@@ -150,8 +150,8 @@ fn read_start(path: &Path, is_scaled: bool) -> Result<Base, Failure> {
     let base = Base { path: path.to_owned(), text: sources::read_text(path)? };
     let scene = base.scene()?;
     if is_scaled && !scene.structures.is_empty() {
-        let why =
-            "structure: a scene with structures cannot be made for another weight, for their places would not follow";
+        let why = "structure: a scene with structures cannot be made for another weight, because their positions would not \
+             be scaled";
         return Err(Failure::refused(path, why));
     }
     Ok(base)
@@ -165,7 +165,9 @@ fn fit(args: &CalibrateArgs, curve: &MeasuredCurve, start: Option<&Base>) -> Res
     let from = spec.as_ref().map_or(Start::Fresh(fresh), Start::Scene);
     let fitted = match (curve, from) {
         (MeasuredCurve::Timed(curve), Start::Scene(spec)) => calibrate::fit_timed(curve, spec, &mut watch),
-        (MeasuredCurve::Timed(_), Start::Fresh(_)) => return Err(Failure::work("times are read with a start alone")),
+        (MeasuredCurve::Timed(_), Start::Fresh(_)) => {
+            return Err(Failure::work("a curve with times needs a starting scene (--start)"));
+        }
         (MeasuredCurve::Slow(curve), from) => calibrate::fit(curve, from, &mut watch),
     };
     fitted.map_err(|error| match error {
@@ -182,7 +184,7 @@ fn read_law(args: &CalibrateArgs, base: &Base, curve: &MeasuredCurve) -> Result<
     if let (MeasuredCurve::Timed(_), Some(at)) = (curve, scene.layers.iter().position(is_fractured)) {
         let energy = scene.layers[at].options.fracture_energy_j_per_m2.unwrap_or_default();
         let why = format!(
-            "{}: layer[{at}].fracture_energy_j_per_m2 = {energy} J/m²; tip_rupture_n is allowed in a scene to start from",
+            "{}: layer[{at}].fracture_energy_j_per_m2 = {energy} J/m²; allowed in a starting scene: tip_rupture_n",
             base.path.display()
         );
         return Err(Failure::refused(&args.data, why));
@@ -246,6 +248,6 @@ fn weight(text: &str) -> Result<f64, String> {
 fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (least..=most).contains(&value) => Ok(value),
-        _ => Err(format!("{text} {unit}; a number from {least} {unit} to {most} {unit} is allowed")),
+        _ => Err(format!("{text} {unit}; allowed: a number from {least} {unit} to {most} {unit}")),
     }
 }

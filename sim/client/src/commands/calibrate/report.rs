@@ -139,8 +139,8 @@ impl CalibrationReport {
     pub fn warn(&self) {
         if let Some(asked) = &self.unsound_without_constraint {
             output::print_warning(format_args!(
-                "{}: the data alone ask for a rupture that creates force or energy: {}; the scene is sound and fits with {:.3} N \
-                 rms instead of {:.3} N",
+                "{}: the data alone would require a rupture that creates force or energy: {}; the scene is sound and \
+                 fits with {:.3} N rms instead of {:.3} N",
                 self.data,
                 asked.ruptures.iter().map(RiseRow::words).collect::<Vec<_>>().join("; "),
                 self.residual_rms_n,
@@ -149,17 +149,14 @@ impl CalibrationReport {
         }
         for drop in &self.unexplained_drops {
             output::print_warning(format_args!(
-                "{}: the drop of {:.3} N at {:.2} mm is explained by no rupture; another layer might be needed (--layers)",
+                "{}: no rupture explains the drop of {:.3} N at {:.2} mm; another layer might be needed (--layers)",
                 self.data, drop.fall_n, drop.depth_mm
             ));
         }
         if let Some(misfit) = &self.misfit {
             output::print_warning(format_args!("{}: {}", self.data, misfit.words));
         } else if !self.converged {
-            output::print_warning(format_args!(
-                "{}: the fit had not come to rest when its {} steps were used up",
-                self.data, self.steps
-            ));
+            output::print_warning(format_args!("{}: the fit did not converge within {} steps", self.data, self.steps));
         }
     }
 
@@ -168,7 +165,7 @@ impl CalibrationReport {
         let (samples, left_out, steps) = (self.samples, self.samples_left_out, self.steps);
         writeln!(
             out,
-            "{}: fitted to {samples} samples of {} ({left_out} left out) in {steps} steps",
+            "{}: fitted to {samples} samples of {} ({left_out} omitted) in {steps} steps",
             self.scene, self.data
         )?;
         let percent = 100.0 * self.residual_relative_to_peak;
@@ -178,7 +175,7 @@ impl CalibrationReport {
             "  residual {rms_n:.4} N rms, {percent:.2} % of the peak of {peak_n:.3} N; noise of the curve {noise_n:.4} N"
         )?;
         if self.weighted() {
-            writeln!(out, "  depths written × {:.4}; those below are the curve's", self.depth_scale)?;
+            writeln!(out, "  depths written × {:.4}; the depths below are those of the curve", self.depth_scale)?;
         }
         self.write_peaks(out)?;
         self.write_parameters(out)?;

@@ -43,7 +43,7 @@ pub struct CheckArgs {
 /// Runs the command.
 pub fn run(args: &CheckArgs) -> Outcome {
     if let Some(missing) = args.files.iter().find(|file| !file.is_file()) {
-        return Err(Failure::refused(missing, "cannot be read: no such file; a document is needed"));
+        return Err(Failure::refused(missing, "cannot be read: no such file"));
     }
     if let Some(most) = args.seeds {
         return seeds::run(&args.files, most, args.json);

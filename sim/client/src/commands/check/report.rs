@@ -39,7 +39,7 @@ impl FileReport {
     /// Writes the human-readable form.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let (Some(kind), Some(id)) = (self.kind, &self.id) else {
-            return writeln!(out, "{}: refused, {} to correct", self.file, self.issues.len());
+            return writeln!(out, "{}: invalid, {} to correct", self.file, self.issues.len());
         };
         match self.issues.len() {
             0 => writeln!(out, "{}: {kind} {id}: sound", self.file)?,

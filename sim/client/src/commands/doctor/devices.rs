@@ -57,7 +57,7 @@ pub fn probe_inverse3(options: &inverse3::Inverse3Options) -> DoctorFinding {
     }
     let per_s = device.health().states as f64 / start.elapsed().as_secs_f64();
     let mut finding = held(subject, device.info(), per_s, complaint);
-    let told_both = "of unknown version, told forces in both spellings";
+    let told_both = "of unknown version, forces sent in both formats";
     let version = device.service_version().unwrap_or(told_both);
     finding.found.push_str(&format!(", service {version}"));
     if !device.info().measures_orientation && finding.level == Level::Ok {
@@ -73,7 +73,7 @@ pub fn probe_inverse3(options: &inverse3::Inverse3Options) -> DoctorFinding {
 pub fn probe_gamepads() -> DoctorFinding {
     let subject = "gamepads";
     match gamepad::connected() {
-        Ok(names) if names.is_empty() => DoctorFinding::ok(subject, "none connected; the mouse does as well"),
+        Ok(names) if names.is_empty() => DoctorFinding::ok(subject, "none connected; the mouse can be used instead"),
         Ok(names) => DoctorFinding::ok(subject, names.join(", ")),
         Err(error) => DoctorFinding::warning(subject, error.to_string(), "connect one, or use the mouse"),
     }
@@ -83,7 +83,7 @@ pub fn probe_gamepads() -> DoctorFinding {
 fn held(subject: &'static str, info: &DeviceInfo, per_s: f64, complaint: Option<DeviceFault>) -> DoctorFinding {
     let serial = info.serial.as_ref().map(|serial| format!(" {serial}")).unwrap_or_default();
     let found = format!(
-        "{}{serial}: {:.1} N ({:.2} N for ever), {:.0} N/m, {per_s:.0} states a second",
+        "{}{serial}: {:.1} N ({:.2} N continuous), {:.0} N/m, {per_s:.0} states per second",
         info.name, info.max_force_n, info.continuous_force_n, info.max_stiffness_n_per_m
     );
     match complaint {
@@ -93,7 +93,7 @@ fn held(subject: &'static str, info: &DeviceInfo, per_s: f64, complaint: Option<
         None if per_s < FEW_PER_S => DoctorFinding::warning(
             subject,
             found,
-            "close what else uses the device or the processor; a servo wants 1000",
+            "close other programs that use the device or the processor; the servo needs 1000",
         ),
         None => DoctorFinding::ok(subject, found),
     }

@@ -29,7 +29,7 @@ const SLOW_DISK_BYTES_PER_S: f64 = 1e6;
 pub fn probe_processor(machine: &Machine) -> DoctorFinding {
     let found = format!("{}, {} threads, {}", machine.cpu, machine.threads, machine.system);
     match machine.threads {
-        1 => DoctorFinding::warning("processor", found, "a servo at 1 kHz wants a core for itself: use two or more"),
+        1 => DoctorFinding::warning("processor", found, "a servo at 1 kHz needs a core of its own: use two or more"),
         _ => DoctorFinding::ok("processor", found),
     }
 }
@@ -38,11 +38,11 @@ pub fn probe_processor(machine: &Machine) -> DoctorFinding {
 pub fn probe_timer() -> DoctorFinding {
     let late = match servo::bare(TICK_HZ, TICKS) {
         Ok(times) => times.quantiles(),
-        Err(error) => return DoctorFinding::problem("timer", error.to_string(), "close what else is running"),
+        Err(error) => return DoctorFinding::problem("timer", error.to_string(), "close other programs"),
     };
     let found = format!("1 kHz wake-up late by {late}");
     match late.p99_us > LATE_US {
-        true => DoctorFinding::warning("timer", found, "allow real-time priority, and close what else is running"),
+        true => DoctorFinding::warning("timer", found, "allow real-time priority, and close other programs"),
         false => DoctorFinding::ok("timer", found),
     }
 }
@@ -61,7 +61,7 @@ pub fn probe_graphics() -> DoctorFinding {
         true => DoctorFinding::warning(
             "graphics",
             found,
-            "the processor draws: install the graphics card's driver, if there is one",
+            "the processor renders the picture: install the driver of the graphics card, if there is one",
         ),
         false => DoctorFinding::ok("graphics", found),
     }
@@ -100,7 +100,7 @@ fn real_time_limit() -> Option<u32> {
 pub fn probe_disk_space(folder: &Path) -> DoctorFinding {
     let subject = "disk space";
     match machine::free_bytes(folder) {
-        None => DoctorFinding::warning(subject, format!("unknown in {}", folder.display()), "look at it yourself"),
+        None => DoctorFinding::warning(subject, format!("unknown in {}", folder.display()), "check it yourself"),
         Some(bytes) => {
             let found = format!("{:.1} GB free in {}", bytes as f64 * 1e-9, folder.display());
             match bytes < LITTLE_SPACE_BYTES {

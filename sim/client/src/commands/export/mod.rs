@@ -135,7 +135,7 @@ struct Export<'a> {
 impl<'a> Export<'a> {
     fn new(folder: &'a Path, args: &ExportArgs) -> Result<Self, Failure> {
         if folder.exists() && !folder.is_dir() {
-            return Err(Failure::refused(folder, "is a file; a folder is needed (--out)"));
+            return Err(Failure::refused(folder, "is a file; allowed: a folder (--out)"));
         }
         let taken = Table::ALL.map(|table| folder.join(args.to.file(table))).into_iter().find(|file| file.exists());
         if let Some(file) = taken.filter(|_| !args.force) {

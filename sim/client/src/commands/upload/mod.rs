@@ -103,7 +103,7 @@ pub fn report(deliveries: &[Delivery], outbox: &Outbox, json: bool) -> Outcome {
 pub fn named_service(server: &Uri, token_file: Option<&Path>) -> Result<Service, Failure> {
     if service::is_in_the_clear(server) {
         output::print_warning(format_args!(
-            "{server}: http is not encrypted: others on the network can read the token"
+            "{server}: http is not encrypted: other devices on the network can read the token"
         ));
     }
     let address = server.to_string();

@@ -209,18 +209,21 @@ fn layers<'l>(
 /// Warns about the labels.
 fn warn(labels: &SegmentationLabels, survey: &BTreeMap<u16, LabelExtent>, imported: &Imported) {
     for label in labels.labels.iter().filter(|label| !survey.contains_key(&label.number)) {
-        output::print_warning(format_args!("label {} ({}): no voxel has it; left out", label.number, label.name));
+        output::print_warning(format_args!(
+            "label {} ({}): no voxel has this label; omitted",
+            label.number, label.name
+        ));
     }
     let is_named = |number: u16| labels.labels.iter().any(|label| label.number == number);
     for (number, extent) in survey.iter().filter(|(number, _)| **number != 0 && !is_named(**number)) {
         let voxels = extent.voxels;
         output::print_warning(format_args!(
-            "label {number} ({voxels} voxels) has no name: tissue that is not told apart"
+            "label {number} ({voxels} voxels) has no name: treated as unclassified tissue"
         ));
     }
     for structure in imported.structures.iter().filter(|structure| structure.extent.is_cut) {
         let name = &structure.label.name;
-        output::print_warning(format_args!("{name}: the image ends in it; its mesh is closed there"));
+        output::print_warning(format_args!("{name}: cut off at the edge of the image; its mesh is closed there"));
     }
 }
 
@@ -229,11 +232,15 @@ fn warn_of_way(imported: &Imported, way: &Way) {
     let whole_mm: f64 = imported.layers.iter().map(|layer| layer.measured.thickness_m * 1e3).sum();
     if let Some(number) = imported.layers.last().and_then(|layer| layer.measured.unnamed_below) {
         output::print_warning(format_args!(
-            "the layers end {whole_mm:.0} mm below the skin, where label {number} has no name; name it as a layer to go deeper"
+            "the layers end {whole_mm:.0} mm below the skin, where label {number} has no name; name this label as a \
+             layer to go deeper"
         ));
     }
     if way.pieces > 1 {
-        output::print_warning(format_args!("{}: {} pieces; the exercise aims at the nearest", way.to, way.pieces));
+        output::print_warning(format_args!(
+            "{}: {} separate pieces; the exercise aims at the nearest",
+            way.to, way.pieces
+        ));
     }
     let deep_mm = way.depth_mm * libm::cos(way.angle_deg.to_radians());
     if deep_mm > whole_mm {
