@@ -202,7 +202,10 @@ fn list_parts(
     let has_all = scaling >= NeedleScaling::Version2;
     match (tissue, above) {
         ("cerebrospinal fluid", _) => vec![("dura", DURA_MM), (tissue, thickness_mm - DURA_MM)],
-        (_, Some("cerebrospinal fluid")) if has_all => vec![("dura", DURA_MM), (tissue, thickness_mm - DURA_MM)],
+        (_, Some("cerebrospinal fluid")) if has_all => {
+            let behind = if tissue == "epidural space" { "anterior epidural space" } else { tissue };
+            vec![("dura", DURA_MM), (behind, thickness_mm - DURA_MM)]
+        }
         ("muscle", Some("fat")) if has_all && thickness_mm > FASCIA_MM => {
             vec![("fascia", FASCIA_MM), (tissue, thickness_mm - FASCIA_MM)]
         }

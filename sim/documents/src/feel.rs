@@ -67,7 +67,7 @@ const UNMEASURED: &str = "Our choice; no force is published for it.";
 
 /// The tissues of version 2 of the scaling: what an 18G trocar or a Tuohy needle meets in published
 /// measurements, divided by the needle's diameter and tip.
-const MEASURED_FEELS: [TissueFeel; 14] = [
+const MEASURED_FEELS: [TissueFeel; 15] = [
     TissueFeel {
         stiffening_n_per_m2: 60_000.0,
         ..derived(
@@ -97,6 +97,7 @@ const MEASURED_FEELS: [TissueFeel; 14] = [
     ),
     feel("dura", "fascia", DURA, [1100.0, 31.0, 2.2, 2.8, 1.0, 0.05, 1130.0]),
     feel("cerebrospinal fluid", "fluid", UNMEASURED, [100.0, 20.0, 0.1, 0.12, 1.0, 0.0, 1010.0]),
+    feel("anterior epidural space", "fat", UNMEASURED, [120.0, 31.0, 0.16, 0.19, 3.0, 0.05, 950.0]),
     feel("kidney", "muscle", CAPSULE, [394.0, 94.0, 1.57, 2.05, 63.0, 0.47, 1050.0]),
     feel("calyx", "fluid", UNMEASURED, [630.0, 20.0, 0.47, 0.6, 10.0, 0.0, 1010.0]),
     feel("introducer", "tissue", INTRODUCER, [1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 1050.0]),

@@ -5,7 +5,7 @@ use std::path::Path;
 use documents::{DocumentError, Scene};
 
 /// The text of every shipped scene.
-pub const SHIPPED_SCENES: [&str; 14] = [
+pub const SHIPPED_SCENES: [&str; 15] = [
     include_str!("../../../curricula/scenes/lower-back-paper.toml"),
     include_str!("../../../curricula/scenes/lower-back-training.toml"),
     include_str!("../../../curricula/scenes/epidural-71kg.toml"),
@@ -19,6 +19,7 @@ pub const SHIPPED_SCENES: [&str; 14] = [
     include_str!("../../../curricula/scenes/epidural-off-bone.toml"),
     include_str!("../../../curricula/scenes/epidural-paramedian.toml"),
     include_str!("../../../curricula/scenes/lumbar-puncture.toml"),
+    include_str!("../../../curricula/scenes/lumbar-puncture-25g.toml"),
     include_str!("../../../curricula/scenes/kidney-lower-pole.toml"),
 ];
 
