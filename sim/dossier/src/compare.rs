@@ -15,7 +15,7 @@ const HELD_S: f64 = 8.0;
 /// Distance behind a boundary within which a loss of force is searched, in m.
 const BEHIND_M: f64 = 5e-3;
 /// Way over which a slope is taken in a scene without a calyx, in m.
-const WAY_M: f64 = 90e-3;
+pub(crate) const WAY_M: f64 = 90e-3;
 /// Factors on friction of a dry and of a lubricated shaft.
 const LUBRICATIONS: [f64; 2] = [1.5, 0.5];
 

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use documents::Scene;
+use documents::{NeedleFamily, Scene};
 
-use crate::compare::{Agreement, DossierLine, compare_scene};
+use crate::compare::{Agreement, DossierLine, WAY_M, compare_scene};
 use crate::insertion::{ProbeInsertion, ProbeMoment, insert_to, insertion_speed_m_per_s, layers_alone};
 use crate::quantity::MeasuredQuantity;
 use crate::words::{say_range, say_value};
@@ -13,7 +13,8 @@ const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 300.0;
 /// Left, top, right and bottom of the plot's frame.
 const FRAME: [f64; 4] = [52.0, 30.0, 704.0, 250.0];
-/// Way that is drawn if the layers are deeper, in m, and beyond the last boundary.
+/// Least and greatest way that is drawn, and the way beyond the last boundary, in m.
+const LEAST_M: f64 = 50e-3;
 const MOST_M: f64 = 100e-3;
 const BEYOND_M: f64 = 10e-3;
 /// Number of columns of the curve; each draws the least and the greatest force in it.
@@ -55,7 +56,8 @@ pub fn profile_force_n(depth_mm: f64) -> f64 {
 pub fn draw_force_curve(scene: &Scene) -> String {
     let params = layers_alone(scene).expect("a scene that was read makes a law");
     let whole_m: f64 = scene.layers.iter().rev().skip(1).map(|layer| layer.thickness_mm / 1e3).sum();
-    let end_m = (whole_m + BEYOND_M).clamp(50e-3, MOST_M).min(params.spec().needle_length_m);
+    let least_m = if scene.needle.family == Some(NeedleFamily::RenalAccess) { WAY_M } else { LEAST_M };
+    let end_m = (whole_m + BEYOND_M).clamp(least_m, MOST_M).min(params.spec().needle_length_m);
     let way = insert_to(&params, insertion_speed_m_per_s(scene), end_m);
     let lines = compare_scene(scene);
     let most_n = way.moments.iter().map(|moment| moment.force_n).fold(0.0, f64::max);
@@ -96,7 +98,9 @@ fn place_of(line: &DossierLine, scene: &Scene, way: &ProbeInsertion) -> Option<f
     let quantity = line.figure.quantity;
     let is_force = quantity.unit() == "N" && line.value.is_some();
     let layer = quantity.layer().filter(|_| is_force)?;
-    let at = way.opened[scene.layers.iter().position(|own| own.name == layer)?]?;
+    let boundary = scene.layers.iter().position(|own| own.name == layer)?;
+    let is_through = matches!(quantity, MeasuredQuantity::PeakUntilThrough { .. });
+    let at = if is_through { way.through[boundary]? } else { way.opened[boundary]? };
     Some(way.moments[at].x_m)
 }
 

@@ -1,6 +1,7 @@
-//! The shipped epidural scene against the profile of the literature that it is fitted to (a patient of 71 kg, a Tuohy needle).
+//! The shipped epidural scene against the profile that it is fitted to: the model of a patient of 71.1 kg in a public simulator.
 //!
-//! Would fail if an edit of the scene, or of what a needle makes of its numbers, moved a peak by 1 mm or 10 %.
+//! Would fail if an edit of the scene, or of what a needle makes of its numbers, moved the curve away from the profile, or gave a
+//! second loss of resistance.
 
 use documents::load::read_document;
 use documents::{Document, Patient, Scene};
@@ -9,11 +10,10 @@ use trials::scenes::AxialRun;
 
 use crate::support::curricula;
 
-/// Depth of the tip in mm, force before and after in N, of every drop: skin, supraspinous ligament, interspinous ligament (a
-/// plateau), ligamentum flavum, loss of resistance. The depths of the ligaments are chosen; the literature gives none.
-const DROPS: [(f64, f64, f64); 5] =
-    [(13.92, 6.04, 1.98), (22.0, 4.35, 3.05), (41.0, 7.46, 7.47), (47.5, 12.13, 9.3), (48.38, 10.01, 0.0)];
-/// Where the dura lies, in mm.
+/// The profile: depth in m, force in N.
+const PROFILE: &str = include_str!("../../../../tests/data/calibrate/epidural-71kg.csv");
+/// Where resistance is lost, and where the dura lies, in mm.
+const LOSS_MM: f64 = 48.38;
 const DURA_MM: f64 = 56.98;
 
 fn epidural() -> Scene {
@@ -23,42 +23,52 @@ fn epidural() -> Scene {
     }
 }
 
-/// Depth of the tip in mm, force before and after in N, wherever a boundary gives way on the way to a depth, at 1 mm/s and 1 kHz.
-fn drops(scene: &Scene, to_mm: f64) -> Vec<(f64, f64, f64)> {
+/// The force at every 10 µm to a depth, at 1 mm/s.
+fn walk(scene: &Scene, to_mm: f64) -> Vec<f64> {
     let mut run = AxialRun::new(scene.axial_spec(&Patient::nominal(scene))).unwrap();
-    let (mut drops, mut before_n) = (Vec::new(), 0.0);
-    for tick in 0..=(to_mm * 1e3) as u32 {
-        let force_n = run.step(f64::from(tick) * 1e-3, f64::from(tick) * 1e-6).total_n();
-        if !run.ruptures().is_empty() {
-            drops.push((f64::from(tick) * 1e-3, before_n, force_n));
-        }
-        before_n = force_n;
-    }
-    drops
+    (0..=(to_mm * 1e2) as u32).map(|tick| run.step(f64::from(tick) * 1e-2, f64::from(tick) * 1e-5).total_n()).collect()
 }
 
 #[test]
-fn every_peak_is_within_a_millimetre_and_a_tenth_of_its_force() {
-    let drops = drops(&epidural(), DURA_MM);
-    assert_eq!(drops.len(), DROPS.len(), "{drops:?}");
-    for (found, wanted) in drops.iter().zip(DROPS) {
-        assert!((found.0 - wanted.0).abs() <= 1.0, "{found:?} instead of {wanted:?}");
-        assert!((found.1 / wanted.1 - 1.0).abs() <= 0.1, "{found:?} instead of {wanted:?}");
-        assert!((found.2 - wanted.2).abs() <= 0.1 * wanted.1, "{found:?} instead of {wanted:?}");
-    }
+fn curve_follows_the_profile() {
+    let walk = walk(&epidural(), LOSS_MM - 0.5);
+    let rows = PROFILE.lines().filter_map(|line| line.split_once(','));
+    let samples = rows.filter_map(|(m, n)| Some((m.parse::<f64>().ok()? * 1e3, n.parse::<f64>().ok()?)));
+    let off: Vec<f64> = samples
+        .filter(|(mm, _)| *mm < LOSS_MM - 0.5)
+        .map(|(mm, profile_n)| (walk[(mm * 1e2).round() as usize] - profile_n).abs())
+        .collect();
+    let mean_n = off.iter().sum::<f64>() / off.len() as f64;
+    // What differs is where a boundary gives way: the law drops at once, the profile over some millimetres.
+    assert!(mean_n < 0.7, "{mean_n} N on average");
+    let far = off.iter().filter(|off_n| **off_n > 1.3).count();
+    assert!(far < off.len() / 8, "{far} of {} samples are more than 1.3 N off", off.len());
+}
+
+#[test]
+fn resistance_is_lost_once() {
+    let scene = epidural();
+    assert!(scene.remark_early_loss().is_none());
+    let falls = scene.list_falls_n();
+    let most = falls.iter().copied().max_by(|one, other| one.1.total_cmp(&other.1)).unwrap();
+    assert_eq!(scene.layers[most.0].name, "epidural space", "{falls:?}");
+    let mut tough = scene;
+    tough.layers[2].tip_rupture_n *= 4.0;
+    let remark = tough.remark_early_loss().expect("the supraspinous ligament now loses as much");
+    assert!(remark.found.to_string().contains("supraspinous ligament"), "{remark:?}");
 }
 
 #[test]
 fn the_space_is_without_resistance_and_ends_at_the_dura() {
     let scene = epidural();
-    let (last_mm, _, _) = drops(&scene, DURA_MM)[4];
+    let last_mm = LOSS_MM + 0.2;
     let mut run = AxialRun::new(scene.axial_spec(&Patient::nominal(&scene))).unwrap();
     let mut force_n = |mm: f64| run.step(mm, mm * 1e-3).total_n();
-    let walk: Vec<f64> = (0..580).map(|at| force_n(f64::from(at) * 0.1)).collect();
+    let walk: Vec<f64> = (0..600).map(|at| force_n(f64::from(at) * 0.1)).collect();
     let in_space = (last_mm * 10.0).ceil() as usize..=569;
     // Nothing but the shaft's own friction, 7 % of what was lost.
     assert!(walk[in_space].iter().all(|force_n| (0.55..0.75).contains(force_n)), "{walk:?}");
-    assert!(walk[572] > 1.0, "the dura is not felt at 57.2 mm: {} N", walk[572]);
+    assert!(walk[595] > 1.5, "the dura is not felt at 59.5 mm: {} N", walk[595]);
 }
 
 #[test]

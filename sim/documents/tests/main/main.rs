@@ -35,6 +35,8 @@ mod picture;
 #[cfg(test)]
 mod placing;
 #[cfg(test)]
+mod provenance;
+#[cfg(test)]
 mod refusals;
 #[cfg(test)]
 mod scaling;

@@ -5,7 +5,7 @@
 use documents::{Patient, Scene};
 use law::axial::Layer;
 
-use crate::support::{SCENE, scene};
+use crate::support::{SCENE, folder, read_text, scene};
 
 const LAYER: &str = "stiffness_n_per_m = 83\ndamping_n_s_per_m2 = 1\ntip_rupture_n = 0.5\nrim_rupture_n = 0.6\n";
 
@@ -67,6 +67,49 @@ fn the_tip_is_a_factor_on_the_thresholds_alone() {
     for (tip, factor) in [("diamond", 1.0), ("bevel", 0.85), ("conical", 1.4), ("blunt", 3.0)] {
         assert_ratios(&fat(&format!("tip = \"{tip}\""), ""), [1.0, 1.0, factor, factor, 1.0, 1.0]);
     }
+}
+
+#[test]
+fn second_scaling_takes_the_tip_into_cutting() {
+    let layer = |needle: &str| {
+        let text = SCENE
+            .replace(LAYER, &format!("{LAYER}friction_n_per_m = 15\ncutting_n = 0.1\n"))
+            .replace("diameter_mm = 2.0", needle)
+            .replacen("id =", "scaling = 2\nid =", 1);
+        layer_of(&scene(&text))
+    };
+    let tips = [
+        ("diamond", 1.0),
+        ("bevel", 0.85),
+        ("conical", 2.2),
+        ("pencil-point", 2.2),
+        ("tuohy", 2.2),
+        ("cutting-dilating", 1.2),
+        ("blunt", 3.0),
+    ];
+    for (tip, factor) in tips {
+        assert_ratios(&layer(&format!("tip = \"{tip}\"")), [1.0, 1.0, factor, factor, 1.0, factor]);
+    }
+}
+
+#[test]
+fn first_scaling_refuses_a_tip_of_the_second() {
+    let text = SCENE.replace("diameter_mm = 2.0", "tip = \"tuohy\"");
+    let refused = read_text(&folder(), &text).expect_err("refused").to_string();
+    assert!(refused.contains("needle.tip: \"tuohy\"") && refused.contains("scaling = 2 has this tip"), "{refused}");
+}
+
+#[test]
+fn second_scaling_cuts_with_the_force_of_the_fracture_energy() {
+    let layer = |scaling: u32, cutting: &str| {
+        let tough = "fracture_energy_j_per_m2 = 400\nyoungs_modulus_pa = 30000\n";
+        let text = SCENE.replace(LAYER, &format!("{}{tough}{cutting}", LAYER.replace("tip_rupture_n = 0.5\n", "")));
+        layer_of(&scene(&text.replacen("id =", &format!("law = 3\nscaling = {scaling}\nid ="), 1)))
+    };
+    let (earlier, derived, stated) = (layer(1, ""), layer(2, ""), layer(2, "cutting_n = 0.1"));
+    assert_eq!((earlier.cutting_n, stated.cutting_n), (0.0, 0.1));
+    assert!(derived.cutting_n > 0.0);
+    assert_eq!(derived.cutting_n, derived.tip_rupture_n, "one balance gives the threshold and the steady force");
 }
 
 #[test]
