@@ -74,7 +74,7 @@ impl School<'_> {
     async fn puts_to_use(&self) -> String {
         self.press_act("publish", ".card.teaching").await;
         inspect(self.browser, "an exercise that was just published").await;
-        contains(self.browser, "an exercise that was just published", &["published.", "assign it"]).await;
+        contains(self.browser, "an exercise that was just published", &["published.", "use in teaching"]).await;
         self.choose("#to-course", "lower-back-basics").await;
         self.send(&format!("{EXERCISE}/course"), "/drafts/").await;
         inspect(self.browser, "the form of a course").await;
@@ -102,7 +102,7 @@ impl School<'_> {
         self.type_into("#again", PASSWORD).await;
         self.send(join, "/").await;
         self.open("/", "a trainee's home with an assignment").await;
-        contains(self.browser, "a trainee's home", &["new for you", "gentle first steps"]).await;
+        contains(self.browser, "a trainee's home", &["news", "gentle first steps"]).await;
     }
 
     /// Sees who is late, and comments at a moment of the attempt.
@@ -145,7 +145,7 @@ async fn an_exercise_from_its_title_to_a_comment() {
     school.comments().await;
     sign_in(&browser, &service.url, TRAINEE).await;
     school.open("/", "a trainee's home with a comment").await;
-    contains(&browser, "a trainee's home", &["new for you", "ina"]).await;
+    contains(&browser, "a trainee's home", &["news", "ina"]).await;
     let complaints = complaints(&browser).await;
     browser.close().await.expect("the browser closes");
     assert!(complaints.is_empty(), "the browser complains: {complaints:#?}");

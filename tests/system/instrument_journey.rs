@@ -68,7 +68,7 @@ impl School<'_> {
         self.press_until("main a[href^='/drafts/']:not([hreflang])", "/drafts/").await;
         self.press_in_draft("publish", ".card.teaching").await;
         inspect(self.browser, "an instrument that was just published").await;
-        contains(self.browser, "an instrument that was just published", &["published.", "make a survey"]).await;
+        contains(self.browser, "an instrument that was just published", &["published.", "create a survey"]).await;
     }
 
     /// Asks a cohort by it.
@@ -108,7 +108,7 @@ impl School<'_> {
         self.press_until("button[value=send]", "/survey/").await;
         let sent = "main h1";
         self.browser.wait().for_element(Locator::Css(sent)).await.expect("the end");
-        self.shows_soon(&self.path().await, "abgesandt").await;
+        self.shows_soon(&self.path().await, "gesendet").await;
     }
 }
 

@@ -166,8 +166,7 @@ fn an_entry_arrives_where_nobody_takes_it_back_and_nobody_elses_does() {
     }
     let folder = tempfile::tempdir().expect("a folder");
     certify(folder.path());
-    let entry =
-        r#"{"level":"WARN","message":"refused: not theirs, or not there","route":"/people/{id}","from":"10.0.0.1"}"#;
+    let entry = r#"{"level":"WARN","message":"request refused: no access, or not found","route":"/people/{id}","from":"10.0.0.1"}"#;
     let mut place = Place { folder: folder.path(), port: free_port() };
     let collector = place.collector(COLLECTOR);
     // Of the same CA, and not the machine that serves.

@@ -83,7 +83,7 @@ impl Visit {
         self.open(PAGE).await;
         inspect(&self.browser, "no second factor").await;
         self.fill("/account/second-factor/passkeys", &[("name", "Laptop"), ("password", PASSWORD)]).await;
-        contains(&self.browser, "recovery codes", &["the second factor is on", "not shown again"]).await;
+        contains(&self.browser, "recovery codes", &["the second factor is on", "not be shown again"]).await;
         self.open(PAGE).await;
         contains(&self.browser, "a passkey", &["laptop", "10 recovery codes left"]).await;
         inspect(&self.browser, "a passkey that is on").await;
@@ -100,12 +100,12 @@ impl Visit {
     async fn sign_in_at_the_second_try(&self) {
         self.recognises(false).await;
         self.say_password().await;
-        contains(&self.browser, "a passkey that does not answer", &["no passkey has answered", "recovery code"]).await;
+        contains(&self.browser, "a passkey that does not answer", &["no passkey responded", "recovery code"]).await;
         inspect(&self.browser, "a passkey that does not answer").await;
         self.open("/cohorts").await;
         self.is_at("/login", "the password alone opens nothing").await;
         self.open("/login/code").await;
-        contains(&self.browser, "a passkey that does not answer", &["no passkey has answered"]).await;
+        contains(&self.browser, "a passkey that does not answer", &["no passkey responded"]).await;
         self.recognises(true).await;
         self.press("main .ask button").await;
         self.is_at("/", "the button asks again").await;
@@ -121,17 +121,17 @@ impl Visit {
             form.set_by_name(name, value).await.expect("a field");
         }
         self.press(&format!("{adding} .ask button")).await;
-        contains(&self.browser, "a device that has one", &["has a passkey for this account already"]).await;
+        contains(&self.browser, "a device that has one", &["already has a passkey for this account"]).await;
         inspect(&self.browser, "a device that has one").await;
         self.open(PAGE).await;
         self.press("main .reasons a").await;
-        contains(&self.browser, "one passkey", &["passkey laptop", "password alone"]).await;
+        contains(&self.browser, "one passkey", &["passkey laptop", "password only"]).await;
         inspect(&self.browser, "one passkey").await;
         let field = self.browser.find(Locator::Id("password")).await.expect("a field");
         field.send_keys(PASSWORD).await.expect("the password is typed");
         self.press("main .ask button").await;
         self.is_at(PAGE, "the passkey has signed").await;
-        contains(&self.browser, "no passkey", &["kept on a device"]).await;
+        contains(&self.browser, "no passkey", &["stored on a device"]).await;
     }
 
     /// By the address of the machine, to which no passkey answers.
@@ -146,7 +146,7 @@ impl Visit {
         elsewhere.is_at("/", "no second factor is left").await;
         elsewhere.open(PAGE).await;
         elsewhere.fill("/account/second-factor/passkeys", &[("name", "Here"), ("password", PASSWORD)]).await;
-        contains(&self.browser, "where none answers", &["answer at http://localhost"]).await;
+        contains(&self.browser, "where none answers", &["work only at http://localhost"]).await;
     }
 }
 

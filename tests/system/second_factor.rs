@@ -71,12 +71,12 @@ impl Visit {
     /// The secret, the code that has confirmed it, and a recovery code.
     async fn enrol(&self) -> [String; 3] {
         self.say_password(TEACHER, PAGE).await;
-        contains(&self.browser, "where a second factor is made", &["before you go on"]).await;
+        contains(&self.browser, "where a second factor is made", &["before you continue"]).await;
         self.open("/cohorts").await;
         self.is_at(PAGE, "nothing else is shown").await;
         inspect(&self.browser, "a second factor that is owed").await;
         self.fill(PAGE, &[("password", PASSWORD)]).await;
-        contains(&self.browser, "an offered secret", &["secret", "six digits"]).await;
+        contains(&self.browser, "an offered secret", &["key", "six digits"]).await;
         let drawn = "const i = document.querySelector('img.qr'); return i.complete && i.naturalWidth > 0";
         let drawn = self.browser.execute(drawn, vec![]).await.expect("a picture");
         assert_eq!(drawn, true, "the policy lets the picture through");
@@ -84,7 +84,7 @@ impl Visit {
         let secret = self.text_of("code.link-to-copy").await;
         let first = code(&secret);
         self.fill("/account/second-factor/confirm", &[("code", &first)]).await;
-        contains(&self.browser, "recovery codes", &["the second factor is on", "not shown again"]).await;
+        contains(&self.browser, "recovery codes", &["the second factor is on", "not be shown again"]).await;
         inspect(&self.browser, "recovery codes").await;
         let recovery = self.text_of(".codes code").await;
         self.open(PAGE).await;
@@ -100,7 +100,7 @@ impl Visit {
         self.is_at("/login", "the password alone opens nothing").await;
         self.open("/login/code").await;
         self.fill("/login/code", &[("code", used)]).await;
-        contains(&self.browser, "a used code", &["was used before"]).await;
+        contains(&self.browser, "a used code", &["already used"]).await;
         let mut next = code(secret);
         while next == used {
             tokio::time::sleep(Duration::from_secs(1)).await;
@@ -114,7 +114,7 @@ impl Visit {
         self.open("/account/tokens").await;
         inspect(&self.browser, "no tokens").await;
         self.fill("/account/tokens", &[("name", "Laboratory"), ("password", PASSWORD)]).await;
-        contains(&self.browser, "a token", &["laboratory", "not shown again"]).await;
+        contains(&self.browser, "a token", &["laboratory", "not be shown again"]).await;
         inspect(&self.browser, "a token").await;
         self.open("/account/tokens").await;
         contains(&self.browser, "the tokens", &["laboratory", "never"]).await;

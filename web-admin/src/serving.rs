@@ -150,7 +150,7 @@ async fn count_arrival(
     match listener.accept().await {
         Ok((stream, address)) => Some((stream, address, place)),
         Err(error) => {
-            tracing::warn!(cause = %error, "a connection could not be taken");
+            tracing::warn!(cause = %error, "failed to accept a connection");
             // Out of file descriptors, accept fails at once each time: do not spin.
             tokio::time::sleep(Duration::from_millis(100)).await;
             None

@@ -32,7 +32,7 @@ def attack_cohort_of_ones_own(world):
     honest(agreed.status == 303 and reach(town, "colleague", session, ada) == [200] * 4, "once she agrees he sees it")
     eve.press(f"{people}/{ada}/remove")
     told = town.browser("ada").get("/account").text
-    refuse("has taken you out of Mine" in told and "has asked to have you" in told, "leaving hides that he was there")
+    refuse("has removed you from Mine" in told and "has asked for a place in" in told, "leaving hides that he was there")
     return "404 until she agrees; she sees who asked, saw and left"
 
 

@@ -214,7 +214,7 @@ def attack_lost_database(world):
         if empty:
             database.write_bytes(b"")
         done = world.programs.run("serve", "--listen", "127.0.0.1:0", "--data-dir", town.data, check=False, timeout=60)
-        refuse(done.returncode != 0 and "holds recordings" in done.stderr + done.stdout, f"{done}")
+        refuse(done.returncode != 0 and "contains recordings" in done.stderr + done.stdout, f"{done}")
     database.unlink(missing_ok=True)
     kept.rename(database)
     town.service = Service(world.programs, town.data)

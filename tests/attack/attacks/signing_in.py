@@ -238,7 +238,7 @@ def attack_sign_ins_that_nobody_sees(world):
     failed = [line for line in lines if line[0] == "sign_in.failed"]
     refuse(len(failed) >= 10 and any(line[0] == "sign_in.blocked" for line in lines), f"{lines}")
     refuse("secret" not in repr(lines) and "guess 1" not in repr(lines) + town.log(), "what was typed is in a log")
-    refuse("somebody did not get in" in town.log() or stranger.address in town.log(), "the log knows nothing")
+    refuse("sign-in failed" in town.log() or stranger.address in town.log(), "the log knows nothing")
     honest(town.browser("ada") and town.rows("SELECT 1 FROM audit_log WHERE action = 'person.signed_in'"), "a sign-in is there, too")
     return f"{len(failed)} failed and the flood in the audit log, without what was typed"
 

@@ -73,7 +73,7 @@ pub async fn anchor(state: &Service) -> anyhow::Result<Option<String>> {
             .mailer
             .send(Letter { id: LetterId::made_at(now), ..letter }, now)
             .await
-            .context("the statement was not mailed")?;
+            .context("could not email the audit checkpoint")?;
         store.keep(&told, address.clone().into_bytes()).await?;
         return Ok(Some(store.place(&name)));
     }
@@ -96,8 +96,7 @@ fn letter(day: &str, address: &str, statement: &str) -> Letter {
         email: address.to_owned(),
         subject: format!("The audit log of Stylet on {day}"),
         body: format!(
-            "Keep this letter. Whoever asks later whether the audit log is whole saves the lines below as a file and runs\n\n\
-             web-admin verify --statement FILE\n\n{statement}\n"
+            "Keep this email. To check later whether the audit log is complete and unchanged, save the lines below as a file and run\n\nweb-admin verify --statement FILE\n\n{statement}\n"
         ),
     }
 }
@@ -113,7 +112,7 @@ pub fn check(file: &[u8], key: &str) -> anyhow::Result<AuditHead> {
     let signed: Certificate =
         serde_json::from_str(text.get(from..=to).unwrap_or_default()).context("not a statement")?;
     let head: AuditHead = serde_json::from_str(certificate::checked_text(&signed, key)?).context("not a statement")?;
-    ensure!(head.of == OF && head.format == FORMAT, "a statement of another kind or version");
+    ensure!(head.of == OF && head.format == FORMAT, "an audit checkpoint of an unknown kind or version");
     Ok(head)
 }
 
@@ -122,12 +121,12 @@ pub async fn run(state: Service) {
     loop {
         let state_it = async {
             if let Some(file) = anchor(&state).await? {
-                tracing::info!(file, "the end of the audit log is stated");
+                tracing::info!(file, "published audit checkpoint");
             }
             Ok(())
         };
         if let Err(error) = replicas::do_duty(&state, Duty::Statements, state_it).await {
-            tracing::warn!(cause = format!("{error:?}"), "the end of the audit log could not be stated");
+            tracing::warn!(cause = format!("{error:?}"), "failed to publish audit checkpoint");
         }
         tokio::time::sleep(EVERY).await;
     }

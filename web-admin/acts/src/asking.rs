@@ -45,9 +45,9 @@ async fn ask_helper(helper: Helper, question: &JudgeQuestion) -> anyhow::Result<
     let ended = run_helper(helper, input).await?;
     Ok(match ended {
         HelperExit::Said(said) => serde_json::from_slice(&said)?,
-        HelperExit::Late => JudgeAnswer::Died(format!("it took longer than {time_s} s")),
+        HelperExit::Late => JudgeAnswer::Died(format!("exceeded the time limit of {time_s} s")),
         HelperExit::Died(how) => {
-            JudgeAnswer::Died(format!("whoever worked on it, with {memory_mb} MB of memory at most, has died: {how}"))
+            JudgeAnswer::Died(format!("the sandboxed process, limited to {memory_mb} MB of memory, crashed: {how}"))
         }
     })
 }

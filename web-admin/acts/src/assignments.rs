@@ -30,7 +30,7 @@ use crate::service::Service;
 pub async fn make(state: &Service, by: &CurrentPerson, new: &NewAssignment) -> Result<AssignmentId, Error> {
     let mut tx = state.db.write().await?;
     if assignments::find_same_assignment(&mut *tx, by.school_id, new, state.clock.now()).await?.is_some() {
-        let why = tr!("this is assigned to them already: change that assignment, or take it back first");
+        let why = tr!("this is already assigned to them: change or withdraw that assignment first");
         return Err(Error::Unprocessable(why.to_owned()));
     }
     let id = assignments::add_assignment(&mut tx, by, new, state.clock.now()).await?;

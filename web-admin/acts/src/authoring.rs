@@ -149,7 +149,7 @@ pub async fn add_to_course(
     match save_draft(state, person, id, draft.version, &texts).await? {
         SaveOutcome::Kept(_) => Ok(AddedExercise { draft: id, row: rows }),
         SaveOutcome::Elsewhere(_) => {
-            Err(Error::Conflict(tr!("somebody has just saved the draft of this course; try again").to_owned()))
+            Err(Error::Conflict(tr!("another person has just saved the draft of this course; try again").to_owned()))
         }
     }
 }
@@ -187,7 +187,7 @@ pub async fn take_scene(
 }
 
 fn refuse_unreadable() -> Error {
-    let why = tr!("the draft of this course is no TOML: mend it before an exercise is added to it");
+    let why = tr!("the draft of this course is not valid TOML: correct it before you add an exercise");
     Error::Conflict(why.to_owned())
 }
 
@@ -196,7 +196,7 @@ fn check_title(title: &str) -> Result<&str, Error> {
     match !title.is_empty() && title.chars().count() <= LONGEST_TITLE && !title.chars().any(char::is_control) {
         true => Ok(title),
         false => Err(Error::Unprocessable(tr!(
-            "title: “{title}”; allowed are 1 to {most} characters on one line",
+            "title: “{title}”; allowed: 1 to {most} characters on one line",
             title = title,
             most = LONGEST_TITLE
         ))),
@@ -212,14 +212,17 @@ async fn choose_id(state: &Service, school: SchoolId, kind: DraftKind, new: NewD
         return match is_taken(state, school, kind, wanted).await? {
             false => Ok(wanted.to_owned()),
             true => Err(Error::Unprocessable(tr!(
-                "id: “{id}” is taken already; choose another, or edit that one",
+                "id: “{id}” is already taken; choose another, or edit that document",
                 id = wanted
             ))),
         };
     }
     let made = id_from_title(new.title);
     check_new_id(&made).map_err(|_| {
-        Error::Unprocessable(tr!("id: the title “{title}” gives none; type one", title = new.title.trim()))
+        Error::Unprocessable(tr!(
+            "id: none can be derived from the title “{title}”; enter one",
+            title = new.title.trim()
+        ))
     })?;
     for number in 1..1000 {
         let id = if number == 1 { made.clone() } else { format!("{made}-{number}") };
@@ -227,7 +230,7 @@ async fn choose_id(state: &Service, school: SchoolId, kind: DraftKind, new: NewD
             return Ok(id);
         }
     }
-    Err(Error::Unprocessable(tr!("id: “{id}” is taken already; choose another, or edit that one", id = made)))
+    Err(Error::Unprocessable(tr!("id: “{id}” is already taken; choose another, or edit that document", id = made)))
 }
 
 /// Returns whether an id is used by a published document or a draft.
@@ -249,7 +252,7 @@ fn check_new_id(id: &str) -> Result<(), Error> {
     match !id.is_empty() && id.len() <= LONGEST_ID && id.chars().all(allowed) {
         true => Ok(()),
         false => Err(Error::Unprocessable(tr!(
-            "id: “{id}”; allowed are 1 to {most} lower-case letters, digits and hyphens",
+            "id: “{id}”; allowed: 1 to {most} lower-case letters, digits and hyphens",
             id = id,
             most = LONGEST_ID
         ))),

@@ -47,14 +47,14 @@ async fn plan_within(
 ) -> Result<BulkPlan, Error> {
     let asked = request.people.len();
     if count_u32(asked) > MOST_PEOPLE {
-        return Err(Error::BadRequest(format!("people: {asked}; allowed are {MOST_PEOPLE} at once")));
+        return Err(Error::BadRequest(format!("people: {asked}; allowed: {MOST_PEOPLE} at once")));
     }
     let members = match request.cohort.filter(|_| request.act.needs_cohort()) {
         Some(cohort) => {
             cohorts::find_cohort(&mut *connection, by.school_id, cohort).await?.ok_or(Error::NotFound)?;
             cohorts::list_members_among(&mut *connection, by.school_id, cohort, &request.people).await?
         }
-        None if request.act.needs_cohort() => return Err(Error::BadRequest("cohort: none is chosen".to_owned())),
+        None if request.act.needs_cohort() => return Err(Error::BadRequest("cohort: none chosen".to_owned())),
         None => BTreeSet::new(),
     };
     let mut plan = BulkPlan::default();
@@ -111,7 +111,7 @@ async fn act_on(
         (BulkAct::Disable, _) => accounts::disable_in(tx, state, by, person_id).await?,
         (BulkAct::Enable, _) => accounts::enable_in(tx, state, by, person_id).await?,
         (BulkAct::Join | BulkAct::Leave, None) => {
-            return Err(Error::BadRequest("cohort: none is chosen".to_owned()));
+            return Err(Error::BadRequest("cohort: none chosen".to_owned()));
         }
     }
     Ok(())

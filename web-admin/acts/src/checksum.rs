@@ -50,9 +50,8 @@ impl Checksum {
         };
         let hash = hash.strip_prefix(':').and_then(|rest| rest.strip_suffix(':'));
         let hash = hash.and_then(|hash| BASE64.decode(hash.as_bytes()).ok()).filter(|hash| hash.len() == 32);
-        let refused = || {
-            Error::BadRequest(format!("Content-Digest: \"{header}\"; allowed is sha-256=:HASH:, the hash in base64"))
-        };
+        let refused =
+            || Error::BadRequest(format!("Content-Digest: \"{header}\"; allowed: sha-256=:HASH:, the hash in base64"));
         Ok(Some(Self { digest: Digesting::Sha256(Sha256::new()), expected: hash.ok_or_else(refused)? }))
     }
 
@@ -75,6 +74,6 @@ impl Checksum {
 }
 
 fn refused(header: &str) -> Error {
-    let allowed = "allowed are sha256 and sha1, each followed by a space and its hash in base64";
+    let allowed = "allowed: sha256 or sha1, followed by a space and the hash in base64";
     Error::BadRequest(format!("Upload-Checksum: \"{header}\"; {allowed}"))
 }

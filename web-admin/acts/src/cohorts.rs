@@ -24,7 +24,7 @@ pub async fn make_cohort(service: &Service, by: &CurrentPerson, name: &str) -> R
     let mut tx = service.db.write().await?;
     let before = cohorts::list_cohorts(&mut *tx, school_id).await?;
     if before.iter().any(|cohort| cohort.name == name) {
-        return Err(Error::Conflict(tr!("there is a cohort “{name}” already", name = name)));
+        return Err(Error::Conflict(tr!("a cohort “{name}” already exists", name = name)));
     }
     let cohort = cohorts::find_or_create(&mut tx, school_id, name, service.clock.now()).await?;
     if by.role == Role::Instructor {

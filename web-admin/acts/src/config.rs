@@ -209,7 +209,7 @@ pub fn mail_to(given: &str) -> Result<MailTo, ConfigError> {
         Some((scheme, _)) => Err(ConfigError {
             option: "--mail",
             value: format!("{scheme}://…"),
-            allowed: "allowed is a smtp:// or smtps:// URL, or a folder",
+            allowed: "allowed: an smtp:// or smtps:// URL, or a folder",
         }),
         None => Ok(MailTo::Folder(PathBuf::from(given))),
     }
@@ -223,7 +223,7 @@ pub fn anchor_mail(given: &str) -> Result<String, ConfigError> {
     let refused = || ConfigError {
         option: "--anchor-mail",
         value: given.to_owned(),
-        allowed: "allowed is an address, as audit@example.org",
+        allowed: "allowed: an email address such as audit@example.org",
     };
     if is_email(given) { Ok(given.to_owned()) } else { Err(refused()) }
 }
@@ -237,7 +237,7 @@ pub fn origin(given: &str) -> Result<String, ConfigError> {
     let refused = || ConfigError {
         option: "--allow-origin",
         value: given.to_owned(),
-        allowed: "allowed is a scheme and a host, as https://lab.example.org or http://localhost:3000, without a path",
+        allowed: "allowed: a scheme and a host, such as https://lab.example.org or http://localhost:3000, without a path",
     };
     let text = given.to_ascii_lowercase();
     let uri: Uri = text.parse().map_err(|_| refused())?;
@@ -274,7 +274,7 @@ pub fn recordings_place(
 ) -> Result<RecordingsPlace, ConfigError> {
     #[cfg(feature = "replicas")]
     const ALLOWED: &str =
-        "allowed is a path, a file:// URL, or s3://BUCKET/PREFIX of letters, digits, \"-\", \"_\", \".\" and \"/\"";
+        "allowed: a path, a file:// URL, or s3://BUCKET/PREFIX of letters, digits, \"-\", \"_\", \".\" and \"/\"";
     #[cfg(not(feature = "replicas"))]
     const ALLOWED: &str = crate::bucket_address::UNBUILT;
     let refused = |scheme| ConfigError { option: "--recordings", value: format!("{scheme}://…"), allowed: ALLOWED };

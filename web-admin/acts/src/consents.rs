@@ -21,7 +21,7 @@ pub async fn record_consent(
 ) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     if !experts::record_consent(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, new, now).await? {
-        return Err(Error::Conflict(tr!("a consent stands already; it is taken back first").to_owned()));
+        return Err(Error::Conflict(tr!("this person has already given consent; withdraw it first").to_owned()));
     }
     let told = json!({ "wording": new.wording, "given_at": new.given_at.to_string() });
     AuditEntry::by(by, "expert.consented", person).with(told).append(&mut tx, now).await?;

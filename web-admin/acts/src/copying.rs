@@ -34,15 +34,15 @@ pub(crate) async fn copy_picture(
         JudgeAnswer::Copied(Ok(copied)) => read_copy(copied).map(Ok),
         JudgeAnswer::Copied(Err(why)) => Ok(Err(why)),
         JudgeAnswer::Died(how) => {
-            tracing::warn!(%school, how, "a helper died of a picture, which was refused");
-            Ok(Err(tr!("the picture takes too much memory or time to be read").to_owned()))
+            tracing::warn!(%school, how, "sandboxed process crashed on a picture; picture rejected");
+            Ok(Err(tr!("reading the picture takes too much memory or time; choose a smaller one").to_owned()))
         }
-        other => Err(anyhow::anyhow!("a picture was to be copied, and the answer was {other:?}").into()),
+        other => Err(anyhow::anyhow!("unexpected answer to a request to copy a picture: {other:?}").into()),
     }
 }
 
 fn read_copy(copied: CopiedPicture) -> Result<PictureCopy, Error> {
     let bytes = BASE64.decode(copied.base64.as_bytes()).map_err(anyhow::Error::from)?;
-    let kind = PictureKind::of_bytes(&bytes).ok_or_else(|| anyhow::anyhow!("a copy is no picture"))?;
+    let kind = PictureKind::of_bytes(&bytes).ok_or_else(|| anyhow::anyhow!("the copy is not a picture"))?;
     Ok(PictureCopy { kind, size: copied.size, bytes })
 }

@@ -50,7 +50,7 @@ pub async fn extend(
         return Err(Error::Unprocessable(tr!("days: {days}; 0 to {most} are allowed", days = days, most = MAX_DAYS)));
     }
     let Some(local) = dated.due_local else {
-        return Err(Error::Conflict(tr!("what has no due date is not extended").to_owned()));
+        return Err(Error::Conflict(tr!("no due date is set, so there is nothing to extend").to_owned()));
     };
     let later = due::extended(local, dated.time_zone, days);
     let later = later.map_err(|refused| Error::Unprocessable(refused.to_string()))?;
@@ -71,7 +71,7 @@ pub async fn extend(
 pub async fn run(state: Service) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::Reminders, remind(&state)).await {
-            tracing::warn!(cause = tell_in_full(&error), "reminders could not be queued");
+            tracing::warn!(cause = tell_in_full(&error), "failed to queue reminders");
         }
         tokio::time::sleep(EVERY).await;
     }

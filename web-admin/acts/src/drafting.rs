@@ -366,7 +366,7 @@ impl ExerciseShelf {
         // It was parsed when it was published, so a failure is a bug here; the course then sees no
         // such exercise.
         let read = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
-        let read = read.inspect_err(|error| tracing::error!(id, %error, "a published exercise is refused")).ok();
+        let read = read.inspect_err(|error| tracing::error!(id, %error, "published exercise is invalid")).ok();
         self.read.borrow_mut().insert(id.to_owned(), read.clone());
         read
     }
@@ -399,10 +399,10 @@ pub async fn examine(state: &Service, school: SchoolId, question: DraftQuestion)
             Ok(*verdict)
         }
         JudgeAnswer::Died(how) => {
-            tracing::warn!(%school, how, "a draft costs more than a preview may");
+            tracing::warn!(%school, how, "draft exceeds the limits of a preview");
             Ok(too_costly(state))
         }
-        other => Err(anyhow::anyhow!("a draft was to be looked at, and this came: {other:?}").into()),
+        other => Err(anyhow::anyhow!("unexpected answer to a request to check a draft: {other:?}").into()),
     }
 }
 
@@ -411,10 +411,9 @@ fn too_costly(state: &Service) -> DraftVerdict {
     let budget_s = state.config.preview_time.as_secs();
     let memory_mb = state.config.helper.as_ref().map_or(0, |helper| helper.memory_mb);
     let what = tr!(
-        "to find out what it comes to takes more than {seconds} s or {memory} MB; allowed: what takes less. A larger \
-         tissue.tolerance, fewer layers and a shorter time limit cost less",
+        "checking this takes more than {seconds} s or {memory} MB, the most allowed; use a larger tissue.tolerance, fewer layers or a shorter time limit",
         seconds = budget_s,
         memory = memory_mb
     );
-    DraftVerdict { problems: vec![DraftRemark::on_all(tr!("Too costly"), what)], ..DraftVerdict::default() }
+    DraftVerdict { problems: vec![DraftRemark::on_all(tr!("Too expensive to check"), what)], ..DraftVerdict::default() }
 }

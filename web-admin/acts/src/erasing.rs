@@ -96,7 +96,7 @@ pub async fn erase(
 async fn take_back(list: &ErasureStore, erasure: &Erasure) {
     if let Err(cause) = list.take_back(erasure).await {
         let person = erasure.person_id;
-        tracing::error!(%cause, %person, "an erasure failed and may be on the list: then the next start carries it out");
+        tracing::error!(%cause, %person, "erasure failed; if it is on the list, the next start carries it out");
     }
 }
 

@@ -153,7 +153,7 @@ async fn read_objects(bucket: &Bucket) -> anyhow::Result<Vec<Erasure>> {
         let Some(bytes) = bucket.read_whole(&place).await? else { return anyhow::Ok(Vec::new()) };
         let place = format!("{}/{place}", bucket.address());
         let erasures = read_lines(Path::new(&place), bytes)?;
-        ensure!(erasures.len() == 1, "{place}: not an erasure, as web-admin writes them");
+        ensure!(erasures.len() == 1, "{place}: not an erasure written by web-admin");
         Ok(erasures)
     });
     Ok(read.buffered(AT_ONCE).try_collect::<Vec<_>>().await?.into_iter().flatten().collect())

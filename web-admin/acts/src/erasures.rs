@@ -147,11 +147,12 @@ impl ErasureList {
 /// Fails if a line has an unknown format.
 pub fn read_lines(path: &Path, bytes: Vec<u8>) -> Result<Vec<Erasure>, UnreadableList> {
     let refused = |line, why: String| UnreadableList { path: path.to_owned(), line, why };
-    let text = String::from_utf8(bytes).map_err(|_| refused(None, "is no text; a list of erasures is".to_owned()))?;
+    let text = String::from_utf8(bytes)
+        .map_err(|_| refused(None, "not UTF-8 text, as a list of erasures must be".to_owned()))?;
     let whole = text.rfind('\n').map_or("", |end| &text[..end]);
     let mut standing: Vec<Erasure> = Vec::new();
     for (place, line) in whole.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-        let words = |error| format!("not a line of a list of erasures, as web-admin writes them: {error}");
+        let words = |error| format!("not a line of a list of erasures written by web-admin: {error}");
         match serde_json::from_str(line).map_err(|error| refused(Some(place + 1), words(error)))? {
             ErasureLine::Erased(erasure) => standing.push(erasure),
             ErasureLine::TakenBack(erasure) => standing.retain(|other| *other != erasure),

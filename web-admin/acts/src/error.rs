@@ -12,7 +12,7 @@ use crate::web_sessions::AWAY;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// It does not exist, or belongs to another school.
-    #[error("there is nothing here")]
+    #[error("nothing was found at this address")]
     NotFound,
     /// It existed and was removed.
     #[error("{0}")]
@@ -33,16 +33,16 @@ pub enum Error {
     #[error("{0}")]
     Conflict(String),
     /// Another request holds the lock.
-    #[error("another request is writing to this upload; try again when it has ended")]
+    #[error("another request is writing to this upload; try again when it has finished")]
     Locked,
     /// The protocol version is not supported.
     #[error("{0}")]
     WrongVersion(&'static str),
     /// The body does not match its checksum.
-    #[error("the piece is not what Upload-Checksum says: it was not kept")]
+    #[error("the chunk does not match Upload-Checksum: it was discarded")]
     ChecksumMismatch,
     /// The body exceeds the size limit.
-    #[error("the body is larger than {limit_bytes} bytes, the largest allowed")]
+    #[error("the request body is larger than the limit of {limit_bytes} bytes")]
     TooLarge {
         /// Size limit, in bytes.
         limit_bytes: u64,
@@ -57,7 +57,7 @@ pub enum Error {
     #[error("{0}")]
     Unprocessable(String),
     /// The body did not arrive in time.
-    #[error("the body stopped arriving")]
+    #[error("the transfer of the request body was interrupted")]
     Timeout,
     /// Rate limit exceeded.
     #[error("too many attempts; try again in {retry_after_s} s")]
@@ -66,28 +66,28 @@ pub enum Error {
         retry_after_s: u64,
     },
     /// Earlier requests of the same school are still in the queue.
-    #[error("others of this school are before this; try again in {retry_after_s} s")]
+    #[error("other drafts of this school are checked first; try again in {retry_after_s} s")]
     Busy {
         /// When to retry, in s.
         retry_after_s: u64,
     },
     /// Too many concurrent sign-ins.
-    #[error("too many sign in at this moment; try again in {retry_after_s} s")]
+    #[error("too many people are signing in right now; try again in {retry_after_s} s")]
     Crowded {
         /// When to retry, in s.
         retry_after_s: u64,
     },
     /// The malware scanner did not return a verdict. The cause is logged.
-    #[error("the scanner for malware says nothing of this now, so it was not taken in; send it again later")]
+    #[error("the malware scanner is unavailable, so the recording was not accepted; send it again later")]
     Unscanned(#[source] anyhow::Error),
     /// The helper process crashed or timed out on this file; contains how it ended. The cause is
     /// logged.
-    #[error("this could not be worked on to its end; it is tried once more when it is sent again, and then set aside")]
+    #[error("processing did not finish; if you send it again, it is retried once and then quarantined")]
     Deadly(String),
     /// The helper crashed twice on this recording. It is not read again until the operator runs
     /// `web-admin retry`.
     #[error(
-        "whoever read this recording has died of it twice: it is read no more, and whoever runs the service was told; keep it until they have let it be tried again"
+        "this recording has crashed its reader twice and is quarantined; the operator was notified: keep the recording until the operator releases it"
     )]
     SetAside,
     /// The person was erased, withdrew or never consented: the recording must be deleted at the
@@ -107,19 +107,20 @@ pub enum Error {
     #[error("{DATABASE_AWAY}")]
     DatabaseAway(#[source] anyhow::Error),
     /// An internal error. The cause is logged and never shown to the user.
-    #[error("something went wrong here; it has been noted")]
+    #[error("an internal error occurred and was logged; try again later")]
     Internal(#[source] anyhow::Error),
 }
 
 /// Message of [`Error::NoRoom`].
 const NO_ROOM: &str =
-    "this service has no room left on its disk, so nothing was changed; tell whoever runs it, and try again later";
+    "this service has run out of disk space, so nothing was changed; tell its operator, and try again later";
 
 /// Message of [`Error::StoreAway`].
-const STORE_AWAY: &str = "recordings cannot be reached now, so this was not done; try again later";
+const STORE_AWAY: &str = "the recording store is unavailable, so the request was not carried out; try again later";
 
 /// Message of [`Error::DatabaseAway`]. A commit that was in progress may have succeeded.
-const DATABASE_AWAY: &str = "the database does not answer now; try again later, and where something was to be changed, look first whether it was";
+const DATABASE_AWAY: &str =
+    "the database is unavailable; your change may not have been saved: check before you try again";
 
 /// Formats an error with its chain of causes, for the log. Users only see the outermost message.
 #[must_use]
@@ -149,30 +150,32 @@ impl Error {
     #[must_use]
     pub fn said(&self) -> String {
         match self {
-            Self::NotFound => tr!("there is nothing here").to_owned(),
+            Self::NotFound => tr!("nothing was found at this address").to_owned(),
             Self::TooLarge { limit_bytes } => {
-                tr!("the body is larger than {limit} bytes, the largest allowed", limit = limit_bytes)
+                tr!("the request body is larger than the limit of {limit} bytes", limit = limit_bytes)
             }
             Self::Unscored(why) => tr!("this attempt was not scored: {why}", why = why),
-            Self::Timeout => tr!("the body stopped arriving").to_owned(),
+            Self::Timeout => tr!("the transfer of the request body was interrupted").to_owned(),
             Self::TooMany { retry_after_s } => tr!("too many attempts; try again in {wait} s", wait = retry_after_s),
             Self::Crowded { retry_after_s } => {
-                tr!("too many sign in at this moment; try again in {wait} s", wait = retry_after_s)
+                tr!("too many people are signing in right now; try again in {wait} s", wait = retry_after_s)
             }
             Self::Busy { retry_after_s } => {
-                tr!("others of this school are before this; try again in {wait} s", wait = retry_after_s)
+                tr!("other drafts of this school are checked first; try again in {wait} s", wait = retry_after_s)
             }
-            Self::NoRoom(_) => {
-                tr!("this service has no room left on its disk, so nothing was changed; tell whoever runs it, and try again later").to_owned()
-            }
-            Self::StoreAway(_) => {
-                tr!("recordings cannot be reached now, so this was not done; try again later").to_owned()
-            }
-            Self::DatabaseAway(_) => tr!(
-                "the database does not answer now; try again later, and where something was to be changed, look first whether it was"
+            Self::NoRoom(_) => tr!(
+                "this service has run out of disk space, so nothing was changed; tell its operator, and try again later"
             )
             .to_owned(),
-            Self::Internal(_) => tr!("something went wrong here; it has been noted").to_owned(),
+            Self::StoreAway(_) => {
+                tr!("the recording store is unavailable, so the request was not carried out; try again later")
+                    .to_owned()
+            }
+            Self::DatabaseAway(_) => {
+                tr!("the database is unavailable; your change may not have been saved: check before you try again")
+                    .to_owned()
+            }
+            Self::Internal(_) => tr!("an internal error occurred and was logged; try again later").to_owned(),
             other => other.to_string(),
         }
     }
@@ -185,7 +188,7 @@ impl Error {
 pub fn refuse_trainees(person: &CurrentPerson) -> Result<(), Error> {
     match person.role.teaches() {
         true => Ok(()),
-        false => Err(Error::Forbidden(tr!("this page is for those who teach"))),
+        false => Err(Error::Forbidden(tr!("this page is for instructors"))),
     }
 }
 

@@ -28,7 +28,10 @@ where
                     Ok(()) => return,
                     Err(Error::DatabaseAway(_)) => {}
                     Err(error) => {
-                        tracing::warn!(cause = tell_in_full(&error), "{what} stays held until the service stops");
+                        tracing::warn!(
+                            cause = tell_in_full(&error),
+                            "failed to release {what}; held until the service stops"
+                        );
                         return;
                     }
                 }

@@ -16,7 +16,7 @@ use crate::config::Config;
 use crate::removing::remove_if_there;
 
 /// Advice shown with a finding.
-const ADVICE: &str = "the database is damaged and is not served; restore a backup with web-admin restore";
+const ADVICE: &str = "the database is damaged and cannot be served; restore a backup with web-admin restore";
 
 /// Progress of an integrity check.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -76,8 +76,8 @@ pub async fn begin_inspection(config: &Config, patience: Duration) -> anyhow::Re
     let patience = if mark.exists() || is_migration_due(&db).await { Duration::MAX } else { patience };
     let look = tokio::spawn(look_and_mark(db, Arc::clone(&inspection), mark));
     match tokio::time::timeout(patience, look).await {
-        Ok(looked) => looked.context("the database was not looked through")?,
-        Err(_elapsed) => tracing::info!("the database is still being looked through; serving meanwhile"),
+        Ok(looked) => looked.context("the database was not checked")?,
+        Err(_elapsed) => tracing::info!("database check still running; serving meanwhile"),
     }
     match &inspection.state().findings[..] {
         [] => Ok(inspection),
@@ -107,11 +107,11 @@ async fn look_and_mark(db: Database, inspection: Arc<Inspection>, mark: PathBuf)
         findings => std::fs::write(&mark, findings.join("\n") + "\n"),
     };
     if let Err(error) = marked {
-        tracing::warn!(cause = %error, mark = %mark.display(), "whether the database is damaged cannot be kept for the next start");
+        tracing::warn!(cause = %error, mark = %mark.display(), "failed to store the result of the database check for the next start");
     }
     inspection.change(|state| state.going = false);
     if findings.is_empty() {
-        tracing::info!(audit_rows = inspection.state().audit_rows_read, "the database is whole");
+        tracing::info!(audit_rows = inspection.state().audit_rows_read, "database check passed");
     } else {
         tracing::error!("{ADVICE} from the next start on");
     }

@@ -92,14 +92,14 @@ async fn scan(state: &Service, bearer: &Bearer, received: &Received) -> Result<(
     let ScanVerdict::Found(found) = scanner.scan(received.path()).await.map_err(Error::Unscanned)? else {
         return Ok(());
     };
-    tracing::warn!(school = %bearer.school_id, sha256 = received.sha256, found, "malware was found in a recording, which was refused");
+    tracing::warn!(school = %bearer.school_id, sha256 = received.sha256, found, "malware found; recording rejected");
     let mut tx = state.db.write().await?;
     AuditEntry::new(bearer.school_id, bearer.actor.clone(), "recording.infected", &received.sha256)
         .with(json!({ "found": found, "size": received.size }))
         .append(&mut tx, state.clock.now())
         .await?;
     tx.commit().await?;
-    Err(Error::Unprocessable(format!("the scanner for malware has found {found} in this recording: it was not kept")))
+    Err(Error::Unprocessable(format!("the malware scanner has found {found} in this recording: it was discarded")))
 }
 
 /// Reads a recording uploaded in a single request. The attempt is recorded before the file is
@@ -135,7 +135,7 @@ async fn have_read(state: &Service, received: &Received) -> Result<RecordingFact
         JudgeAnswer::Permanent(why) => Err(Error::Unprocessable(why)),
         JudgeAnswer::Died(how) => Err(Error::Deadly(how)),
         JudgeAnswer::Passing(why) => Err(anyhow::anyhow!(why).context("a recording that has just arrived").into()),
-        other => Err(anyhow::anyhow!("a recording was to be read, and this came: {other:?}").into()),
+        other => Err(anyhow::anyhow!("unexpected answer to a request to read a recording: {other:?}").into()),
     }
 }
 
@@ -223,7 +223,7 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Person
         return Ok(id);
     }
     Err(Error::Conflict(format!(
-        "trainee: \"{named}\"; this is an attempt of somebody else: your pseudonym is \"{own}\""
+        "trainee: \"{named}\"; this attempt belongs to another person: your pseudonym is \"{own}\""
     )))
 }
 
@@ -231,10 +231,12 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Person
 async fn refuse_unwanted(state: &Service, trainee: PersonKey) -> Result<(), Error> {
     let consent = people::find_recording_consent(state.db.reader(), trainee).await?;
     if consent.is_erased {
-        return Err(Error::Unwanted("whoever made this attempt was erased: remove the recording, it is not kept here"));
+        return Err(Error::Unwanted(
+            "the person who made this attempt was erased: delete the recording, it is not accepted",
+        ));
     }
     if consent.is_missing {
-        let why = "this guest has not agreed to take part in a study, or has withdrawn: remove the recording, it is not kept here";
+        let why = "this guest has not agreed to take part in a study, or has withdrawn: delete the recording, it is not accepted";
         return Err(Error::Unwanted(why));
     }
     Ok(())
@@ -282,7 +284,7 @@ async fn place_file(state: &Service, received: Received, session: &Session, sent
         }
         RecordingStore::Bucket(_) if sent => Ok(received),
         // `send_ahead` had found the session.
-        RecordingStore::Bucket(_) => Err(anyhow::anyhow!("session {} has gone meanwhile", session.id).into()),
+        RecordingStore::Bucket(_) => Err(anyhow::anyhow!("session {} was deleted meanwhile", session.id).into()),
     }
 }
 
@@ -371,10 +373,10 @@ async fn note_upload(tx: &mut Connection, upload: Option<UploadId>, session: &Se
 /// Returns the stored session if the new upload is identical to it.
 fn same(existing: Session, new: &Session) -> Result<Session, Error> {
     if existing.recording_sha256 != new.recording_sha256 {
-        return Err(Error::Conflict(format!("session {} was uploaded before with other bytes", new.id)));
+        return Err(Error::Conflict(format!("session {} was already uploaded with different bytes", new.id)));
     }
     if existing.trainee_id != new.trainee_id {
-        return Err(Error::Conflict(format!("session {} was uploaded before by another trainee", new.id)));
+        return Err(Error::Conflict(format!("session {} was already uploaded by another trainee", new.id)));
     }
     Ok(existing)
 }

@@ -53,7 +53,7 @@ impl DataLock {
     pub async fn rejoin_if_lost(&mut self) -> Result<(), LockError> {
         if !self.database.is_held().await {
             self.database = Database::join(&self.address, &self.holder).await?;
-            tracing::warn!("the database had forgotten that it is served, and has been told again");
+            tracing::warn!("database lock was lost and has been taken again");
         }
         Ok(())
     }

@@ -86,7 +86,7 @@ impl Mailer {
             .from(self.from.clone())
             .to(Mailbox::new(
                 Some(letter.name),
-                email_in_ascii(&letter.email).parse().context("the address cannot be written to")?,
+                email_in_ascii(&letter.email).parse().context("invalid email address")?,
             ))
             .subject(letter.subject)
             .date(SystemTime::UNIX_EPOCH + since)
@@ -94,12 +94,14 @@ impl Mailer {
             .header(lettre::message::header::ContentType::TEXT_PLAIN)
             .body(letter.body)?;
         match &self.way {
-            MailerWay::Smtp(transport) => transport.send(message).await.map(drop).context("the mail server refused it"),
+            MailerWay::Smtp(transport) => {
+                transport.send(message).await.map(drop).context("the mail server rejected the email")
+            }
             MailerWay::Folder(folder) => {
-                tokio::fs::create_dir_all(folder).await.context("the mail folder cannot be made")?;
+                tokio::fs::create_dir_all(folder).await.context("cannot create the mail folder")?;
                 tokio::fs::write(file_of(folder, letter.id), message.formatted())
                     .await
-                    .context("the mail cannot be written")
+                    .context("cannot write the email")
             }
         }
     }

@@ -40,7 +40,7 @@ pub async fn note_mail(state: &Service, mail: &Mail, sent: &LetterResult) -> Res
     match sent {
         Ok(()) => mails::mark_mail_sent(&mut tx, mail.id, state.clock.now()).await?,
         Err(error) => {
-            tracing::warn!(mail = %mail.id, tries = mail.tries + 1, cause = error, "a mail was not sent");
+            tracing::warn!(mail = %mail.id, tries = mail.tries + 1, cause = error, "email not sent");
             mails::mark_mail_failed(&mut tx, mail.id, error, next_try(state, mail.tries)).await?;
         }
     }
@@ -113,7 +113,7 @@ pub async fn note_survey_letter(state: &Service, letter: &SurveyLetter, sent: &L
     match sent {
         Ok(()) => letters::mark_letter_sent(&mut tx, letter, state.clock.now()).await?,
         Err(error) => {
-            tracing::warn!(letter = %letter.id, tries = letter.tries + 1, cause = error, "a letter was not sent");
+            tracing::warn!(letter = %letter.id, tries = letter.tries + 1, cause = error, "email not sent");
             letters::mark_letter_failed(&mut tx, letter, error, next_try(state, letter.tries)).await?;
         }
     }
@@ -129,7 +129,7 @@ pub async fn note_retention_letter(
 ) -> Result<(), Error> {
     let again = sent.as_ref().err().and_then(|_| next_try(state, letter.tries));
     if let Err(error) = sent {
-        tracing::warn!(letter = %letter.id, tries = letter.tries + 1, cause = error, "a letter was not sent");
+        tracing::warn!(letter = %letter.id, tries = letter.tries + 1, cause = error, "email not sent");
     }
     let mut tx = state.db.write().await?;
     let error = sent.as_ref().err().map(String::as_str);

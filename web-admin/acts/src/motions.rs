@@ -39,7 +39,7 @@ async fn read(state: &Service, session: &Session) -> anyhow::Result<Option<Strin
             Ok(RecordingFacts::try_from(*reported)?.hashes.map(|hashes| HEXLOWER.encode(&hashes.motion)))
         }
         other => {
-            tracing::warn!(session = %session.id, answer = format!("{other:?}"), "a motion of before is compared with none");
+            tracing::warn!(session = %session.id, answer = format!("{other:?}"), "no earlier movement to compare with");
             Ok(None)
         }
     }
@@ -77,6 +77,6 @@ pub(crate) async fn mark_duplicate(
         .with(json!({ "repeats": original.id }))
         .append(tx, state.clock.now())
         .await?;
-    tracing::warn!(session = %duplicate.id, original = %original.id, "an attempt is a duplicate and no longer counts");
+    tracing::warn!(session = %duplicate.id, original = %original.id, "duplicate attempt found; it no longer counts");
     Ok(())
 }

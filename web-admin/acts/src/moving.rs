@@ -163,7 +163,7 @@ impl SchoolMove {
         let stranger = there.iter().find(|path| !named.contains(*path) && !self.checked.contains_key(**path));
         match stranger {
             Some(path) if !self.stays => anyhow::bail!(
-                "{}: {path} is there, which {} does not name; allowed is a place that is empty, or what an earlier move has copied",
+                "{}: unexpected {path}, not listed in {}; allowed: an empty place, or the copies of an earlier move",
                 self.target.place(),
                 self.databases.source()
             ),
@@ -185,7 +185,7 @@ impl SchoolMove {
         };
         match hash_file(file.path()) {
             Ok((found, _)) if found == *sha256 => {}
-            Ok(_) => return lost(&"its bytes are not those that were stored"),
+            Ok(_) => return lost(&"the bytes do not match the stored hash"),
             Err(error) => return lost(&error),
         }
         if self.stays {

@@ -154,7 +154,7 @@ pub async fn choose_news_letters(state: &Service, person: &CurrentPerson, wanted
 pub async fn run(state: Service) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::News, queue_news_letters(&state)).await {
-            tracing::warn!(cause = tell_in_full(&error), "letters with what is new could not be queued");
+            tracing::warn!(cause = tell_in_full(&error), "failed to queue notification emails");
         }
         tokio::time::sleep(EVERY).await;
     }

@@ -51,7 +51,7 @@ pub enum PasskeyCheck {
 #[must_use]
 pub fn no_site() -> Error {
     let why =
-        tr!("there are no passkeys here: browsers have them only for https and a host that has a name, or localhost");
+        tr!("passkeys are not available here: browsers support them only over https with a host name, or on localhost");
     Error::Conflict(why.to_owned())
 }
 
@@ -94,7 +94,7 @@ pub async fn check(state: &Service, key: PersonKey, answer: PasskeyAnswer<'_>) -
         PasskeyCheck::Proved(_) => {}
         PasskeyCheck::Late => second_factor::note(state, key, "second_factor.refused").await?,
         PasskeyCheck::Refused(why) => {
-            tracing::warn!(from = %answer.from, person = %key.person_id, ?why, "an answer of a passkey is refused");
+            tracing::warn!(from = %answer.from, person = %key.person_id, ?why, "passkey response rejected");
             let action = match why {
                 AnswerRefused::Wrong => "second_factor.refused",
                 AnswerRefused::Copied => "passkey.counted_backwards",
@@ -160,7 +160,10 @@ pub async fn ask_to_make(state: &Service, person: &CurrentPerson, name: &str) ->
     let (reader, key) = (state.db.reader(), PersonKey::from(person));
     let known = read_records(&passkeys::list_passkeys(reader, key).await?)?;
     if known.len() >= MOST {
-        let why = tr!("there are {most} passkeys, the most allowed: remove one that is not used", most = MOST);
+        let why = tr!(
+            "this account already has {most} passkeys, the most allowed: remove one that you no longer use",
+            most = MOST
+        );
         return Err(Error::Unprocessable(why));
     }
     let account = people::find_person(reader, person.id).await?.ok_or(Error::NotFound)?;
@@ -202,7 +205,7 @@ pub async fn make(
     let new =
         NewPasskey { id: PasskeyId::random(), name: &name, credential_id: made.id(), public_key: &json, made_at: now };
     if !passkeys::add_passkey(&mut tx, key, new).await? {
-        return Err(Error::Conflict(tr!("this passkey is known here already: make another").to_owned()));
+        return Err(Error::Conflict(tr!("this passkey is already registered here: create another").to_owned()));
     }
     let details = json!({ "passkey": new.id, "first": first });
     AuditEntry::by(person, "passkey.added", person.id).with(details).append(&mut tx, now).await?;

@@ -46,7 +46,7 @@ pub async fn add_picture(
     let school = person.school_id;
     drafts::find_draft(state.db.reader(), school, seen.id).await?.ok_or(Error::NotFound)?;
     let mut document = EditedDocument::from_text(&texts.document)
-        .ok_or_else(|| refuse(tr!("This draft is no TOML: mend it before a picture is added to it.")))?;
+        .ok_or_else(|| refuse(tr!("This draft is not valid TOML: correct it before you add a picture.")))?;
     let named = list_named_pictures(&document);
     if document.count_rows("picture") >= MOST_PICTURES {
         return Err(Error::Unprocessable(tr!(

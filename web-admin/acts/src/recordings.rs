@@ -134,7 +134,7 @@ pub async fn receive(state: &Service, body: Arriving, checksum: Option<Checksum>
     while let Some(chunk) =
         tokio::time::timeout(config.upload_silence, chunks.next()).await.map_err(|_| Error::Timeout)?
     {
-        let chunk = chunk.map_err(|_| Error::BadRequest("the body broke off".to_owned()))?;
+        let chunk = chunk.map_err(|_| Error::BadRequest("the request body is incomplete".to_owned()))?;
         size += chunk.len() as u64;
         if size > config.max_upload_bytes {
             return Err(Error::TooLarge { limit_bytes: config.max_upload_bytes });
@@ -151,7 +151,9 @@ pub async fn receive(state: &Service, body: Arriving, checksum: Option<Checksum>
     }
     ensure_room(state, 0).await?;
     if checksum.is_some_and(|checksum| !checksum.fits()) {
-        return Err(Error::Unprocessable("the body is not what Content-Digest says: it was not kept".to_owned()));
+        return Err(Error::Unprocessable(
+            "the request body does not match Content-Digest: it was discarded".to_owned(),
+        ));
     }
     file.flush().await?;
     file.sync_all().await?;
@@ -229,7 +231,9 @@ pub async fn with_comments(state: &Service, session: &Session) -> Result<Copied,
     let question = JudgeQuestion::Annotate(AnnotationQuestion { recording: recorded, copy, remarks });
     match asking::ask(state, question).await? {
         JudgeAnswer::Annotated => Ok(Copied(part)),
-        other => Err(anyhow::anyhow!("a recording was to be copied with remarks, and the answer was {other:?}").into()),
+        other => {
+            Err(anyhow::anyhow!("unexpected answer to a request to copy a recording with comments: {other:?}").into())
+        }
     }
 }
 

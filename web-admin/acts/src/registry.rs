@@ -73,7 +73,10 @@ pub async fn add_person(service: &Service, new: RegisteredPerson<'_>) -> Result<
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
     if people::find_person_by_email(&mut *tx, new.email).await?.is_some() {
-        return Err(RegistryError::Usage(format!("--email: \"{}\"; somebody has this address already", new.email)));
+        return Err(RegistryError::Usage(format!(
+            "--email: \"{}\"; another person already has this address",
+            new.email
+        )));
     }
     let school = choose_in(&mut tx, new.school, now).await?;
     let row = NewPerson {
@@ -103,7 +106,7 @@ pub async fn add_person(service: &Service, new: RegisteredPerson<'_>) -> Result<
 
 async fn join(tx: &mut Connection, person: &Person, cohort: &str, now: Moment) -> Result<(), RegistryError> {
     if person.role == Role::Administrator {
-        let why = "--cohort: an administrator neither teaches nor learns; leave it out";
+        let why = "--cohort: an administrator cannot be in a cohort; leave the option out";
         return Err(RegistryError::Usage(why.to_owned()));
     }
     let cohort = cohorts::find_or_create(tx, person.school_id, cohort, now).await?;
@@ -207,7 +210,7 @@ pub async fn find_school(service: &Service, name: Option<&str>) -> Result<School
         Some(name) => existing
             .into_iter()
             .find(|school| school.name == name)
-            .ok_or_else(|| RegistryError::Usage(format!("--school: \"{name}\"; there is no school of this name"))),
+            .ok_or_else(|| RegistryError::Usage(format!("--school: \"{name}\"; no school has this name"))),
         None => only_one(&existing)?.cloned().ok_or_else(|| RegistryError::Usage("there is no school yet".to_owned())),
     }
 }
@@ -219,7 +222,7 @@ fn only_one(existing: &[School]) -> Result<Option<&School>, RegistryError> {
         [only] => Ok(Some(only)),
         several => {
             let names: Vec<_> = several.iter().map(|school| school.name.as_str()).collect();
-            Err(RegistryError::Usage(format!("--school is needed; there are: {}", names.join(", "))))
+            Err(RegistryError::Usage(format!("--school is required; schools: {}", names.join(", "))))
         }
     }
 }

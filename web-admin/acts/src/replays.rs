@@ -51,7 +51,7 @@ async fn make(state: &Service, session: &Session) -> Result<(), Error> {
     let brief = brief(state, session, &recording, JudgingTask::Replay);
     match asking::ask(state, JudgeQuestion::Recording(brief)).await? {
         JudgeAnswer::Replayed => Ok(keep(state, session).await?),
-        other => Err(anyhow::anyhow!("no replay was made of a stored recording: {other:?}").into()),
+        other => Err(anyhow::anyhow!("no replay was generated for a stored recording: {other:?}").into()),
     }
 }
 

@@ -104,7 +104,7 @@ pub async fn run(service: Service) {
             Err(silent) => Err(Error::DatabaseAway(silent.into())),
         };
         if let Err(error) = heard {
-            tracing::warn!(cause = tell_in_full(&error), "it could not be heard who else is at work");
+            tracing::warn!(cause = tell_in_full(&error), "failed to read the heartbeats of the other replicas");
             // A replica that could not reach the database cannot conclude that the others missed
             // heartbeats.
             colleagues = Colleagues::default();
@@ -162,7 +162,7 @@ async fn bury(service: &Service, dead: ReplicaId) -> Result<(), Error> {
         None => tries::bury_replica(&mut tx, dead).await?,
     }
     tx.commit().await?;
-    tracing::warn!(replica = %dead, "a service has ended without a word: what it had in hand is taken over");
+    tracing::warn!(replica = %dead, "missed heartbeats of a replica; taking over its leases");
     service.jobs.notify_one();
     service.mails.notify_one();
     tell_set_aside(service).await
@@ -171,7 +171,7 @@ async fn bury(service: &Service, dead: ReplicaId) -> Result<(), Error> {
 /// Logs everything that is quarantined after two crashes.
 pub async fn tell_set_aside(service: &Service) -> Result<(), Error> {
     for SetAside { kind, id } in tries::list_set_aside(service.db.reader()).await? {
-        tracing::error!(%id, "the service has died of this {kind} twice: it is set aside; web-admin retry tries it again");
+        tracing::error!(%id, "{kind} quarantined after two crashes; web-admin retry releases it");
     }
     Ok(())
 }

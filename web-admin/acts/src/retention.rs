@@ -142,7 +142,7 @@ pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
         }
         match study_keeping::keep_studies(state, school.id).await {
             Ok(0) => {}
-            Ok(erased) => tracing::info!(school = %school.id, erased, "data of studies whose time is over"),
+            Ok(erased) => tracing::info!(school = %school.id, erased, "erased study data past the retention period"),
             Err(error) => failed = Some(error),
         }
     }

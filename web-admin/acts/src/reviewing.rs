@@ -23,7 +23,7 @@ pub async fn set_supervised(
     was_there: bool,
 ) -> Result<(), Error> {
     if session.trainee_id == by.id {
-        return Err(Error::Forbidden(tr!("nobody confirms their own attempt")));
+        return Err(Error::Forbidden(tr!("you cannot confirm your own attempt")));
     }
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     let (changed, action) = if was_there {

@@ -50,7 +50,7 @@ fn ensure_free(folder: &Path, reserve_bytes: u64, wanted_bytes: u64) -> Result<(
     let needed_bytes = reserve_bytes.saturating_add(wanted_bytes);
     if free_bytes < needed_bytes {
         let cause = anyhow::anyhow!(
-            "{free_bytes} bytes are free on the disk of {}, {needed_bytes} are needed with the reserve",
+            "{free_bytes} bytes are free on the disk of {}; {needed_bytes} are needed, reserve included",
             folder.display()
         );
         return Err(Error::NoRoom(cause));
@@ -73,14 +73,14 @@ pub async fn ensure_person_quota(
     let kept = sessions::sum_kept_recordings(executor, whose, day_ago).await?;
     if kept.today >= count_i64(most) {
         return Err(Error::OverQuota(format!(
-            "{} attempts of this trainee came within 24 hours; {most} are allowed",
+            "{} attempts of this trainee were uploaded within 24 hours; at most {most} are allowed",
             kept.today
         )));
     }
     if kept.bytes.unsigned_abs().saturating_add(size) > most_bytes {
         let bytes = kept.bytes;
         return Err(Error::OverQuota(format!(
-            "this trainee's recordings come to {bytes} bytes; with this one of {size} bytes that is more than {most_bytes}"
+            "this trainee's recordings have {bytes} bytes in total; with this one of {size} bytes they exceed the limit of {most_bytes}"
         )));
     }
     Ok(())

@@ -98,10 +98,10 @@ async fn parse(state: &Service, school: SchoolId, body: &[u8]) -> Result<RosterT
         match asking::ask(state, JudgeQuestion::Workbook(BASE64.encode(body))).await? {
             JudgeAnswer::Sheet(sheet) => sheet.and_then(RosterTable::of_sheet),
             JudgeAnswer::Died(how) => {
-                tracing::warn!(%school, how, "a helper died of a workbook, which was refused");
+                tracing::warn!(%school, how, "sandboxed process crashed on a workbook; workbook rejected");
                 Err(Unreadable::TooMuch)
             }
-            other => return Err(anyhow::anyhow!("a workbook was to be read, and the answer was {other:?}").into()),
+            other => return Err(anyhow::anyhow!("unexpected answer to a request to read a workbook: {other:?}").into()),
         }
     } else {
         let body = body.to_vec();

@@ -50,24 +50,25 @@ impl Scanner {
     /// if the file cannot be read.
     pub async fn scan(&self, file: &Path) -> anyhow::Result<ScanVerdict> {
         let asked = tokio::time::timeout(self.time, self.ask(file)).await;
-        let answer = asked.with_context(|| format!("the scanner has not answered for {} s", self.time.as_secs()))??;
+        let answer =
+            asked.with_context(|| format!("the scanner has not responded for {} s", self.time.as_secs()))??;
         verdict(&answer)
     }
 
     /// Sends a file and returns the response.
     async fn ask(&self, file: &Path) -> anyhow::Result<String> {
-        let mut file = File::open(file).await.context("the file that has arrived cannot be read")?;
+        let mut file = File::open(file).await.context("cannot read the received file")?;
         let socket = UnixStream::connect(&self.socket).await;
-        let mut socket = socket.with_context(|| format!("no scanner answers at {}", self.socket.display()))?;
+        let mut socket = socket.with_context(|| format!("no scanner responds at {}", self.socket.display()))?;
         let sent = send(&mut file, &mut socket).await;
         let mut answer = Vec::new();
         // A scanner whose size limit is exceeded responds and closes early, so prefer its response
         // to the write error.
         let read = (&mut socket).take(LONGEST_ANSWER).read_to_end(&mut answer).await;
         if answer.is_empty() {
-            sent.context("the scanner does not take the file")?;
-            read.context("the scanner does not answer")?;
-            bail!("the scanner has closed without an answer");
+            sent.context("the scanner does not accept the file")?;
+            read.context("the scanner does not respond")?;
+            bail!("the scanner closed the connection without a response");
         }
         Ok(String::from_utf8_lossy(&answer).trim_end_matches('\0').trim().to_owned())
     }
@@ -97,7 +98,10 @@ fn verdict(answer: &str) -> anyhow::Result<ScanVerdict> {
     match said.and_then(|said| said.strip_suffix(" FOUND")) {
         Some(name) => Ok(ScanVerdict::Found(on_one_line(name).chars().take(LONGEST_NAME).collect())),
         None => {
-            bail!("the scanner says \"{}\": is clamd's StreamMaxLength less than --max-upload-mb?", on_one_line(answer))
+            bail!(
+                "the scanner responded \"{}\": is clamd's StreamMaxLength less than --max-upload-mb?",
+                on_one_line(answer)
+            )
         }
     }
 }

@@ -41,7 +41,7 @@ const MOST_GRACE_DAYS: u32 = 365;
 /// Returns the error message for an invalid grace period.
 #[must_use]
 pub fn refuse_grace(typed: &str) -> String {
-    tr!("days: “{days}”; allowed are 0 to {most}", days = typed, most = MOST_GRACE_DAYS)
+    tr!("days: “{days}”; allowed: 0 to {most}", days = typed, most = MOST_GRACE_DAYS)
 }
 
 /// Changes name, time zone, mail settings and other preferences of a school. Deadlines of existing
@@ -71,7 +71,7 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
     let length = settings.data_notice.chars().count();
     if length > LONGEST_NOTICE {
         return Err(Error::Unprocessable(tr!(
-            "what stands before every survey has {n} characters; at most {most} are allowed",
+            "the introduction to surveys has {n} characters; at most {most} are allowed",
             n = length,
             most = LONGEST_NOTICE
         )));

@@ -31,7 +31,7 @@ const FIRST_WAIT_S: i64 = 10;
 /// Delay while the recording store is unavailable, in s.
 const STORE_WAIT_S: i64 = 30;
 /// Recorded crash reason if the service itself panicked.
-const PANICKED: &str = "the service panicked over this recording";
+const PANICKED: &str = "the service panicked while scoring this recording";
 
 /// Why a recording was not scored.
 #[derive(Debug)]
@@ -105,7 +105,7 @@ async fn try_scoring(state: &Service, job: &Job) -> anyhow::Result<()> {
 
 async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFailure> {
     let session = sessions::find_session(state.db.reader(), job.school_id, job.session_id).await?;
-    let session = session.context("the queue names a session that is not there")?;
+    let session = session.context("the queue contains a session that does not exist")?;
     let task = JudgingTask::Judge(published(state, &session).await?);
     // Before the job is marked as started: a crash while fetching is not the recording's fault.
     let recording = state.recordings.fetch(&session.recording_path).await?;
@@ -121,7 +121,7 @@ async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFa
         JudgeAnswer::Permanent(why) => Err(ScoringFailure::Permanent(why)),
         JudgeAnswer::Died(how) => Err(ScoringFailure::Death(how)),
         JudgeAnswer::Passing(why) => Err(ScoringFailure::Passing(anyhow::anyhow!(why))),
-        other => Err(ScoringFailure::Passing(anyhow::anyhow!("a score was asked for, and this came: {other:?}"))),
+        other => Err(ScoringFailure::Passing(anyhow::anyhow!("unexpected answer to a scoring request: {other:?}"))),
     }
 }
 
@@ -129,7 +129,7 @@ async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFa
 /// on demand.
 async fn keep_replay(state: &Service, session: &Session) {
     if let Err(error) = replays::keep(state, session).await {
-        tracing::warn!(session = %session.id, cause = tell_in_full(&error), "no replay was kept");
+        tracing::warn!(session = %session.id, cause = tell_in_full(&error), "replay not stored");
     }
 }
 
@@ -191,11 +191,11 @@ async fn refuse(state: &Service, job: &Job, why: &str) -> anyhow::Result<()> {
 async fn put_off(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::Result<()> {
     let why = format!("{error:#}");
     if job.attempts + 1 >= MAX_ATTEMPTS {
-        return refuse(state, job, &format!("given up after {MAX_ATTEMPTS} tries; the last: {why}")).await;
+        return refuse(state, job, &format!("gave up after {MAX_ATTEMPTS} tries; last error: {why}")).await;
     }
     let until = state.clock.now().plus_s(FIRST_WAIT_S << job.attempts);
     give_back(state, job, JobReturn::Failed { until, why: &why }).await?;
-    tracing::warn!(session = %job.session_id, attempts = job.attempts + 1, why, "scoring put off");
+    tracing::warn!(session = %job.session_id, attempts = job.attempts + 1, why, "scoring failed; will retry");
     Ok(())
 }
 
@@ -204,7 +204,7 @@ async fn wait_for_store(state: &Service, job: &Job, error: &anyhow::Error) -> an
     let why = format!("{error:#}");
     let until = state.clock.now().plus_s(STORE_WAIT_S);
     give_back(state, job, JobReturn::Postponed { until, why: &why }).await?;
-    tracing::warn!(session = %job.session_id, why, "scoring waits for what does not answer");
+    tracing::warn!(session = %job.session_id, why, "scoring postponed: dependency unavailable");
     Ok(())
 }
 
@@ -222,7 +222,7 @@ pub async fn give_back(state: &Service, job: &Job, how: JobReturn<'_>) -> anyhow
 
 /// Logs that the lease was lost and the result discarded.
 fn note_loss(job: &Job) {
-    tracing::warn!(session = %job.session_id, "others took this service for dead, and score the recording themselves");
+    tracing::warn!(session = %job.session_id, "lost the lease: another replica is scoring this recording");
 }
 
 /// Records a crash: the job is requeued behind those without crashes, or quarantined after the
@@ -238,7 +238,7 @@ async fn bury(state: &Service, job: &Job, how: &str) -> anyhow::Result<()> {
         entry(job, "session.set_aside").with(json!({ "why": how })).append(&mut tx, state.clock.now()).await?;
     }
     tx.commit().await?;
-    tracing::error!(session = %job.session_id, how, set_aside = is_last, "a recording was fatal to its judge");
+    tracing::error!(session = %job.session_id, how, set_aside = is_last, "scorer crashed on a recording");
     Ok(())
 }
 

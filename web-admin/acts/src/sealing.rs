@@ -53,7 +53,7 @@ pub fn file_key(path: &Path) -> anyhow::Result<[u8; 32]> {
         make_key(path).with_context(|| {
             let folder = path.parent().unwrap_or(path).display();
             format!(
-                "cannot make {}; where one may write, `web-admin keys --keys DIR` makes what {folder} lacks",
+                "cannot create {}; with write access, `web-admin keys --keys DIR` creates the keys missing in {folder}",
                 path.display()
             )
         })?;
@@ -61,7 +61,7 @@ pub fn file_key(path: &Path) -> anyhow::Result<[u8; 32]> {
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
     let key: Option<[u8; 32]> =
         HEXLOWER_PERMISSIVE.decode(text.trim().as_bytes()).ok().and_then(|bytes| bytes.try_into().ok());
-    key.with_context(|| format!("{}: allowed are 64 hexadecimal digits", path.display()))
+    key.with_context(|| format!("{}: allowed: 64 hexadecimal digits", path.display()))
 }
 
 /// Restores a key file from a backup: 64 hexadecimal digits. An existing key is never overwritten.
@@ -70,12 +70,12 @@ pub fn file_key(path: &Path) -> anyhow::Result<[u8; 32]> {
 /// Fails if it is not a key, another key exists, or the disk fails.
 pub fn restore_file_key(path: &Path, digits: &str) -> anyhow::Result<()> {
     let key = digits.trim();
-    ensure!(key.len() == 64 && HEXLOWER_PERMISSIVE.decode(key.as_bytes()).is_ok(), "allowed are 64 hexadecimal digits");
+    ensure!(key.len() == 64 && HEXLOWER_PERMISSIVE.decode(key.as_bytes()).is_ok(), "allowed: 64 hexadecimal digits");
     if !path.exists() {
-        put_key(path, key).with_context(|| format!("cannot make {}", path.display()))?;
+        put_key(path, key).with_context(|| format!("cannot create {}", path.display()))?;
     }
     let found = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    ensure!(found.trim() == key, "{}: another key is there; move it away first", path.display());
+    ensure!(found.trim() == key, "{}: already contains another key; move it away first", path.display());
     Ok(())
 }
 

@@ -105,8 +105,8 @@ fn opened(state: &Service, key: PersonKey, sealed: &[u8]) -> Result<TotpSecret, 
         Ok(Some(secret)) => Ok(secret),
         Ok(None) => Err(anyhow::anyhow!("a sealed secret has another length").into()),
         Err(cause) => {
-            tracing::error!(cause = format!("{cause:#}"), "the code of an app cannot be checked");
-            let why = tr!("codes of the app cannot be checked here now: use a recovery code, or ask an administrator");
+            tracing::error!(cause = format!("{cause:#}"), "app code cannot be checked");
+            let why = tr!("app codes cannot be checked right now: use a recovery code, or ask an administrator");
             Err(Error::Conflict(why.to_owned()))
         }
     }
@@ -147,7 +147,7 @@ pub async fn confirm(state: &Service, person: &CurrentPerson, typed: TypedCode<'
 }
 
 fn nothing_offered() -> Error {
-    Error::Conflict(tr!("there is no second factor to confirm: begin once more").to_owned())
+    Error::Conflict(tr!("no second factor is waiting for confirmation: start again").to_owned())
 }
 
 /// Checks a code, either of the app or a recovery code, and consumes it. Returns `None` if it is
@@ -164,7 +164,7 @@ pub async fn check(state: &Service, key: PersonKey, typed: TypedCode<'_>) -> Res
         take_recovery_code(state, key, &code).await?
     };
     if proof.is_none() {
-        tracing::warn!(from = %typed.from, person = %key.person_id, "a wrong code of a second factor");
+        tracing::warn!(from = %typed.from, person = %key.person_id, "wrong second-factor code");
         note(state, key, "second_factor.refused").await?;
     }
     Ok(proof)
@@ -177,7 +177,7 @@ pub async fn check(state: &Service, key: PersonKey, typed: TypedCode<'_>) -> Res
 pub(crate) async fn take_try(state: &Service, key: PersonKey, from: IpAddr) -> Result<(), Error> {
     let Err(refused) = brakes::take_code(state, key.person_id).await else { return Ok(()) };
     if matches!(refused, Error::TooMany { .. }) && state.brake_notes.is_worth_noting(from) {
-        tracing::warn!(%from, person = %key.person_id, "codes of a second factor are tried too often");
+        tracing::warn!(%from, person = %key.person_id, "too many second-factor attempts");
         note(state, key, "second_factor.blocked").await?;
     }
     Err(refused)
@@ -232,7 +232,7 @@ pub async fn remake_codes(state: &Service, person: &CurrentPerson) -> Result<Vec
 /// Error for a person without an enrolled second factor.
 #[must_use]
 pub fn nothing_on() -> Error {
-    Error::Conflict(tr!("there is no second factor on this account").to_owned())
+    Error::Conflict(tr!("this account has no second factor").to_owned())
 }
 
 /// Creates recovery codes and returns them, formatted for display, with their hashes.

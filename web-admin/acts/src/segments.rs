@@ -88,7 +88,7 @@ pub async fn mark(
     let new = Marks { person_id: person.id, trace_id: trace.id, marks: Json(marks), sent_at: sent.then_some(now) };
     let mut tx = state.db.write().await?;
     if !segments::put_marks(&mut tx, person.school_id, &new).await? {
-        return Err(Error::Conflict(tr!("these marks were sent already; the pops have been shown").to_owned()));
+        return Err(Error::Conflict(tr!("these marks were already sent; the pops have been shown").to_owned()));
     }
     if sent {
         let told = json!({ "task": trace.task_id });

@@ -83,7 +83,7 @@ impl Service {
                 .recursive(true)
                 .mode(0o700)
                 .create(folder)
-                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+                .with_context(|| format!("cannot create the folder {}", folder.display()))?;
         }
         let db = Database::open(&config.database).await.context("cannot open the database")?;
         db.migrate().await.map_err(tell_newer).context("cannot bring the database up to date")?;
@@ -146,7 +146,7 @@ impl Service {
 fn tell_newer(error: MigrateError) -> anyhow::Error {
     match error {
         MigrateError::VersionMissing(step) => anyhow::anyhow!(
-            "the database is newer than this program, {}: it has had step {step}, which this one does not know; start the newer program",
+            "the database is newer than this program, {}: migration {step} is unknown to it; start the newer program",
             env!("CARGO_PKG_VERSION")
         ),
         error => error.into(),

@@ -38,7 +38,7 @@ pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, 
     // The field may hold a password by mistake, so only its hash is logged.
     let hash = HEXLOWER.encode(&secret::token_sha256(&normalize_email(email)));
     let object = person.map_or_else(|| format!("address {}", &hash[..16]), |person| person.id.to_string());
-    tracing::warn!(%from, action, object, "somebody did not get in");
+    tracing::warn!(%from, action, object, "sign-in failed");
     Ok(())
 }
 

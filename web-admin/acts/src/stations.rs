@@ -79,15 +79,17 @@ pub async fn make_pairing_code(state: &Service, maker: &CurrentPerson) -> Result
 pub async fn pair(state: &Service, code: &str, name: &str, public_key: Option<&str>) -> Result<Paired, Error> {
     let (now, name) = (state.clock.now(), checked_name(name)?);
     if public_key.is_some_and(|key| keys::public_key(key).is_none()) {
-        return Err(Error::Unprocessable("public_key: allowed is an Ed25519 key, 64 hexadecimal digits".to_owned()));
+        return Err(Error::Unprocessable("public_key: allowed: an Ed25519 key, 64 hexadecimal digits".to_owned()));
     }
     let mut tx = state.db.write().await?;
     let code = secret::token_sha256(&secret::plain_code(code));
     let Some(school_id) = stations::use_pairing_code(&mut tx, &code, now).await? else {
-        return Err(Error::Forbidden("this code is unknown, used or expired: the administrator's page makes another"));
+        return Err(Error::Forbidden("this code is unknown, used or expired: an administrator can create another"));
     };
     if stations::is_station_name_taken(&mut *tx, school_id, &name).await? {
-        let why = format!("name: \"{name}\" is a station of this school; choose another name, or revoke that station");
+        let why = format!(
+            "name: \"{name}\" is already a station of this school; choose another name, or revoke that station"
+        );
         return Err(Error::Conflict(why));
     }
     let token = secret::random_hex()?;
@@ -112,7 +114,7 @@ fn checked_name(given: &str) -> Result<String, Error> {
     let name = given.trim();
     let length = name.chars().count();
     if length == 0 || length > LONGEST_NAME {
-        return Err(Error::Unprocessable(format!("name: {length} characters; 1 to {LONGEST_NAME} are allowed")));
+        return Err(Error::Unprocessable(format!("name: {length} characters; allowed: 1 to {LONGEST_NAME}")));
     }
     if let Some(why) = line::refusal("name", name) {
         return Err(Error::Unprocessable(why));

@@ -71,7 +71,7 @@ pub async fn make_study(state: &Service, by: &CurrentPerson, wanted: &StudyReque
     let id = studies::insert_study(&mut tx, &new, now).await?;
     for exercise in &wanted.exercises {
         if !studies::add_study_exercise(&mut tx, by.school_id, id, exercise).await? {
-            return Err(Error::Unprocessable(tr!("exercise: “{id}” is taught nowhere here", id = exercise)));
+            return Err(Error::Unprocessable(tr!("exercise: “{id}” is in no course of this school", id = exercise)));
         }
     }
     let each = wanted.after_each.iter().map(|asked| (asked, false));
@@ -141,17 +141,17 @@ pub async fn change_study(
     change: &StudyChange,
 ) -> Result<(), Error> {
     if study.erased_at.is_some() {
-        return Err(Error::Conflict(tr!("the data of this study are erased").to_owned()));
+        return Err(Error::Conflict(tr!("the data of this study have been erased").to_owned()));
     }
     let mut tx = state.db.write().await?;
     if studies::count_participants(&mut *tx, study).await? > 0 {
         if change.terms.is_some() {
-            let why = tr!("somebody takes part already: what they agreed to stays as it is");
+            let why = tr!("people have already agreed to this study, so its terms can no longer be changed");
             return Err(Error::Unprocessable(why.to_owned()));
         }
         if change.kept_months > study.kept_months {
             return Err(Error::Unprocessable(tr!(
-                "months: {n}; participants were told that their data are kept for {most} at most",
+                "months: {n}; participants were promised at most {most}",
                 n = change.kept_months,
                 most = study.kept_months
             )));
@@ -244,7 +244,7 @@ pub async fn add_member(
         person.school_id == by.school_id && person.disabled_at.is_none() && person.role != Role::Guest
     });
     let Some(person) = person else {
-        return Err(Error::Unprocessable(tr!("“{email}” is nobody’s address in this school", email = email)));
+        return Err(Error::Unprocessable(tr!("nobody in this school has the address “{email}”", email = email)));
     };
     let new = NewParticipant {
         study,
@@ -254,7 +254,10 @@ pub async fn add_member(
         added_by: by.id,
     };
     if !join(&mut tx, by, new, now).await? {
-        return Err(Error::Unprocessable(tr!("{name} takes part already, or is asked to", name = person.display_name)));
+        return Err(Error::Unprocessable(tr!(
+            "{name} already takes part or has been invited",
+            name = person.display_name
+        )));
     }
     Ok(tx.commit().await?)
 }
@@ -284,7 +287,9 @@ pub async fn join_study(state: &Service, by: &CurrentPerson, study: StudyId, ter
     let asked = studies::list_study_requests(&mut *tx, by.into()).await?;
     let study = asked.into_iter().find(|asked| asked.id == study).ok_or(Error::NotFound)?;
     if terms != revision_of_terms(&study) {
-        return Err(Error::Conflict(tr!("what you would agree to has changed: read it again").to_owned()));
+        return Err(Error::Conflict(
+            tr!("the study information has changed: read it again before you agree").to_owned(),
+        ));
     }
     studies::note_consent(&mut tx, &study, by.id, now).await?;
     let details = json!({ "terms_sha256": terms, "consent": study.consent });
@@ -446,7 +451,7 @@ async fn link_to_answer(
 pub async fn close_study(state: &Service, by: &CurrentPerson, study: &Study, closed: bool) -> Result<(), Error> {
     let now = state.clock.now();
     if study.erased_at.is_some() {
-        return Err(Error::Conflict(tr!("the data of this study are erased").to_owned()));
+        return Err(Error::Conflict(tr!("the data of this study have been erased").to_owned()));
     }
     let mut tx = state.db.write().await?;
     if !closed {

@@ -69,13 +69,16 @@ pub async fn make(state: &Service, person: &CurrentPerson, wanted: TokenRequest<
     let name = checked_name(wanted.name)?;
     if !TOKEN_LIFETIMES_DAYS.contains(&wanted.days) {
         let allowed = TOKEN_LIFETIMES_DAYS.map(|days| days.to_string()).join(", ");
-        return Err(Error::BadRequest(format!("days: {}; allowed are {allowed}", wanted.days)));
+        return Err(Error::BadRequest(format!("days: {}; allowed: {allowed}", wanted.days)));
     }
     let (now, token) = (state.clock.now(), secret::random_hex()?);
     let expires_at = end(now, wanted.days);
     let mut tx = state.db.write().await?;
     if tokens::list_tokens_of_person(&mut *tx, person.into()).await?.len() >= MOST {
-        let why = tr!("there are {most} tokens, the most allowed: revoke one that is not used", most = MOST);
+        let why = tr!(
+            "this account already has {most} tokens, the most allowed: revoke one that you no longer use",
+            most = MOST
+        );
         return Err(Error::Unprocessable(why));
     }
     let new = NewToken { owner: person.into(), name: &name, expires_at };

@@ -77,7 +77,7 @@ async fn check_all(
 /// Fails if the database cannot be read at all.
 pub async fn cut_tail(db: &Database, head: &str) -> anyhow::Result<Option<String>> {
     let finding =
-        || format!("audit log: no row has the hash {head}: the log was cut or made anew since that was its end");
+        || format!("audit log: no row has the hash {head}: the log was truncated or rebuilt since it ended there");
     Ok((!audit::holds_hash(db.reader(), head).await?).then(finding))
 }
 
@@ -91,7 +91,7 @@ pub async fn strayed_from(
 ) -> anyhow::Result<Option<String>> {
     let finding = || {
         format!(
-            "audit log: row {rows} has not the hash {head} that was stated at {made_at}: the log was cut or made anew since"
+            "audit log: row {rows} does not have the hash {head} of the checkpoint of {made_at}: the log was truncated or rebuilt since"
         )
     };
     Ok((*rows > 0 && !audit::holds_hash_at(db.reader(), *rows, head).await?).then(finding))
@@ -111,7 +111,7 @@ pub async fn unerased(db: &Database, list: &ErasureStore) -> anyhow::Result<Vec<
         let known = directory::find_directory_entry(db.reader(), school_id, person_id).await?;
         if known.is_some_and(|person| person.state != AccountState::Erased) {
             findings.push(format!(
-                "person {person_id}: was erased at {at} and is here again; start the service, which erases them"
+                "person {person_id}: erased at {at}, but present again; start the service to erase them"
             ));
         }
     }
@@ -127,7 +127,7 @@ pub async fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
     let staging = config.restoring_dir();
     anyhow::ensure!(
         !staging.exists(),
-        "{}: a restore was stopped in its midst; run it again, or remove this folder",
+        "{}: a restore was interrupted; run it again, or delete this folder",
         staging.display()
     );
     let there = Database::is_there(&config.database).await.context("cannot open the database")?;
@@ -136,7 +136,7 @@ pub async fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
         return Ok(());
     }
     anyhow::bail!(
-        "{}: there is no database, but {} holds recordings; restore a backup, or name an empty place for recordings",
+        "{}: no database, but {} contains recordings; restore a backup, or choose an empty place for recordings",
         config.database,
         store.place()
     )
@@ -154,11 +154,11 @@ pub async fn contradictions(reader: &mut Connection) -> anyhow::Result<Vec<Strin
         .filter(|(session, told)| !is_same(told, kept.get(*session).map_or(&[][..], Vec::as_slice)))
         .map(|(session, told)| {
             let kept = kept.get(session).map_or(&[][..], Vec::as_slice);
-            format!("scores of session {session}: {kept:?}; the audit log tells of {told:?}")
+            format!("scores of session {session}: {kept:?}; the audit log contains {told:?}")
         })
         .collect();
     let strayed = grades::list_strayed_grades(reader).await?;
-    findings.extend(strayed.iter().map(|session| format!("grade of session {session}: it is not that of its score")));
+    findings.extend(strayed.iter().map(|session| format!("grade of session {session}: does not match its score")));
     Ok(findings)
 }
 
@@ -177,7 +177,7 @@ pub async fn unnamed(store: &RecordingStore, named: &[RecordingFile]) -> Result<
     let named: BTreeSet<&str> = named.iter().map(|recording| &*recording.recording_path).collect();
     let found = store.list().await?;
     let lost = found.iter().filter(|path| !named.contains(path.as_str()));
-    Ok(lost.map(|path| format!("{path}: no attempt names this recording; upload it to take it in")).collect())
+    Ok(lost.map(|path| format!("{path}: no attempt refers to this recording; upload it to add it")).collect())
 }
 
 async fn check_files(store: &RecordingStore, recordings: &[RecordingFile]) -> Vec<String> {
@@ -200,7 +200,7 @@ async fn check_file(store: &RecordingStore, recording: &RecordingFile) -> Option
             Some(format!("recording of session {id}: {recording_path}: {size} bytes; {recording_size} were stored"))
         }
         Ok((sha256, _)) if sha256 != *recording_sha256 => {
-            Some(format!("recording of session {id}: {recording_path}: its bytes are not those that were stored"))
+            Some(format!("recording of session {id}: {recording_path}: the bytes do not match the stored hash"))
         }
         Ok(_) => None,
     }

@@ -86,7 +86,7 @@ fn key(id: Id) -> Vec<u8> {
 
 /// Prefix of this store's error messages when the database is unavailable. The error type of the
 /// session crate contains only a text, so the prefix is how callers recognize this case.
-pub(crate) const AWAY: &str = "the database does not answer";
+pub(crate) const AWAY: &str = "the database does not respond";
 
 fn backend(error: store::Error) -> Error {
     match store::is_database_away(&error) {

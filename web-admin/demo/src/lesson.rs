@@ -45,8 +45,7 @@ pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
     };
     if let Some(second) = scored.find(is_narrow) {
         let session = pick_attempt(state, &instructor, second.id).await?;
-        let reason =
-            "Somebody knocked against the station while the needle was held still. Seen there: without that it passes.";
+        let reason = "Someone bumped into the station while the needle was held still. I saw it: without the bump, the attempt passes.";
         let new = NewOverride { grade: Some((75.0, true)), reason, made_by: instructor.id };
         reviewing::override_grade(state, &instructor, &session, &new).await?;
     }
@@ -92,7 +91,7 @@ async fn comment_on(state: &AppState, instructor: &CurrentPerson, session: &Sess
     let trainee = trainee.filter(|person| person.role == Role::Trainee).context("who tried")?;
     let at = |kind| moment_in_attempt(&curve, kind);
     let said = [
-        (instructor, CommentKind::Praise, at(MarkKind::Contact), "Straight on to the skin, and no pause before it."),
+        (instructor, CommentKind::Praise, at(MarkKind::Contact), "Straight to the skin, without a pause."),
         (instructor, CommentKind::Teaching, at(MarkKind::TipRupture), "The first pop: only the stylet is through yet."),
         (
             instructor,

@@ -46,7 +46,7 @@ pub async fn found_school(
     let anybody = people::count_people(state.db.reader()).await?;
     ensure!(
         anybody == 0,
-        "{}: people are here already; a demonstration needs an empty folder",
+        "{}: already contains people; the demonstration needs an empty folder",
         state.config.data_dir.display()
     );
     let people = list_everybody();

@@ -45,7 +45,7 @@ pub(super) async fn hold_rating_round(state: &AppState) -> anyhow::Result<()> {
     }
     let new = NewRound {
         revision_id: instrument.id,
-        title: "How the latest attempts look to others".to_owned(),
+        title: "Ratings of the latest attempts".to_owned(),
         generated: true,
         sessions: rated.iter().map(|listed| listed.id).collect(),
         raters: raters.iter().map(|rater| rater.id).collect(),

@@ -34,7 +34,7 @@ const ATTEMPTS_EACH: u32 = 2;
 pub(super) const ATTEMPTS: usize = ATTEMPTS_EACH as usize * EACH * TOLD.len();
 /// Interval between attempts, in s.
 const APART_S: i64 = 120;
-const TITLE: &str = "Does the simulator tell experts from novices?";
+const TITLE: &str = "Does the simulator distinguish experts from novices?";
 const STATION: &str = "Study room";
 /// Answers of the guests by group: role, and maximum years of practice.
 const TOLD: [(&str, u32); 3] = [("Student", 0), ("Resident", 4), ("Consultant", 22)];
@@ -89,9 +89,9 @@ async fn make_demo_study(state: &AppState, owner: &CurrentPerson, bundle: &Exerc
         questions: ["Role", "Years of practice"].map(str::to_owned).to_vec(),
         after_each: vec![find_instrument(state, owner, "nasa-tlx").await?],
         at_end: vec![find_instrument(state, owner, "simulator-validity").await?],
-        consent: "My attempts and answers are recorded under a pseudonym and evaluated for this study. I can leave it at any time."
+        consent: "My attempts and answers are recorded under a pseudonym and analysed for this study. I can leave it at any time."
             .to_owned(),
-        controller: "The school of the demonstration".to_owned(),
+        controller: "The demonstration school".to_owned(),
         contact: "study@demonstration.example".to_owned(),
         kept_months: 120,
         generated: true,

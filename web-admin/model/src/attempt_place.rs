@@ -30,7 +30,7 @@ impl fmt::Display for AttemptPlace {
 
 /// The text is not a valid cursor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("allowed is what `next` of the list before said")]
+#[error("invalid cursor: pass `next` from the previous page")]
 pub struct NoPlace;
 
 impl FromStr for AttemptPlace {

@@ -106,8 +106,8 @@ pub fn public_key(key: &SigningKey) -> String {
 pub fn check_certificate(file: &[u8], published_key: &str) -> anyhow::Result<Statement> {
     let certificate: Certificate = serde_json::from_str(json_of(file)?).context("not a certificate")?;
     let text = checked_text(&certificate, published_key)?;
-    let statement: Statement = serde_json::from_str(text).context("a statement of another version")?;
-    ensure!(KNOWN.contains(&statement.format), "format {}; allowed are 1 to {}", statement.format, Statement::FORMAT);
+    let statement: Statement = serde_json::from_str(text).context("a statement of an unknown version")?;
+    ensure!(KNOWN.contains(&statement.format), "format {}; allowed: 1 to {}", statement.format, Statement::FORMAT);
     Ok(statement)
 }
 
@@ -130,7 +130,9 @@ pub fn checked_text<'a>(certificate: &'a Certificate, published_key: &str) -> an
     let key = VerifyingKey::from_bytes(&bytes).context("not a public key")?;
     let signature = HEXLOWER_PERMISSIVE.decode(certificate.signature.as_bytes())?;
     let signature = Signature::from_slice(&signature).context("not a signature")?;
-    key.verify(certificate.statement.as_bytes(), &signature).ok().context("the signature is not of this statement")?;
+    key.verify(certificate.statement.as_bytes(), &signature)
+        .ok()
+        .context("the signature does not match this statement")?;
     Ok(&certificate.statement)
 }
 
@@ -138,8 +140,8 @@ pub fn checked_text<'a>(certificate: &'a Certificate, published_key: &str) -> an
 fn json_of(file: &[u8]) -> anyhow::Result<&str> {
     let text = std::str::from_utf8(file).context("not a certificate")?;
     let Some((_, inside)) = text.split_once(OPENING) else { return Ok(text) };
-    let (json, after) = inside.split_once(CLOSING).context("not a certificate: the page is cut short")?;
-    ensure!(!after.contains(OPENING), "not a certificate: the page holds more than one");
+    let (json, after) = inside.split_once(CLOSING).context("not a certificate: the page is truncated")?;
+    ensure!(!after.contains(OPENING), "not a certificate: the page contains more than one");
     Ok(json)
 }
 

@@ -48,12 +48,12 @@ impl CertificateNote {
     /// If it is not a note, was modified, or was signed with another key.
     pub fn check(of: &str, by: &str, key: &SigningKey) -> anyhow::Result<Self> {
         ensure!(of.len() <= LONGEST, "of: {} characters; at most {LONGEST} are allowed", of.len());
-        let text = BASE64URL_NOPAD.decode(of.as_bytes()).context("of: no base64")?;
-        let signature = BASE64URL_NOPAD.decode(by.as_bytes()).context("by: no base64")?;
+        let text = BASE64URL_NOPAD.decode(of.as_bytes()).context("of: not base64")?;
+        let signature = BASE64URL_NOPAD.decode(by.as_bytes()).context("by: not base64")?;
         let signature = Signature::from_slice(&signature).context("by: a signature has 64 bytes")?;
-        key.verifying_key().verify(&text, &signature).ok().context("the signature is not of this note")?;
-        let note: Self = serde_json::from_slice(&text).context("a note of another version")?;
-        ensure!(note.note == Self::VERSION, "note {}; allowed is {}", note.note, Self::VERSION);
+        key.verifying_key().verify(&text, &signature).ok().context("the signature does not match this note")?;
+        let note: Self = serde_json::from_slice(&text).context("a note of an unknown version")?;
+        ensure!(note.note == Self::VERSION, "note {}; allowed: {}", note.note, Self::VERSION);
         Ok(note)
     }
 }

@@ -82,7 +82,7 @@ impl Comment {
     pub fn parse(typed: &TypedComment, duration_s: f64) -> Result<Self, CommentRefused> {
         let kind = CommentKind::ALL.into_iter().find(|kind| kind.name() == typed.kind);
         let kind = kind.ok_or_else(|| {
-            CommentRefused(format!("kind: \"{}\"; allowed are praise, error, question and teaching", typed.kind))
+            CommentRefused(format!("kind: \"{}\"; allowed: praise, error, question, teaching", typed.kind))
         })?;
         let from_s = moment("from", &typed.from_s, 0.0, duration_s)?;
         let to_s = match typed.to_s.trim() {
@@ -100,7 +100,7 @@ fn moment(field: &str, typed: &str, least_s: f64, most_s: f64) -> Result<f64, Co
         // Rounded inwards, so that the limits named in the message are themselves valid.
         let (least_s, most_s) = ((least_s * 100.0).ceil() / 100.0, (most_s * 100.0).floor() / 100.0);
         CommentRefused(tr!(
-            "{field}: “{typed}”; allowed is {least} to {most} s, which is within the attempt",
+            "{field}: “{typed}”; allowed: {least} to {most} s, within the attempt",
             field = field,
             typed = typed,
             least = least_s,
@@ -116,13 +116,13 @@ fn moment(field: &str, typed: &str, least_s: f64, most_s: f64) -> Result<f64, Co
 pub fn words(typed: &str) -> Result<String, CommentRefused> {
     let body = typed.trim();
     if body.contains('\0') {
-        return Err(CommentRefused(tr!("comment: it holds the character U+0000, which no text does").to_owned()));
+        return Err(CommentRefused(tr!("comment: contains the character U+0000, which is not allowed").to_owned()));
     }
     match body.chars().count() {
-        0 => Err(CommentRefused(tr!("comment: empty; say something").to_owned())),
+        0 => Err(CommentRefused(tr!("comment: empty; enter a text").to_owned())),
         1..=MOST_CHARACTERS => Ok(body.to_owned()),
         count => Err(CommentRefused(tr!(
-            "comment: {count} characters; allowed are {most}",
+            "comment: {count} characters; allowed: at most {most}",
             count = count,
             most = MOST_CHARACTERS
         ))),
@@ -154,11 +154,11 @@ mod tests {
     #[test]
     fn what_lies_outside_or_backwards_is_refused_with_what_is_allowed() {
         for (from_s, to_s, word) in [
-            ("10.1", "", "from: “10.1”; allowed is 0 to 10 s"),
+            ("10.1", "", "from: “10.1”; allowed: 0 to 10 s"),
             ("-1", "", "from"),
             ("", "", "from"),
             ("NaN", "", "from"),
-            ("5", "4", "to: “4”; allowed is 5 to 10 s"),
+            ("5", "4", "to: “4”; allowed: 5 to 10 s"),
             ("5", "11", "to"),
             ("5", "inf", "to"),
         ] {

@@ -9,8 +9,8 @@ use assessment::statistics::quantile;
 use attempt::{AttemptCurve, MarkKind};
 
 /// Text of the consent that the service proposes to an expert.
-pub const WORDING: &str = "My own passed attempts may be part of the experts’ corridor, unnamed, and never among fewer than five. I can take \
-     this back at any time; from then on they are left out.";
+pub const WORDING: &str = "My own passed attempts may be part of the experts’ corridor, without my name, and only together with at least four \
+     other experts. I can withdraw this consent at any time; from then on my attempts are excluded.";
 /// Minimum number of experts to be shown: with fewer, an individual could be identified.
 pub const FEWEST: usize = 5;
 /// Fraction of the experts outside the band, on either side.

@@ -23,11 +23,11 @@ pub struct DueDate {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DueRefused {
     /// It is not a date and time.
-    #[error("{}", tr!("the due date: “{typed}”; a date and time like 2026-11-30T18:00 is needed", typed = .0))]
+    #[error("{}", tr!("the due date: “{typed}”; enter a date and time like 2026-11-30T18:00", typed = .0))]
     NoDate(String),
     /// The local time does not exist because the clocks are put forward.
     #[error("{}", tr!(
-        "the due date: on that day the clocks skip {skipped} in {zone}; the nearest times are {before} and {after}",
+        "the due date: {skipped} does not exist on that day in {zone}, because the clocks change; the nearest times are {before} and {after}",
         skipped = .skipped,
         zone = .zone,
         before = .before,
@@ -44,7 +44,7 @@ pub enum DueRefused {
         after: String,
     },
     /// The time zone does not exist.
-    #[error("{}", tr!("the time zone: “{name}”; a name like Europe/Berlin is needed", name = .0))]
+    #[error("{}", tr!("the time zone: “{name}”; enter a name like Europe/Berlin", name = .0))]
     NoZone(String),
 }
 

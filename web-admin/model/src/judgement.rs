@@ -44,14 +44,13 @@ impl ScoreOverride {
     pub fn parse(typed: &TypedOverride) -> Result<Self, OverrideRefused> {
         let number = typed.score.trim().replace(',', ".").parse::<f64>().ok();
         let score = number.filter(|score| (0.0..=100.0).contains(score));
-        let score = score.ok_or_else(|| {
-            OverrideRefused(tr!("score: “{typed}”; allowed is a number from 0 to 100", typed = typed.score))
-        })?;
+        let score =
+            score.ok_or_else(|| OverrideRefused(tr!("score: “{typed}”; allowed: 0 to 100", typed = typed.score)))?;
         let passed = match typed.result.as_str() {
             "passed" => true,
             "failed" => false,
             other => {
-                return Err(OverrideRefused(tr!("result: “{typed}”; allowed are passed and failed", typed = other)));
+                return Err(OverrideRefused(tr!("result: “{typed}”; allowed: passed, failed", typed = other)));
             }
         };
         Ok(Self { score, passed, reason: reason(&typed.reason)? })
@@ -65,12 +64,10 @@ impl ScoreOverride {
 pub fn reason(typed: &str) -> Result<String, OverrideRefused> {
     let reason = typed.trim();
     match reason.chars().count() {
-        0 => {
-            Err(OverrideRefused(tr!("reason: empty; a grade is changed for a reason that others can read").to_owned()))
-        }
+        0 => Err(OverrideRefused(tr!("reason: empty; changing a grade needs a reason").to_owned())),
         1..=MOST_CHARACTERS => Ok(reason.to_owned()),
         count => Err(OverrideRefused(tr!(
-            "reason: {count} characters; allowed are {most}",
+            "reason: {count} characters; allowed: at most {most}",
             count = count,
             most = MOST_CHARACTERS
         ))),

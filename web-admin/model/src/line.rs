@@ -62,7 +62,7 @@ pub fn tidy(text: &str) -> String {
 pub fn refusal(field: &str, text: &str) -> Option<String> {
     let code = format!("{:04X}", u32::from(strange_in(text)?));
     Some(tr!(
-        "{field}: it holds U+{code}, which is not seen and changes how the rest is read",
+        "{field}: contains the invisible character U+{code}, which changes how the text is displayed",
         field = field,
         code = code
     ))

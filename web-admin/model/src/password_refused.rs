@@ -23,11 +23,11 @@ impl PasswordRefused {
     pub const fn said(self) -> &'static str {
         match self {
             Self::Short => "too short; at least 10 characters are needed",
-            Self::Different => "the two are not the same",
-            Self::WrongOld => "the old one is wrong",
-            Self::Common => "too common; several words that do not belong together make a good one",
-            Self::Own => "made of the person's own name, address or school; choose another",
-            Self::Initial => "the one that was set by somebody else; choose another",
+            Self::Different => "the two passwords do not match",
+            Self::WrongOld => "the old password is wrong",
+            Self::Common => "too common; use several unrelated words",
+            Self::Own => "contains little more than the person's name, address or school; choose another",
+            Self::Initial => "the password that was created for the person; choose another",
         }
     }
 }

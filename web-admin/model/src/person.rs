@@ -67,7 +67,7 @@ impl fmt::Display for Role {
 
 /// The role does not exist.
 #[derive(Debug, thiserror::Error)]
-#[error("role: \"{0}\"; allowed are trainee, instructor and administrator")]
+#[error("role: \"{0}\"; allowed: trainee, instructor, administrator")]
 pub struct UnknownRole(String);
 
 impl FromStr for Role {

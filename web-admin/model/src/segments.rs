@@ -45,7 +45,7 @@ pub fn strips(duration_s: f64) -> Vec<(f64, f64)> {
 pub enum MarksRefused {
     /// A mark is not a time within the attempt.
     #[error("{}", tr!(
-        "pop {place}: “{typed}”; allowed is a number of seconds from 0 to {last}",
+        "pop {place}: “{typed}”; allowed: 0 to {last} seconds",
         place = .place,
         typed = .typed,
         last = .last
@@ -59,7 +59,7 @@ pub enum MarksRefused {
         last: String,
     },
     /// There are too many marks.
-    #[error("{}", tr!("marks: {count}; allowed are at most {most}", count = .0, most = MOST_MARKS))]
+    #[error("{}", tr!("marks: {count}; allowed: at most {most}", count = .0, most = MOST_MARKS))]
     TooMany(usize),
 }
 

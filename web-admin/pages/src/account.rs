@@ -54,10 +54,12 @@ impl AccountPage {
         let MembershipEvent { cohort, act, by, .. } = noted;
         let by = by.as_deref().unwrap_or(tr!("the administration"));
         match act {
-            MembershipAct::Asked => tr!("{name} has asked to have you in {cohort}.", name = by, cohort = cohort),
-            MembershipAct::Declined => tr!("{name} has declined that you join {cohort}.", name = by, cohort = cohort),
-            MembershipAct::Joined => tr!("{name} has agreed that you are in {cohort}.", name = by, cohort = cohort),
-            MembershipAct::Left => tr!("{name} has taken you out of {cohort}.", name = by, cohort = cohort),
+            MembershipAct::Asked => {
+                tr!("{name} has asked for a place in {cohort} for you.", name = by, cohort = cohort)
+            }
+            MembershipAct::Declined => tr!("{name} has declined your place in {cohort}.", name = by, cohort = cohort),
+            MembershipAct::Joined => tr!("{name} has agreed to your place in {cohort}.", name = by, cohort = cohort),
+            MembershipAct::Left => tr!("{name} has removed you from {cohort}.", name = by, cohort = cohort),
         }
     }
 
@@ -142,7 +144,7 @@ mod tests {
         assert!(samples::keep_page("dead-link", &DeadLinkPage).contains("no longer works"));
         assert!(
             samples::keep_page("forgotten", &ForgottenPage { csrf: "c".to_owned(), asked: true })
-                .contains("on its way")
+                .contains("is being sent")
         );
     }
 }

@@ -53,8 +53,8 @@ impl AdminPage {
     fn warned_words(&self) -> String {
         let warned = self.warned;
         trn!(
-            "{n} person was warned, and is to be erased by the rule of retention.",
-            "{n} people were warned, and are to be erased by the rule of retention.",
+            "{n} person was warned and will be erased under the retention rule.",
+            "{n} people were warned and will be erased under the retention rule.",
             warned
         )
     }
@@ -78,7 +78,7 @@ impl Queue {
     /// Describes the number of waiting recordings.
     #[must_use]
     pub fn waiting_words(&self) -> String {
-        trn!("{n} recording waits", "{n} recordings wait", self.waiting)
+        trn!("{n} recording is waiting", "{n} recordings are waiting", self.waiting)
     }
 
     /// Describes the number of recordings that could not be scored.
@@ -90,11 +90,7 @@ impl Queue {
     /// Describes the number of recordings whose re-simulation differs.
     #[must_use]
     pub fn flagged_words(&self) -> String {
-        trn!(
-            "{n} recording with a re-simulation that differs",
-            "{n} recordings with a re-simulation that differs",
-            self.flagged
-        )
+        trn!("{n} recording whose re-simulation differs", "{n} recordings whose re-simulation differs", self.flagged)
     }
 }
 
@@ -155,7 +151,7 @@ mod tests {
         };
         let html = samples::keep_page("admin-home", &page);
         assert!(
-            html.contains("1034") && html.contains("4 recordings wait") && html.contains("No cohorts yet"),
+            html.contains("1034") && html.contains("4 recordings are waiting") && html.contains("No cohorts yet"),
             "{html}"
         );
     }

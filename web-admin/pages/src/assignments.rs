@@ -202,7 +202,7 @@ impl AssignmentRow {
     #[must_use]
     pub fn say_state(&self) -> &'static str {
         match (&self.stage, self.overdue) {
-            (AssignmentStage::Done { on, .. }, _) if *on < self.made_at => tr!("Done before"),
+            (AssignmentStage::Done { on, .. }, _) if *on < self.made_at => tr!("Done earlier"),
             (AssignmentStage::Done { late: false, .. }, _) => tr!("Done"),
             (AssignmentStage::Done { late: true, .. }, _) => tr!("Done late"),
             (AssignmentStage::Spent, _) => tr!("No attempts left"),
@@ -273,10 +273,10 @@ pub(crate) mod tests {
         {
             assert!(html.contains(words), "{words} is missing in {html}");
         }
-        assert!(html.contains("1 attempt waits for your instructor"), "{html}");
-        assert!(html.contains("3 days longer") && html.contains("&#60;fat&#62;"), "{html}");
+        assert!(html.contains("1 attempt is waiting for your instructor"), "{html}");
+        assert!(html.contains("3 more days") && html.contains("&#60;fat&#62;"), "{html}");
         let empty = OwnAssignmentsPage { shell: samples::shell(Role::Trainee), rows: vec![] };
-        assert!(samples::keep_page("assignments-none", &empty).contains("Nothing is assigned"));
+        assert!(samples::keep_page("assignments-none", &empty).contains("You have no assignments"));
     }
 
     #[test]
@@ -308,7 +308,8 @@ pub(crate) mod tests {
         let page = AssignmentPage { shell, id, assignment: managed, tally, rows, list, gradebook: None };
         let html = samples::keep_page("assignment", &page);
         assert!(
-            html.contains("/sessions/00000000-0000-0000-0000-000000000001/supervision") && html.contains("I was there"),
+            html.contains("/sessions/00000000-0000-0000-0000-000000000001/supervision")
+                && html.contains("I supervised it"),
             "{html}"
         );
         assert!(html.contains("<strong>1</strong> of 5 have done it") && html.contains("Extend"), "{html}");

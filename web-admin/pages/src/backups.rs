@@ -107,6 +107,6 @@ mod tests {
         let html = samples::keep_page("backups-old", &page);
         assert!(html.contains("older than two days") && html.contains("the disk is full"), "{html}");
         let html = samples::keep_page("backups-none", &BackupsPage { shell, age: None, last: None, rows: vec![] });
-        assert!(html.contains("No backup has been made"), "{html}");
+        assert!(html.contains("There is no backup yet"), "{html}");
     }
 }

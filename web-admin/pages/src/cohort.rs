@@ -344,7 +344,7 @@ mod tests {
     fn a_cohort_without_trainees_says_what_to_do() {
         let page =
             CohortPage { figures: CohortFigures::default(), help: vec![], trainees: vec![], ..samples::cohort_page() };
-        assert!(samples::keep_page("cohort-empty", &page).contains("Nobody is in this cohort yet"));
+        assert!(samples::keep_page("cohort-empty", &page).contains("This cohort is empty"));
     }
 
     #[test]
@@ -352,7 +352,7 @@ mod tests {
         let sample = samples::cohort_page();
         let figures = CohortFigures { help: 480, ..sample.figures };
         let html = samples::keep_page("cohort-help", &CohortPage { figures, ..sample });
-        assert!(html.contains("478 more need help") && html.contains("show=help"), "{html}");
+        assert!(html.contains("478 more people need help") && html.contains("show=help"), "{html}");
     }
 
     #[test]

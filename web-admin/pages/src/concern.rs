@@ -23,20 +23,20 @@ fn name_concern(concern: &Concern) -> &'static str {
 fn say_concern_reason(concern: &Concern) -> String {
     match concern {
         Concern::Stuck { title, fails, last_score } => tr!(
-            "{fails} fails in a row on “{title}”, the last with {score} points",
+            "{fails} failed attempts in a row at “{title}”, the last with {score} points",
             fails = fails,
             title = title,
             score = format::format_fixed(last_score, 0)
         ),
         Concern::Declining { title, from, to } => tr!(
-            "on “{title}” the mean of the last {run} attempts is {to}, of the {run} before {from}",
+            "the mean of the last {run} attempts at “{title}” is {to}; the {run} attempts before had {from}",
             title = title,
             run = DECLINE_RUN,
             to = format::format_fixed(to, 0),
             from = format::format_fixed(from, 0)
         ),
         Concern::Regressing { title, since } => tr!(
-            "“{title}” was mastered, and is lost again with the attempt of {date}",
+            "mastery of “{title}” was lost again with the attempt of {date}",
             title = title,
             date = format::format_date(since)
         ),
@@ -53,6 +53,6 @@ mod tests {
     fn a_concern_names_the_exercise_and_its_figures() {
         let stuck = Concern::Stuck { title: "B".to_owned(), fails: 3, last_score: 41.0 };
         let (kind, reason) = say_concern(&stuck);
-        assert_eq!((kind, reason.as_str()), ("Stuck", "3 fails in a row on “B”, the last with 41 points"));
+        assert_eq!((kind, reason.as_str()), ("Stuck", "3 failed attempts in a row at “B”, the last with 41 points"));
     }
 }

@@ -72,7 +72,7 @@ mod tests {
                 id: "lower-back-basics".to_owned(),
                 title: "Lower back: first punctures".to_owned(),
                 description: "Exercises with a trocar on the lower back.".to_owned(),
-                rule: "mastered with 3 passes among 5 attempts in a row".to_owned(),
+                rule: "mastered after 3 passes within 5 consecutive attempts".to_owned(),
                 exercises: vec![
                     line("Feel the layers", "feel-the-layers", 1, &[], StatusWord::Mastered),
                     line("Stop in the fat", "stop-in-the-fat", 2, &["Feel the layers"], StatusWord::Current),

@@ -243,8 +243,8 @@ pub fn verdict_of_refused(issues: &[Issue]) -> DraftVerdict {
 /// `retry_after_s` is the time until the next try, in s.
 #[must_use]
 pub fn verdict_while_waiting(retry_after_s: u64) -> DraftVerdict {
-    let what = tr!("others of this school are before this; try again in {wait} s", wait = retry_after_s);
-    DraftVerdict { problems: vec![DraftRemark::on_all(tr!("Not looked at yet"), what)], ..DraftVerdict::default() }
+    let what = tr!("other drafts of this school are checked first; try again in {wait} s", wait = retry_after_s);
+    DraftVerdict { problems: vec![DraftRemark::on_all(tr!("Not checked yet"), what)], ..DraftVerdict::default() }
 }
 
 /// Converts fact names to owned strings.
@@ -288,7 +288,7 @@ fn remark_on_issue(issue: &Issue) -> DraftRemark {
 /// Describes the planned tissue model, its error and its size.
 fn describe_tissue(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Vec<(&'static str, String)> {
     let Some(plan) = plan else {
-        return vec![(tr!("Tissue"), tr!("the force law alone: the scene names no model").to_owned())];
+        return vec![(tr!("Tissue"), tr!("force law only: the scene names no tissue model").to_owned())];
     };
     let error = tr!(
         "{expected} % expected, {allowed} % allowed",
@@ -302,8 +302,8 @@ fn describe_tissue(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Vec<(&'
     );
     vec![
         (tr!("Tissue"), format!("{}: {}", plan.model.name(), words::phrase(&plan.reason))),
-        (tr!("Tissue's error"), error),
-        (tr!("Tissue's size"), size),
+        (tr!("Tissue model error"), error),
+        (tr!("Tissue model size"), size),
     ]
 }
 
@@ -358,7 +358,7 @@ mod tests {
     fn what_is_written_can_be_seen_and_what_is_wrong_has_a_place() {
         let exercise = Publishable { bundle: samples::bundle(), plan: None, advice: Vec::new() };
         let html = samples::keep_page("draft", &page(verdict_of_exercise(&exercise)));
-        for wanted in ["id = &#34;", "<svg", "the force law alone", "name=\"seen\" value=\"3\"", "Publish"] {
+        for wanted in ["id = &#34;", "<svg", "force law only", "name=\"seen\" value=\"3\"", "Publish"] {
             assert!(html.contains(wanted), "{wanted} is missing");
         }
         let issue = Issue {
@@ -379,7 +379,12 @@ mod tests {
         let change = CourseChange { mastered: 1, under_way: 12 };
         let html =
             samples::keep_page("draft-change", &DraftPage { refused: true, change, ..page(DraftVerdict::default()) });
-        for said in ["1 person has mastered it", "keeps the mastery", "12 people are under way", "value=\"insist\""] {
+        for said in [
+            "1 person has mastered the current revision",
+            "keeps the mastery",
+            "12 people have started the course",
+            "value=\"insist\"",
+        ] {
             assert!(html.contains(said), "{said} is not in {html}");
         }
     }

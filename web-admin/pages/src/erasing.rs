@@ -36,19 +36,19 @@ impl ErasePage {
 
     fn written(&self) -> String {
         let written = self.texts.written;
-        trn!("Make {n} text of theirs unreadable", "Make {n} texts of theirs unreadable", written)
+        trn!("Make {n} text by them unreadable", "Make {n} texts by them unreadable", written)
     }
 
     fn about(&self) -> String {
         let about = self.texts.about;
-        trn!("Make {n} text of others about them unreadable", "Make {n} texts of others about them unreadable", about)
+        trn!("Make {n} text by others about them unreadable", "Make {n} texts by others about them unreadable", about)
     }
 
     fn sealed(&self) -> String {
         let sealed = self.texts.sealed;
         trn!(
-            "{n} reason stays in the audit log, which never changes.",
-            "{n} reasons stay in the audit log, which never changes.",
+            "{n} reason stays in the audit log, which cannot be changed.",
+            "{n} reasons stay in the audit log, which cannot be changed.",
             sealed
         )
     }
@@ -89,9 +89,11 @@ mod tests {
     fn it_is_said_what_goes_and_what_stays() {
         let mentions = vec![("/sessions/1".to_owned(), "Do as Ana <does>".to_owned())];
         let html = samples::keep_page("erase", &page(false, mentions));
-        assert!(html.contains("3 texts of theirs") && html.contains("1 text of others"), "{html}");
+        assert!(html.contains("3 texts by them") && html.contains("1 text by others"), "{html}");
         assert!(
-            html.contains("Ana &#60;does&#62;") && html.contains("Recordings stay") && html.contains("2 reasons stay")
+            html.contains("Ana &#60;does&#62;")
+                && html.contains("recordings are kept")
+                && html.contains("2 reasons stay")
         );
         assert!(html.contains("not this person’s email address"), "{html}");
         let held = samples::keep_page("erase-held", &page(true, vec![]));

@@ -20,11 +20,11 @@ impl ErrorPage {
     #[must_use]
     pub fn heading(&self) -> &'static str {
         match self.status {
-            403 => tr!("You may not do this"),
-            404 => tr!("There is nothing here"),
+            403 => tr!("No permission"),
+            404 => tr!("Not found"),
             429 => tr!("Too many attempts"),
-            500.. => tr!("Something went wrong on our side"),
-            _ => tr!("This did not work"),
+            500.. => tr!("Internal error"),
+            _ => tr!("The request failed"),
         }
     }
 
@@ -38,12 +38,12 @@ impl ErrorPage {
     #[must_use]
     pub fn advice(&self) -> &'static str {
         match self.status {
-            403 => tr!("If you think you should be able to, ask your school's administrator."),
-            404 => tr!("The address may be mistyped, or the page belongs to somebody whose records you cannot see."),
-            429 => tr!("Wait a little, then try again."),
+            403 => tr!("If you think you should have access, ask your school’s administrator."),
+            404 => tr!("The address may be mistyped, or you may not have access to this record."),
+            429 => tr!("Wait a moment, then try again."),
             500.. => {
                 tr!(
-                    "It has been noted. Try again; if it happens again, tell your school's administrator when it happened."
+                    "The error was logged. Try again; if it happens again, tell your school’s administrator when it happened."
                 )
             }
             _ => tr!("Go back and try again."),

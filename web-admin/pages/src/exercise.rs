@@ -178,8 +178,10 @@ fn rubric_line(line: &documents::RubricLine, weights: f64) -> RubricLineView {
 
 /// Describes the requirements that must be met before any points are earned.
 fn say_requirements(required: &documents::Required) -> Vec<String> {
-    let reached =
-        required.reached.as_ref().map(|layer| tr!("the tip has opened {layer}", layer = anatomy::say_structure(layer)));
+    let reached = required
+        .reached
+        .as_ref()
+        .map(|layer| tr!("the tip has entered {layer}", layer = anatomy::say_structure(layer)));
     let within = required.within_mm.map(|mm| {
         tr!("the position is within {distance} of the target depth", distance = format::format_stated(mm, "mm"))
     });

@@ -116,14 +116,14 @@ fn say_overreach(overreach: &Overreach) -> SaidDeparture {
         tr!("{low} to {high}", low = format::format_number(low_mm), high = format::format_quantity(high_mm, "mm"));
     let words = match deeper {
         Some(deeper) => tr!(
-            "From the pop into {layer} it went on {own}, as far as {deeper}; the experts turned back after {theirs}.",
+            "After the pop into {layer} the needle advanced {own}, as far as {deeper}; the experts withdrew after {theirs}.",
             layer = layer,
             own = own,
             deeper = anatomy::say_structure(deeper),
             theirs = theirs
         ),
         None => tr!(
-            "From the pop into {layer} it went on {own}; the experts turned back after {theirs}.",
+            "After the pop into {layer} the needle advanced {own}; the experts withdrew after {theirs}.",
             layer = layer,
             own = own,
             theirs = theirs
@@ -155,13 +155,13 @@ fn say_departures(beside: &LayerBeside) -> Vec<SaidDeparture> {
                 )
             }
             (Compared::AfterPop, Departure::Above) => tr!(
-                "After the pop into {layer}: farther on than the experts, {own} (experts: {theirs}).",
+                "After the pop into {layer}: advanced further than the experts, {own} (experts: {theirs}).",
                 layer = layer,
                 own = own,
                 theirs = theirs
             ),
             (Compared::AfterPop, Departure::Below) => tr!(
-                "After the pop into {layer}: less far on than the experts, {own} (experts: {theirs}).",
+                "After the pop into {layer}: advanced less than the experts, {own} (experts: {theirs}).",
                 layer = layer,
                 own = own,
                 theirs = theirs
@@ -221,7 +221,7 @@ mod tests {
         let said = say_overreach(&overreach).words;
         assert_eq!(
             said,
-            "From the pop into fat it went on 13.0\u{a0}mm, as far as muscle; the experts turned back after 6.00 to 7.50\u{a0}mm."
+            "After the pop into fat the needle advanced 13.0\u{a0}mm, as far as muscle; the experts withdrew after 6.00 to 7.50\u{a0}mm."
         );
         let row = make_layer_row(&layer);
         assert!(row.layer == "Fat" && row.speed.departs && !row.after_pop.departs);

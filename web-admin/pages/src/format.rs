@@ -157,7 +157,7 @@ pub fn format_age(at: impl Borrow<OffsetDateTime>, now: impl Borrow<OffsetDateTi
     let past = now - at;
     match past.whole_days() {
         ..=-1 => format_date(at),
-        0 if past < Duration::hours(1) => tr!("within the hour").to_owned(),
+        0 if past < Duration::hours(1) => tr!("less than an hour ago").to_owned(),
         0 => trn!("{n} hour ago", "{n} hours ago", past.whole_hours()),
         days => trn!("{n} day ago", "{n} days ago", days),
     }

@@ -62,7 +62,7 @@ mod tests {
         assert!(
             html.find("Who needs help") < html.find("Due soon") && html.find("Due soon") < html.find("Your cohorts")
         );
-        assert!(html.contains("New for you") && html.contains("has answered a comment"));
+        assert!(html.contains("News") && html.contains("has answered a comment"));
         let empty = InstructorPage {
             shell,
             news: vec![],
@@ -73,6 +73,6 @@ mod tests {
             recent: vec![],
             now: samples::NOW,
         };
-        assert!(samples::keep_page("instructor-empty", &empty).contains("You teach no cohort yet"));
+        assert!(samples::keep_page("instructor-empty", &empty).contains("You do not teach a cohort yet"));
     }
 }

@@ -229,17 +229,9 @@ impl GradedAttempt<'_> {
         let error = self.metrics.iter().find(|m| m.id == DEPTH_ERROR)?.value?;
         let (distance, allowed) = (format::format_quantity(error.abs(), "mm"), format::format_stated(allowed, "mm"));
         Some(match error > 0.0 {
-            true => tr!(
-                "Nothing is earned: {distance} too deep, {allowed} allowed.",
-                distance = distance,
-                allowed = allowed
-            ),
+            true => tr!("No points: {distance} too deep, {allowed} allowed.", distance = distance, allowed = allowed),
             false => {
-                tr!(
-                    "Nothing is earned: {distance} too shallow, {allowed} allowed.",
-                    distance = distance,
-                    allowed = allowed
-                )
+                tr!("No points: {distance} too shallow, {allowed} allowed.", distance = distance, allowed = allowed)
             }
         })
     }
@@ -425,7 +417,7 @@ mod tests {
         let would_earn: f64 = judgement.rubric.iter().filter_map(|row| row.would_earn).sum();
         assert!((would_earn - judgement.without_gate.expect("a score")).abs() < 1e-9);
         let page = samples::keep_page("session-missed", &samples::missed_page());
-        assert!(page.contains("What would have cost points") && page.contains("would be"), "{page}");
+        assert!(page.contains("Points that would have been lost") && page.contains("otherwise"), "{page}");
     }
 
     #[test]

@@ -43,7 +43,7 @@ impl CodePage {
     /// Returns the passkey prompt. It starts by itself, except after a failed attempt.
     fn ask(&self) -> Option<String> {
         let question = self.question.as_ref()?;
-        let label = tr!("Sign in by passkey");
+        let label = tr!("Sign in with a passkey");
         Some(AskPart { question, label, lead: true, at_once: self.error.is_none() }.html())
     }
 

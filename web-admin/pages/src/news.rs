@@ -22,15 +22,17 @@ impl NewsItem {
         let Notice { by, title, .. } = notice;
         let words = match notice.kind {
             NoticeKind::Comment => tr!("{name} has commented on your attempt at “{title}”", name = by, title = title),
-            NoticeKind::Question => tr!("{name} asks about an attempt at “{title}”", name = by, title = title),
+            NoticeKind::Question => {
+                tr!("{name} has a question about an attempt at “{title}”", name = by, title = title)
+            }
             NoticeKind::Answer => tr!("{name} has answered a comment on “{title}”", name = by, title = title),
             NoticeKind::Override => {
-                tr!("{name} has changed the score of your attempt at “{title}”", name = by, title = title)
+                tr!("{name} has overridden the score of your attempt at “{title}”", name = by, title = title)
             }
             NoticeKind::Rating if notice.session_id.is_some() => {
                 tr!("Your attempt at “{title}” was rated", title = title)
             }
-            NoticeKind::Rating => tr!("Everybody has rated: “{title}”", title = title),
+            NoticeKind::Rating => tr!("All raters have finished: “{title}”", title = title),
             NoticeKind::Assignment => tr!("{name} has assigned “{title}” to you", name = by, title = title),
         };
         Self { words, href: notice.href(), at: notice.made_at.to_utc() }
@@ -39,14 +41,14 @@ impl NewsItem {
     /// Creates an item for a study invitation.
     #[must_use]
     pub fn of_study(owner: &str, title: &str, at: OffsetDateTime) -> Self {
-        let words = tr!("{name} asks you to take part in the study “{title}”", name = owner, title = title);
+        let words = tr!("{name} invites you to the study “{title}”", name = owner, title = title);
         Self { words, href: "/account/studies".to_owned(), at }
     }
 
     /// A survey waits for the visitor's answers.
     #[must_use]
     pub fn of_survey(survey: &Survey) -> Self {
-        let words = tr!("A survey waits for your answers: “{title}”", title = survey.title);
+        let words = tr!("A survey is waiting for your answers: “{title}”", title = survey.title);
         Self { words, href: format!("/surveys/{}", survey.id), at: survey.opens_at.to_utc() }
     }
 

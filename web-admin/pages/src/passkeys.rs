@@ -35,7 +35,7 @@ impl PasskeyRow {
         let made = format::format_date(self.made);
         match self.used {
             Some(used) => tr!("added {made}, last used {used}", made = made, used = format::format_date_time(used)),
-            None => tr!("added {made}, not used since", made = made),
+            None => tr!("added {made}, never used", made = made),
         }
     }
 }
@@ -76,7 +76,7 @@ pub struct MakePasskeyPage {
 
 impl MakePasskeyPage {
     fn ask(&self) -> String {
-        AskPart { question: &self.question, label: tr!("Make the passkey"), lead: true, at_once: true }.html()
+        AskPart { question: &self.question, label: tr!("Create the passkey"), lead: true, at_once: true }.html()
     }
 
     fn script(&self) -> String {
@@ -131,8 +131,8 @@ mod tests {
     #[test]
     fn removing_the_last_one_says_what_follows() {
         let html = keep_page("passkey", &page(false, false));
-        assert!(html.contains("signs you in no more") && !html.contains(" data-at-once"), "{html}");
-        assert!(keep_page("passkey-last", &page(true, false)).contains("password alone"));
-        assert!(keep_page("passkey-asked", &page(true, true)).contains("make another before anything else"));
+        assert!(html.contains("can no longer sign in with it") && !html.contains(" data-at-once"), "{html}");
+        assert!(keep_page("passkey-last", &page(true, false)).contains("password only"));
+        assert!(keep_page("passkey-asked", &page(true, true)).contains("must set up a new one"));
     }
 }

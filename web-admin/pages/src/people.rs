@@ -367,7 +367,7 @@ mod tests {
             "{html}"
         );
         assert!(html.contains("3 people added, 1 changed") && html.contains("cannot be used"), "{html}");
-        assert!(samples::keep_page("people-none", &list(vec![], true)).contains("Nobody is found"));
+        assert!(samples::keep_page("people-none", &list(vec![], true)).contains("No people found"));
         assert!(samples::keep_page("people-empty", &list(vec![], false)).contains("Import a roster"));
     }
 
@@ -380,7 +380,7 @@ mod tests {
             held: own,
             done: Some(PersonChangeDone::Mailed),
             mail_way: MailWay::Folder,
-            trouble: Some(MailTrouble::Unsent("the mail server refused it".to_owned())),
+            trouble: Some(MailTrouble::Unsent("the mail server rejected the email".to_owned())),
             second_factor: true,
             form: FilledForm::new(PersonForm {
                 name: "Ana".to_owned(),
@@ -390,9 +390,9 @@ mod tests {
         };
         let invited = samples::keep_page("person-invited", &page(AccountState::Invited, false));
         assert!(
-            invited.contains("Send the invitation again")
+            invited.contains("Resend the invitation")
                 && invited.contains("nobody receives it")
-                && invited.contains("refused it"),
+                && invited.contains("rejected the email"),
             "{invited}"
         );
         let disabled = samples::keep_page("person-disabled", &page(AccountState::Disabled, false));

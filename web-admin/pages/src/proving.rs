@@ -52,18 +52,18 @@ impl FactorRefused {
         let fixed = match self {
             Self::Password => tr!("This is not your current password."),
             Self::Code => {
-                tr!("This code is wrong, was used before, or is too old. Is the clock of your device right?")
+                tr!("This code is wrong, already used or expired. Check the clock of your device.")
             }
-            Self::Late => tr!("The passkey has answered too late, or twice. Try it once more."),
+            Self::Late => tr!("The passkey responded too late or twice. Try again."),
             Self::Answer => {
-                tr!("This passkey was refused: its answer does not fit what was asked of this account here.")
+                tr!("This passkey was rejected: its response does not match this account.")
             }
             Self::Copied => {
                 tr!(
-                    "This passkey was refused: it has counted fewer signatures than before, so there may be a copy of it. Sign in by a code, and remove it."
+                    "This passkey was rejected: its signature counter went backwards, so a copy may exist. Sign in with a code, and remove the passkey."
                 )
             }
-            Self::NotMade => tr!("No passkey was added: the answer was too late, or does not fit what was asked."),
+            Self::NotMade => tr!("No passkey was added: the response was too late or did not match the request."),
             Self::Other(why) => return format::as_sentence(why),
         };
         fixed.to_owned()
@@ -84,7 +84,7 @@ struct ProofPart<'a> {
 impl ProofPart<'_> {
     fn ask(&self) -> Option<String> {
         let question = self.question?;
-        let label = tr!("{act}, by passkey", act = self.label);
+        let label = tr!("{act}, with a passkey", act = self.label);
         Some(AskPart { question, label: &label, lead: false, at_once: false }.html())
     }
 }

@@ -103,13 +103,13 @@ impl RegradingFilter {
 
     fn label(self) -> &'static str {
         match self {
-            Self::Changes => tr!("Another score or result"),
-            Self::Passes => tr!("Pass, and did not before"),
-            Self::Fails => tr!("No longer pass"),
-            Self::Changed => tr!("Another score, same result"),
-            Self::Overridden => tr!("Overridden: still count as they did"),
+            Self::Changes => tr!("Score or result changed"),
+            Self::Passes => tr!("Now passed"),
+            Self::Fails => tr!("No longer passed"),
+            Self::Changed => tr!("Score changed, same result"),
+            Self::Overridden => tr!("Overridden: score unchanged"),
             Self::Kept => tr!("Same score"),
-            Self::Left => tr!("Left alone"),
+            Self::Left => tr!("Not changed"),
         }
     }
 }
@@ -244,8 +244,8 @@ fn score_after(line: &RegradingLine) -> Option<(f64, bool)> {
 #[must_use]
 pub fn outcome_badge(state: impl Borrow<RegradingState>) -> String {
     match state.borrow() {
-        RegradingState::Looking => StatusWord::Waiting.badge_saying(tr!("Being looked at")),
-        RegradingState::Shown => StatusWord::Open.badge_saying(tr!("Waits to be confirmed")),
+        RegradingState::Looking => StatusWord::Waiting.badge_saying(tr!("Being checked")),
+        RegradingState::Shown => StatusWord::Open.badge_saying(tr!("Waiting for confirmation")),
         RegradingState::Grading => StatusWord::Current.badge_saying(tr!("Being graded")),
         RegradingState::Done => StatusWord::Passed.badge_saying(tr!("Done")),
     }
@@ -317,12 +317,10 @@ mod tests {
     #[test]
     fn what_would_change_is_read_before_it_is_confirmed() {
         let html = samples::keep_page("regrading", &page());
-        for wanted in
-            ["Pass, and did not before", "No longer pass", "d1gest", "Ana &#60;Lindqvist&#62;", "+1.9", "abc123"]
-        {
+        for wanted in ["Now passed", "No longer passed", "d1gest", "Ana &#60;Lindqvist&#62;", "+1.9", "abc123"] {
             assert!(html.contains(wanted), "{wanted} is missing in {html}");
         }
-        assert!(html.contains("an override goes on counting") && html.contains("Grade 4 attempts again"), "{html}");
+        assert!(html.contains("an override continues to count") && html.contains("Re-grade 4 attempts"), "{html}");
         assert!(html.contains("?show=changes&amp;after=") && html.contains("nothing to score"));
         let other = RegradingPage { own: false, ..page() };
         assert!(!samples::keep_page("regrading-other", &other).contains("d1gest"), "only whoever has looked confirms");
@@ -350,10 +348,10 @@ mod tests {
         assert!(html.contains("3 of 4") && html.contains("Milder &#60;now&#62;"), "{html}");
         let done =
             RegradingPage { state: RegradingState::Done, reason: reason(), ended_at: Some(samples::NOW), ..page() };
-        assert!(samples::keep_page("regrading-done", &done).contains("4 attempts were graded again"));
+        assert!(samples::keep_page("regrading-done", &done).contains("4 attempts were re-graded"));
         let counts = vec![count(RegradingOutcome::Same, 5, 350.0, 350.0)];
         let same = RegradingPage { counts, lines: vec![], next: None, ..page() };
-        assert!(samples::keep_page("regrading-same", &same).contains("by this rubric already"));
+        assert!(samples::keep_page("regrading-same", &same).contains("already graded with this rubric"));
     }
 
     #[test]

@@ -330,7 +330,7 @@ mod tests {
             "Why &#60;so&#62; fast",
             "I lost the layer.",
             "name=\"from_s\"",
-            "Looked at, next",
+            "Mark as reviewed, go to next",
             "name=\"what\" value=\"failed\"",
         ] {
             assert!(html.contains(wanted), "{wanted} is missing");
@@ -355,10 +355,10 @@ mod tests {
             to_s: String::new(),
             body: "Too \"deep\"".to_owned(),
         };
-        let fields = FilledForm::refused(typed, "from: \"99\"; allowed is 0 to 26 s".to_owned());
+        let fields = FilledForm::refused(typed, "from: \"99\"; allowed: 0 to 26 s".to_owned());
         let page = ReplayPage { form: CommentForm { fields, answers: None }, comments: vec![], ..page() };
         let html = samples::keep_page("replay-refused", &page);
-        for wanted in ["value=\"99\"", "Too &#34;deep&#34;", "allowed is 0 to 26 s", "Nothing has been said"] {
+        for wanted in ["value=\"99\"", "Too &#34;deep&#34;", "allowed: 0 to 26 s", "No comments on this attempt yet"] {
             assert!(html.contains(wanted), "{wanted} is missing in {html}");
         }
     }

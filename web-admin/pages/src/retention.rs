@@ -66,13 +66,13 @@ pub struct IdleRow {
 impl IdleRow {
     fn next(&self) -> String {
         match self.step {
-            RetentionAction::Warn => tr!("is warned").to_owned(),
-            RetentionAction::Sending => tr!("was warned; the letter is not out yet").to_owned(),
+            RetentionAction::Warn => tr!("will be warned").to_owned(),
+            RetentionAction::Sending => tr!("was warned; the email has not been sent yet").to_owned(),
             RetentionAction::Wait(days) => {
-                trn!("is erased in {n} day at the earliest", "is erased in {n} days at the earliest", days)
+                trn!("will be erased in {n} day at the earliest", "will be erased in {n} days at the earliest", days)
             }
-            RetentionAction::Erase => tr!("is erased").to_owned(),
-            RetentionAction::CallOff => tr!("stays: the warning is called off").to_owned(),
+            RetentionAction::Erase => tr!("will be erased").to_owned(),
+            RetentionAction::CallOff => tr!("is kept: the warning is withdrawn").to_owned(),
         }
     }
 }
@@ -103,7 +103,7 @@ mod tests {
             role: Role::Trainee,
             active_at: samples::NOW,
             told_at: Some(samples::NOW),
-            error: Some("the mail server refused it".to_owned()),
+            error: Some("the mail server rejected the email".to_owned()),
             step,
         };
         let typed = RetentionForm { months: "x".to_owned(), ..RetentionForm::default() };

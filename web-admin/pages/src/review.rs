@@ -332,9 +332,9 @@ mod tests {
         );
         assert!(html.contains("/replay?what=failed") && html.contains("rel=\"next\""), "it leads on: {html}");
         let empty = ReviewPage { shell, waiting: vec![], next: None, first: None, ..page };
-        assert!(samples::keep_page("review-none", &empty).contains("None of the attempts that wait"));
+        assert!(samples::keep_page("review-none", &empty).contains("No waiting attempt matches this filter"));
         let empty = ReviewPage { filter: ReviewFilter::default(), ..empty };
-        assert!(samples::keep_page("review-empty", &empty).contains("Nothing waits"));
+        assert!(samples::keep_page("review-empty", &empty).contains("Nothing to review"));
     }
 
     #[test]

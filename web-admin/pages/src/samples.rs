@@ -471,7 +471,7 @@ pub(super) fn exercise_page() -> ExercisePage {
         contexts: vec![Context {
             course: COURSE_TITLE.to_owned(),
             place: (2, 4),
-            rule: "mastered with 3 passes among 5 attempts in a row".to_owned(),
+            rule: "mastered after 3 passes within 5 consecutive attempts".to_owned(),
             prerequisites: vec![link("Feel the layers", "feel-the-layers")],
             opens: vec![link("Reach 20 mm in muscle", "reach-the-muscle")],
             status: Some(StatusWord::Current),

@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn each_state_says_what_to_do() {
         let off = samples::keep_page("second-factor-off", &page(FactorState::Off, true));
-        assert!(off.contains("before you go on") && !off.contains("href=\"/cohorts\""), "{off}");
+        assert!(off.contains("before you continue") && !off.contains("href=\"/cohorts\""), "{off}");
         assert!(off.contains("name=\"name\"") && !off.contains("name=\"code\""), "{off}");
         let secret = "ABCD-EFGH".to_owned();
         let offered = FactorState::Offered { secret, address: "otpauth://totp/x?secret=ABCDEFGH".to_owned() };
@@ -123,7 +123,7 @@ mod tests {
         let on = samples::keep_page("second-factor-on", &on);
         assert!(on.contains("2 recovery codes left") && on.contains("/account/second-factor/off"), "{on}");
         assert!(on.contains("href=\"/cohorts\"") && !on.contains("qr.svg"), "{on}");
-        assert!(on.contains("no passkeys here") && !on.contains("data-options"), "{on}");
+        assert!(on.contains("not available here") && !on.contains("data-options"), "{on}");
     }
 
     #[test]
@@ -155,6 +155,6 @@ mod tests {
         let codes = vec!["ABCD-EFGH-JKLM".to_owned(), "NPQR-STUV-WXYZ".to_owned()];
         let page = RecoveryCodesPage { shell: samples::shell(Role::Trainee), codes, first: true };
         let html = samples::keep_page("recovery-codes", &page);
-        assert!(html.contains("NPQR-STUV-WXYZ") && html.contains("not shown again"), "{html}");
+        assert!(html.contains("NPQR-STUV-WXYZ") && html.contains("not be shown again"), "{html}");
     }
 }

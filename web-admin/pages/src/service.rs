@@ -79,7 +79,7 @@ mod tests {
             }],
         };
         let html = samples::keep_page("service", &page);
-        assert!(html.contains("1 letter could not be sent") && html.contains("Ana &#60;Ek&#62;"), "{html}");
+        assert!(html.contains("1 email could not be sent") && html.contains("Ana &#60;Ek&#62;"), "{html}");
         let well = ServicePage { failing: 0, letters: Vec::new(), ..page.clone() };
         assert!(samples::keep_page("service-well", &well).contains("No failures"));
         let unsent = samples::keep_page("service-unsent", &ServicePage { failing: 0, ..page.clone() });

@@ -81,10 +81,10 @@ impl SettingsPage {
     fn mail_way_words(&self) -> String {
         match self.mail_way {
             MailWay::Server => {
-                tr!("Letters go out through the mail server. A test letter goes to {email}.", email = self.own_email)
+                tr!("Emails are sent through the mail server. A test email goes to {email}.", email = self.own_email)
             }
             MailWay::Folder => tr!(
-                "No mail server is set up: letters lie as files on the service’s machine, and nobody receives them. A test letter to {email} is put there, too.",
+                "No mail server is set up: emails are saved as files on the server, and nobody receives them. A test email to {email} is saved there, too.",
                 email = self.own_email
             ),
         }
@@ -99,9 +99,9 @@ impl SettingsPage {
     /// current one.
     fn factor_choices(&self) -> Vec<(&'static str, &'static str, bool)> {
         let words = |rule| match rule {
-            FactorRule::Nobody => tr!("of nobody; everybody may have one"),
-            FactorRule::Teachers => tr!("of instructors and administrators"),
-            FactorRule::Everybody => tr!("of everybody, trainees among them"),
+            FactorRule::Nobody => tr!("nobody; everybody may set one up"),
+            FactorRule::Teachers => tr!("instructors and administrators"),
+            FactorRule::Everybody => tr!("everybody, including trainees"),
         };
         FactorRule::ALL.into_iter().map(|rule| (rule.word(), words(rule), rule == self.factor_rule)).collect()
     }

@@ -58,7 +58,7 @@ impl StatusWord {
             Self::Regressing => tr!("Regressing"),
             Self::Help => tr!("Needs help"),
             Self::OnTrack => tr!("On track"),
-            Self::NotBegun => tr!("Not begun"),
+            Self::NotBegun => tr!("Not started"),
             Self::Complete => tr!("Course mastered"),
         }
     }

@@ -118,6 +118,6 @@ mod tests {
         let (shell, name) = (samples::shell(Role::Trainee), "Analysis".to_owned());
         let page = MadeTokenPage { shell, name, token: "abc".repeat(21), expires: samples::NOW };
         let html = samples::keep_page("token", &page);
-        assert!(html.contains(&"abc".repeat(21)) && html.contains("not shown again"), "{html}");
+        assert!(html.contains(&"abc".repeat(21)) && html.contains("not be shown again"), "{html}");
     }
 }

@@ -65,7 +65,7 @@ pub struct SignInCodePage {
 
 impl SignInCodePage {
     fn shown_for(&self) -> String {
-        trn!("This page shows it for {n} minute.", "This page shows it for {n} minutes.", self.minutes)
+        trn!("This page shows the code for {n} minute.", "This page shows the code for {n} minutes.", self.minutes)
     }
 }
 
@@ -233,7 +233,7 @@ pub fn rule_in_words(rule: &Mastery) -> String {
             trn!("mastered with {n} pass in a row", "mastered with {n} passes in a row", passes)
         }
         Mastery::Passes { passes, of } => {
-            tr!("mastered with {passes} passes among {of} attempts in a row", passes = passes, of = of)
+            tr!("mastered after {passes} passes within {of} consecutive attempts", passes = passes, of = of)
         }
         Mastery::Curve(curve) => curve_in_words(&curve),
     }
@@ -242,7 +242,7 @@ pub fn rule_in_words(rule: &Mastery) -> String {
 fn curve_in_words(CurveRule { params, .. }: &CurveRule) -> String {
     let percent = |share: f64| format::format_fixed(share * 100.0, 0);
     tr!(
-        "mastered when its learning curve shows at most {acceptable} % failures rather than {unacceptable} %",
+        "mastered when the learning curve shows at most {acceptable} % failures rather than {unacceptable} %",
         acceptable = percent(params.p0),
         unacceptable = percent(params.p1)
     )
@@ -262,19 +262,15 @@ fn make_next_step(course: &Course, progress: &Progress, index: usize) -> NextSte
         }
         (StepState::Regressing { .. }, _, Some(curve)) => {
             trn!(
-                "Mastered before, and lost again: one more success will show it anew.",
-                "Mastered before, and lost again: {n} more straight successes will show it anew.",
+                "Was mastered, then lost: one more success restores it.",
+                "Was mastered, then lost: {n} consecutive successes restore it.",
                 curve.successes_needed
             )
         }
         (_, _, Some(curve)) if !done.attempts.is_empty() => {
-            trn!(
-                "One more success will show mastery.",
-                "{n} more straight successes will show mastery.",
-                curve.successes_needed
-            )
+            trn!("One more success to mastery.", "{n} more consecutive successes to mastery.", curve.successes_needed)
         }
-        _ => tr!("Not tried yet.").to_owned(),
+        _ => tr!("Not attempted yet.").to_owned(),
     };
     NextStep { href: exercise_href(&step.exercise), title: step.title.clone(), why }
 }
@@ -313,7 +309,7 @@ fn make_step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> 
 /// Describes how many successes the learning curve still requires.
 fn still_needed(done: &StepProgress) -> String {
     done.curve.as_ref().map_or_else(String::new, |curve| {
-        trn!("one more success", "{n} more straight successes", curve.successes_needed)
+        trn!("one more success", "{n} more consecutive successes", curve.successes_needed)
     })
 }
 
@@ -352,13 +348,13 @@ mod tests {
     #[test]
     fn a_newcomer_is_told_how_to_start() {
         let html = samples::keep_page("trainee-newcomer", &samples::newcomer_page());
-        assert!(html.contains("Not tried yet.") && html.contains("No attempts yet"), "{html}");
+        assert!(html.contains("Not attempted yet.") && html.contains("No attempts yet"), "{html}");
     }
 
     #[test]
     fn a_sign_in_code_is_offered_to_its_owner_alone() {
         let own = |made| TraineePage { sign_in_code: Some(made), ..samples::trainee_page(true) };
-        assert!(samples::keep_page("trainee-without-code", &own(None)).contains("Make a sign-in code"));
+        assert!(samples::keep_page("trainee-without-code", &own(None)).contains("Create a sign-in code"));
         assert!(samples::keep_page("trainee-with-code", &own(Some(samples::NOW))).contains("Replace the code"));
         let seen = samples::keep_page("trainee-for-instructor", &samples::trainee_page(false));
         assert!(!seen.contains("sign-in-code"), "{seen}");
@@ -369,7 +365,7 @@ mod tests {
     #[test]
     fn rules_are_said_in_words() {
         let rule = |passes, of| rule_in_words(&Mastery::Passes { passes, of });
-        assert_eq!(rule(3, 5), "mastered with 3 passes among 5 attempts in a row");
+        assert_eq!(rule(3, 5), "mastered after 3 passes within 5 consecutive attempts");
         assert_eq!(rule(3, 3), "mastered with 3 passes in a row");
         assert_eq!(rule(1, 1), "mastered with 1 pass in a row");
     }

@@ -26,7 +26,7 @@ pub struct BackupArgs {
 pub(super) async fn run_backup(args: &BackupArgs) -> Result<(), CommandFailure> {
     if args.to.exists() {
         return Err(CommandFailure::Usage(format!(
-            "--to: \"{}\" exists; a backup is never overwritten: name another file",
+            "--to: \"{}\" already exists; a backup is never overwritten: choose another file",
             args.to.display()
         )));
     }
@@ -34,7 +34,7 @@ pub(super) async fn run_backup(args: &BackupArgs) -> Result<(), CommandFailure> 
     let passphrase = args.passphrase_file.as_deref().map(read_passphrase).transpose()?;
     let made = backup::make(&config, &args.to, passphrase.as_deref(), Clock::system().now()).await?;
     say_line(format_args!(
-        "{}: {} recordings and the database with {} audit rows, read back and checked; the audit log ends in {}",
+        "{}: {} recordings and the database with {} audit rows, verified; the audit log ends in {}",
         args.to.display(),
         made.recordings,
         made.audit_rows,
@@ -44,11 +44,11 @@ pub(super) async fn run_backup(args: &BackupArgs) -> Result<(), CommandFailure> 
         let key = config.keys_dir.join(name);
         match (key.exists(), passphrase.is_some()) {
             (true, true) => say_line(format_args!(
-                "sealed in it: {}, which {does}; without the passphrase it is lost",
+                "sealed in the backup: {}, which {does}; without the passphrase it is lost",
                 key.display()
             )),
             (true, false) => say_line(format_args!(
-                "not in it: {}, which {does}; --passphrase-file puts it in, or keep a copy of its own, where only you read it",
+                "not in the backup: {}, which {does}; include it with --passphrase-file, or keep a separate copy that only you can read",
                 key.display()
             )),
             (false, _) => {}

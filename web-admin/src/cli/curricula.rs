@@ -36,7 +36,7 @@ pub(super) async fn run_curricula(command: &CurriculaCommand) -> Result<(), Comm
         .map_err(|error| CommandFailure::Usage(format!("{}: {error}", args.folder.display())))?;
     if courses.is_empty() && instruments.is_empty() {
         return Err(CommandFailure::Usage(format!(
-            "{}: holds no course.toml, nor does a folder in it, and no instruments",
+            "{}: contains neither a course.toml, nor folders with one, nor instruments",
             args.folder.display()
         )));
     }

@@ -41,7 +41,7 @@ pub(super) async fn run_demo(args: &DemoArgs) -> Result<(), CommandFailure> {
     let accounts = demo::make_demonstration(&state, &wanted).await?;
     state.db.close().await;
     say_line(
-        "The demonstration school. Its people are invented, its attempts simulated; the password of every account is",
+        "Demonstration school. The people are invented and the attempts simulated; the password of every account is",
     );
     say_line(format_args!("    {}", wanted.password));
     accounts.iter().for_each(|account| say_line(line_of_account(account)));

@@ -37,7 +37,7 @@ pub(super) async fn run_export(args: &ExportArgs) -> Result<(), CommandFailure> 
     let school = registry::find_school(&state, args.school.as_deref()).await?;
     let order = ResearchOrder { folder: args.out.clone(), samples: args.samples };
     if let Some(taken) = order.files().into_iter().find(|file| file.exists()) {
-        return Err(CommandFailure::Usage(format!("{}: exists already; choose another folder", taken.display())));
+        return Err(CommandFailure::Usage(format!("{}: already exists; choose another folder", taken.display())));
     }
     fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
     let counts = write_research_tables(&state, school.id, &order).await?;
@@ -49,7 +49,7 @@ pub(super) async fn run_export(args: &ExportArgs) -> Result<(), CommandFailure> 
     let held_back = counts.of_guests + counts.of_staff;
     if held_back > 0 {
         say_line(format_args!(
-            "{held_back} attempts are held back: {} of guests, {} of staff who have not agreed",
+            "{held_back} attempts excluded: {} of guests, {} of staff who have not agreed",
             counts.of_guests, counts.of_staff
         ));
     }

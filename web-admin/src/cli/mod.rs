@@ -257,7 +257,7 @@ async fn run_command(command: WebAdminCommand) -> Result<(), CommandFailure> {
             let forgiven = upkeep::forgive_deaths(&state).await.map_err(anyhow::Error::from)?;
             state.db.close().await;
             say_line(format_args!(
-                "{forgiven} recordings and uploads are tried again by the service, within ten minutes"
+                "released {forgiven} recordings and uploads; the service retries them within ten minutes"
             ));
             Ok(())
         }

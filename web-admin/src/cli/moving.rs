@@ -87,13 +87,12 @@ pub(super) async fn run_move(args: &MoveArgs) -> Result<(), CommandFailure> {
         say_line(format_args!("{} findings: nothing was moved into {target}", report.findings.len()));
         return Err(CommandFailure::Found);
     }
-    say_line(format_args!("moved {source} to {target}, which took {held_s:.1} s while nobody could serve it"));
+    say_line(format_args!("moved {source} to {target}; not served for {held_s:.1} s"));
     for left in &report.left_behind {
-        say_line(format_args!("not moved, copy it by hand: {left}"));
+        say_line(format_args!("not moved, copy manually: {left}"));
     }
     say_line(format_args!(
-        "serve {target} from now on, and {source} no more: what is written there from now on would be missing here. Keep it until a \
-         backup of the new place is made"
+        "serve {target} from now on, and no longer {source}: changes written there would be missing here. Keep the old place until you have a backup of the new one"
     ));
     Ok(())
 }
@@ -107,7 +106,7 @@ async fn hold_source(moving: &mut SchoolMove, source: &str, clock: &Clock) -> Re
             Ok(held) => return Ok(held),
             Err(LockError::Held { place, holder }) if !is_told => {
                 say_line(format_args!(
-                    "{place}: {holder} has these data. Stop whoever serves {source} now: the move waits for that"
+                    "{place}: in use by {holder}. Stop the service that serves {source}: the move waits for that"
                 ));
                 is_told = true;
             }
@@ -122,9 +121,9 @@ async fn hold_source(moving: &mut SchoolMove, source: &str, clock: &Clock) -> Re
 fn say_recordings(moving: &SchoolMove, CopiedRecordings { named, copied, .. }: &CopiedRecordings) {
     match moving.recording_places() {
         Some([from, to]) => {
-            say_line(format_args!("recordings: {named} in {from}, of which {copied} were copied to {to} now"))
+            say_line(format_args!("recordings: {named} in {from}, of which {copied} were copied to {to}"))
         }
-        None => say_line(format_args!("recordings: {named}, which stay where they are")),
+        None => say_line(format_args!("recordings: {named}, not moved")),
     }
 }
 
@@ -132,9 +131,7 @@ fn say_recordings(moving: &SchoolMove, CopiedRecordings { named, copied, .. }: &
 fn say_rows(report: &MoveReport) {
     let MoveReport { recordings, tables, audit_rows, audit_head, forgotten_uploads, .. } = report;
     let CopiedRecordings { named, copied, .. } = recordings;
-    say_line(format_args!(
-        "since then: {copied} recordings more; {named} in all were read and have the hash that was stored"
-    ));
+    say_line(format_args!("since then: {copied} more recordings; all {named} were read and match the stored hash"));
     for CarriedTable { name, rows, sha256 } in tables {
         say_line(format_args!("{name}: {rows} rows of hash {sha256}"));
     }
@@ -142,6 +139,6 @@ fn say_rows(report: &MoveReport) {
     say_line(format_args!("{rows} rows in {} tables, read back and compared", tables.len()));
     say_line(format_args!("{audit_rows} audit rows and every grade checked; the audit log ends in {audit_head}"));
     if *forgotten_uploads > 0 {
-        say_line(format_args!("uploads under way, which whoever sends them begins again: {forgotten_uploads}"));
+        say_line(format_args!("unfinished uploads, which the senders must restart: {forgotten_uploads}"));
     }
 }

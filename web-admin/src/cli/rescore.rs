@@ -51,7 +51,8 @@ pub(super) async fn run_rescore(args: &RescoreArgs) -> Result<(), CommandFailure
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let done = if reason.is_some() { "graded again" } else { "would be graded anew; --apply --reason TEXT does it" };
+    let done =
+        if reason.is_some() { "re-graded" } else { "would be re-graded; run with --apply --reason TEXT to do so" };
     say_line(format_args!("{changed} of {} attempts {done}", attempts.len()));
     state.db.close().await;
     Ok(())

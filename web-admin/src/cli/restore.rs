@@ -42,16 +42,16 @@ pub(super) async fn run_restore(args: &RestoreArgs) -> Result<(), CommandFailure
     })?;
     let RestoreSummary { report: restored, erased_again, keys } = restored;
     if erased_again > 0 {
-        say_line(format_args!("people erased again, for they were erased since the backup was made: {erased_again}"));
+        say_line(format_args!("people erased again, because they were erased after the backup: {erased_again}"));
     }
     say_line(format_args!(
         "restored {} recordings and the database with {} audit rows; the audit log ends in {}",
         restored.recordings, restored.audit_rows, restored.audit_head
     ));
     match keys {
-        KeysRestored::Restored => say_line("the keys are restored"),
+        KeysRestored::Restored => say_line("keys restored"),
         KeysRestored::StaySealed => {
-            say_line("the keys are in the backup, and were not restored: --passphrase-file opens them");
+            say_line("the backup contains keys that were not restored: use --passphrase-file");
         }
         KeysRestored::NotInIt => {}
     }
@@ -60,7 +60,7 @@ pub(super) async fn run_restore(args: &RestoreArgs) -> Result<(), CommandFailure
 
 fn erasures_in(file: &Path) -> Result<Vec<Erasure>, CommandFailure> {
     if !file.is_file() {
-        return Err(CommandFailure::Usage(format!("--erasures: \"{}\" is no file", file.display())));
+        return Err(CommandFailure::Usage(format!("--erasures: \"{}\" is not a file", file.display())));
     }
     ErasureList::at(file).read().map_err(|unreadable| CommandFailure::Usage(format!("--erasures: {unreadable}")))
 }

@@ -38,7 +38,7 @@ pub(super) async fn run_retain(args: &RetainArgs) -> Result<(), CommandFailure> 
         if !args.dry_run {
             let done = retention::act(&state, school.id).await.map_err(anyhow::Error::new)?;
             say_line(format_args!(
-                "  done: warned {}, called off {}, erased {}",
+                "  done: warned {}, withdrawn {}, erased {}",
                 done.warned, done.called_off, done.erased
             ));
         }
@@ -51,7 +51,10 @@ fn say_retention_rule(school: &str, settings: Settings) -> String {
     match settings.months {
         None => format!("{school}: keeps everybody"),
         Some(months) => {
-            format!("{school}: keeps people for {months} months, and warns {} days before", settings.warn_days)
+            format!(
+                "{school}: keeps people for {months} months and warns them {} days before erasure",
+                settings.warn_days
+            )
         }
     }
 }
@@ -61,13 +64,13 @@ fn line_of_planned(planned: &RetentionStep) -> String {
     let RetentionStep { idle, step } = planned;
     let what = match step {
         RetentionAction::Warn => "warn".to_owned(),
-        RetentionAction::Sending => "warned, the letter is not out yet".to_owned(),
-        RetentionAction::Wait(days) => format!("warned, to be erased in {days} days at the earliest"),
+        RetentionAction::Sending => "warned, email not sent yet".to_owned(),
+        RetentionAction::Wait(days) => format!("warned, will be erased in {days} days at the earliest"),
         RetentionAction::Erase => "erase".to_owned(),
-        RetentionAction::CallOff => "call the warning off".to_owned(),
+        RetentionAction::CallOff => "withdraw the warning".to_owned(),
     };
-    let told = idle.told_at.map(|at| format!(", told on {at}")).unwrap_or_default();
-    let failed = idle.error.as_ref().map(|error| format!(", the letter failed: {error}")).unwrap_or_default();
+    let told = idle.told_at.map(|at| format!(", warned on {at}")).unwrap_or_default();
+    let failed = idle.error.as_ref().map(|error| format!(", the email failed: {error}")).unwrap_or_default();
     format!(
         "  {what}: {} {} {}: last active on {}{told}{failed}",
         idle.role, idle.pseudonym, idle.email, idle.active_at

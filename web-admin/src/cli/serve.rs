@@ -42,7 +42,7 @@ pub struct ServeArgs {
     /// Free space on the disk of the data folder, in MB, that is reserved for the database
     #[arg(long, value_name = "MB", default_value_t = 200)]
     database_reserve_mb: u64,
-    /// Maximum number of unfinished uploads in pieces of a person or a station
+    /// Maximum number of unfinished resumable uploads of a person or a station
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u64).range(1..))]
     owner_uploads: u64,
     /// Maximum total size of those uploads once complete, in MB

@@ -26,8 +26,8 @@ pub enum UserCommand {
     ResetPassword(ResetArgs),
     /// Disables a person's account and revokes their tokens; their attempts are kept
     Disable(WhoArgs),
-    /// Removes the second factor of a person who has lost it: their password alone signs them in,
-    /// and a mail notifies them
+    /// Removes the second factor of a person who has lost it: they sign in with their password
+    /// only, and are notified by email
     ResetSecondFactor(WhoArgs),
     /// Creates a token for the API and prints only the token; it cannot be shown again
     Token(TokenArgs),
@@ -154,7 +154,7 @@ async fn reset_person_password(args: &ResetArgs) -> Result<(), CommandFailure> {
 
 /// Explains to the administrator how long a first password is valid.
 fn good_until(until: Moment) -> String {
-    format!("signing in with it once, until {until}, asks them to choose their own")
+    format!("valid for one sign-in until {until}; the person then chooses their own")
 }
 
 async fn disable_person(args: &WhoArgs) -> Result<(), CommandFailure> {
@@ -162,7 +162,7 @@ async fn disable_person(args: &WhoArgs) -> Result<(), CommandFailure> {
     let person = find_account(&state, &args.email).await?;
     match registry::disable_person(&state, &person).await? {
         Some(revoked) => say_line(format_args!("{} is disabled; {revoked} tokens revoked", person.email)),
-        None => say_line(format_args!("{} was disabled before", person.email)),
+        None => say_line(format_args!("{} is already disabled", person.email)),
     }
     Ok(())
 }
@@ -172,7 +172,7 @@ async fn reset_second_factor(args: &WhoArgs) -> Result<(), CommandFailure> {
     let person = find_account(&state, &args.email).await?;
     let key = PersonKey { school_id: person.school_id, person_id: person.id };
     let had_one = second_factor::reset(&state, key, Actor::CommandLine).await.map_err(anyhow::Error::from)?;
-    let told = if had_one { "has no second factor any more; a mail tells them" } else { "had no second factor" };
+    let told = if had_one { "no longer has a second factor; notified by email" } else { "had no second factor" };
     say_line(format_args!("{} {told}", person.email));
     Ok(())
 }
@@ -197,7 +197,7 @@ async fn make_person_token(args: &TokenArgs) -> Result<(), CommandFailure> {
 
 async fn find_account(state: &AppState, email: &str) -> Result<Person, CommandFailure> {
     let found = people::find_person_by_email(state.db.reader(), email).await?;
-    found.ok_or_else(|| CommandFailure::Usage(format!("--email: \"{email}\"; nobody has this address")))
+    found.ok_or_else(|| CommandFailure::Usage(format!("--email: \"{email}\"; no person has this address")))
 }
 
 /// Returns the password to set, and a line to print it if it was generated. `own` are details of
@@ -220,7 +220,7 @@ fn read_password(given: Option<&str>, own: &[&str]) -> Result<(String, Option<St
 fn check_name(option: &str, name: Option<&str>) -> Result<(), CommandFailure> {
     match name {
         Some(name) if !is_name(name) => Err(CommandFailure::Usage(format!(
-            "{option}: \"{}\"; allowed are 1 to 120 characters on one line, not beginning with = + - or @",
+            "{option}: \"{}\"; allowed: 1 to 120 characters on one line, not beginning with = + - or @",
             on_one_line(name)
         ))),
         _ => Ok(()),
@@ -231,7 +231,7 @@ fn check_email(email: &str) -> Result<(), CommandFailure> {
     let parts =
         email.split_once('@').filter(|(name, host)| !name.is_empty() && !host.is_empty() && !host.contains('@'));
     if parts.is_none() || email.contains(char::is_whitespace) || email.len() > 254 {
-        return Err(CommandFailure::Usage(format!("--email: \"{email}\"; an address like name@example.org is needed")));
+        return Err(CommandFailure::Usage(format!("--email: \"{email}\"; allowed: an address like name@example.org")));
     }
     Ok(())
 }

@@ -28,7 +28,7 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "HASH", value_parser = parse_audit_head)]
     expect_head: Option<String>,
     /// A signed checkpoint of the audit log, from statements/ in the data folder or the bucket, or
-    /// from a mail of `serve --anchor-mail`; may be repeated
+    /// from an email of `serve --anchor-mail`; may be repeated
     #[arg(long, value_name = "FILE")]
     statement: Vec<PathBuf>,
     /// The public key of the checkpoint's signature, as published by the school [default: this
@@ -39,7 +39,7 @@ pub struct VerifyArgs {
 
 fn parse_audit_head(given: &str) -> Result<String, &'static str> {
     let digits = given.len() == 64 && given.bytes().all(|digit| digit.is_ascii_hexdigit());
-    if digits { Ok(given.to_ascii_lowercase()) } else { Err("allowed are 64 hexadecimal digits") }
+    if digits { Ok(given.to_ascii_lowercase()) } else { Err("allowed: 64 hexadecimal digits") }
 }
 
 pub(super) async fn run_verify(args: &VerifyArgs) -> Result<(), CommandFailure> {
@@ -59,8 +59,8 @@ async fn verify_database(args: &VerifyArgs, config: &Config) -> Result<Verificat
     let db = Database::open_existing(&config.database).await.context("cannot open the database")?;
     let missing = db.count_missing_migrations().await.context("cannot read the database")?;
     if missing > 0 {
-        let words = "an earlier program has kept this database; run `web-admin migrate` first";
-        return Err(CommandFailure::Usage(format!("{}: {words} (steps missing: {missing})", config.database)));
+        let words = "this database is of an earlier version; run `web-admin migrate` first";
+        return Err(CommandFailure::Usage(format!("{}: {words} (missing migrations: {missing})", config.database)));
     }
     let store = RecordingStore::open(config)?;
     let mut report = verification::everything(&db, &store).await?;
@@ -76,7 +76,7 @@ async fn verify_dump(args: &VerifyArgs, config: &Config, file: &Path) -> Result<
     let refused = |error: DumpRefused| CommandFailure::Usage(format!("--dump: {error}"));
     let dumped = DumpedDatabase::restore(file, &config.database).await.map_err(refused)?;
     let looked = look_at_dump(args, config, dumped.database()).await;
-    dumped.remove().await.context("the database that was made for the dump is left on the server")?;
+    dumped.remove().await.context("the temporary database for the dump remains on the server")?;
     looked
 }
 
@@ -116,7 +116,7 @@ async fn compare_with_statement(
         None if config.keys_dir.join(KEY_FILE).exists() => certificates::public_key(&config.keys_dir)?,
         None => {
             return Err(CommandFailure::Usage(named(
-                &"no key is here to check it with; name the published one with --statement-key",
+                &"no key to check it with; give the published one with --statement-key",
             )));
         }
     };

@@ -52,7 +52,7 @@ const LONGEST_LETTER: Duration = Duration::from_secs(5);
 pub struct WorkArgs {
     #[command(flatten)]
     storage: StorageArgs,
-    /// Public URL of this service, the base of links in mails and to viewers [default: http:// and
+    /// Public URL of this service, the base of links in emails and to viewers [default: http:// and
     /// the listen address; for viewers, the address in the visitor's request]
     #[arg(long, value_name = "URL", env = "STYLET_PUBLIC_URL")]
     public_url: Option<String>,
@@ -60,10 +60,10 @@ pub struct WorkArgs {
     /// mail in the data folder]
     #[arg(long, value_name = "URL", env = "STYLET_MAIL", hide_env_values = true)]
     mail: Option<String>,
-    /// Sender address of mails
+    /// Sender address of emails
     #[arg(long, value_name = "ADDRESS", default_value = "Stylet <stylet@localhost>", env = "STYLET_MAIL_FROM")]
     mail_from: String,
-    /// Recipient of a daily mail with the last hash of the audit log, to be kept elsewhere
+    /// Recipient of a daily email with the last hash of the audit log, to be kept elsewhere
     /// [default: none; the hash is also stored in statements/ of the data folder or the bucket]
     #[arg(long, value_name = "ADDRESS", env = "STYLET_ANCHOR_MAIL")]
     anchor_mail: Option<String>,
@@ -157,11 +157,11 @@ impl Shift {
         state.recordings.check().await.with_context(|| format!("--recordings: {}", state.recordings.place()))?;
         let cleared =
             recordings::clear_uploads(&state.config.uploads_dir()).context("cannot clear unfinished uploads")?;
-        tracing::info!(cleared, "unfinished uploads cleared");
-        carry_over(&state).await.context("what the data folder has kept is not in the bucket yet")?;
-        let erased = erasing::catch_up(&state).await.context("who was erased cannot be erased again")?;
+        tracing::info!(cleared, "cleared unfinished uploads");
+        carry_over(&state).await.context("failed to copy the data folder into the bucket")?;
+        let erased = erasing::catch_up(&state).await.context("failed to repeat erasures")?;
         if erased > 0 {
-            tracing::warn!(people = erased, "erased again: they had been erased, and were in the database");
+            tracing::warn!(people = erased, "repeated erasures: erased people were in the database");
         }
         let buried =
             if state.db.is_shared() { replicas::succeed(&state).await } else { replicas::bury_others(&state).await };
@@ -270,13 +270,13 @@ async fn hold_on(lock: Arc<Mutex<DataLock>>) {
         match lock.lock().await.rejoin_if_lost().await {
             Ok(()) => {}
             Err(held @ LockError::Held { .. }) => {
-                tracing::error!(cause = %held, "the database is another's: this service stops");
+                tracing::error!(cause = %held, "database is in use by another service; stopping");
                 if let Err(error) = kill_process(getpid(), rustix::process::Signal::TERM) {
-                    tracing::error!(cause = tell_in_full(&error), "this service cannot stop itself");
+                    tracing::error!(cause = tell_in_full(&error), "failed to stop this service");
                 }
                 return;
             }
-            Err(unusable) => tracing::warn!(cause = %unusable, "the database cannot be told that it is served"),
+            Err(unusable) => tracing::warn!(cause = %unusable, "failed to renew the database lock"),
         }
     }
 }
@@ -286,16 +286,16 @@ async fn tidy_up(state: AppState) {
     let sessions = WebSessions::new(state.db.clone(), state.clock.clone());
     loop {
         if let Err(error) = sessions.delete_expired().await {
-            tracing::warn!(cause = tell_in_full(&error), "expired sessions could not be deleted");
+            tracing::warn!(cause = tell_in_full(&error), "failed to delete expired sessions");
         }
         if let Err(error) = uploads::tidy(&state).await {
-            tracing::warn!(cause = tell_in_full(&error), "unfinished uploads could not be tidied");
+            tracing::warn!(cause = tell_in_full(&error), "failed to clear unfinished uploads");
         }
         if let Err(error) = erasing::remove_left(&state).await {
-            tracing::warn!(cause = tell_in_full(&error), "recordings of somebody erased are left");
+            tracing::warn!(cause = tell_in_full(&error), "failed to delete recordings of erased people");
         }
         if let Err(error) = upkeep::forget_expired(&state).await {
-            tracing::warn!(cause = tell_in_full(&error), "what has expired could not be deleted");
+            tracing::warn!(cause = tell_in_full(&error), "failed to delete expired records");
         }
         state.brake_notes.tidy();
         state.refusals.tidy();

@@ -23,28 +23,28 @@ const fn optional(name: &'static str, kind: ColumnKind, tells: &'static str) -> 
 /// The table of attempts.
 pub const ATTEMPTS: [ResearchColumn; 15] = [
     column("session", ColumnKind::Text, "id of the attempt; joins the tables"),
-    column("started_at", ColumnKind::Text, "when it began, UTC, RFC 3339"),
+    column("started_at", ColumnKind::Text, "start of the attempt, UTC, RFC 3339"),
     column(
         "pseudonym",
         ColumnKind::Text,
-        "whose it is; the same for all attempts of a person, and in their recordings",
+        "pseudonym of the trainee; the same in all attempts and recordings of a person",
     ),
     column("role", ColumnKind::Text, "trainee, instructor or administrator"),
-    column("exercise_id", ColumnKind::Text, "what was attempted"),
-    column("exercise_sha256", ColumnKind::Text, "hash of the exercise that was attempted, lower-case hexadecimal"),
+    column("exercise_id", ColumnKind::Text, "id of the exercise"),
+    column("exercise_sha256", ColumnKind::Text, "SHA-256 of the exercise document, lower-case hexadecimal"),
     column("state", ColumnKind::Text, "pending, scored or refused"),
-    optional("score", ColumnKind::Double, "0 to 100, by the grade that counts"),
-    optional("passed", ColumnKind::Whole, "1 passed, 0 not, by the grade that counts"),
+    optional("score", ColumnKind::Double, "0 to 100, of the grade that counts"),
+    optional("passed", ColumnKind::Whole, "1 passed, 0 not passed, of the grade that counts"),
     optional(
         "computed_score",
         ColumnKind::Double,
-        "0 to 100, computed; another than score where somebody has put one in its place",
+        "0 to 100, computed; differs from score if an instructor has overridden it",
     ),
     column("duration_s", ColumnKind::Double, "s"),
-    column("complete", ColumnKind::Whole, "1 where the recording has its end, 0 where it was cut"),
-    column("device", ColumnKind::Text, "with what: a haptic device, or operator: for a virtual hand"),
-    column("simulator_version", ColumnKind::Text, "by which program"),
-    optional("uncounted", ColumnKind::Text, "why it counts nowhere; empty where it counts"),
+    column("complete", ColumnKind::Whole, "1 if the recording is complete, 0 if it is truncated"),
+    column("device", ColumnKind::Text, "device: a haptic device, or operator: for a virtual hand"),
+    column("simulator_version", ColumnKind::Text, "version of the simulator"),
+    optional("uncounted", ColumnKind::Text, "why it does not count; empty if it counts"),
 ];
 
 /// The table of metrics.
@@ -52,9 +52,9 @@ pub const METRICS: [ResearchColumn; 6] = [
     column("session", ColumnKind::Text, "id of the attempt"),
     column("metric", ColumnKind::Text, "id of the metric; docs/documents.md defines it"),
     column("version", ColumnKind::Whole, "version of its definition"),
-    optional("value", ColumnKind::Double, "in the unit beside it; empty where there is none"),
+    optional("value", ColumnKind::Double, "in the unit of the unit column; empty if there is no value"),
     column("unit", ColumnKind::Text, "unit of the value; 1 and count for numbers without one"),
-    optional("absent", ColumnKind::Text, "why there is no value"),
+    optional("absent", ColumnKind::Text, "why the value is missing"),
 ];
 
 /// The column that precedes the columns of a recording's samples.

@@ -154,7 +154,7 @@ async fn write_samples(
             return Err(refused.into());
         }
         if let Err(error) = read {
-            tracing::warn!(session = %attempt.id, %error, "a recording could not be read");
+            tracing::warn!(session = %attempt.id, %error, "recording cannot be read");
             counts.unread += 1;
         }
         counts.samples += table.rows - before;
@@ -225,8 +225,7 @@ fn write_codebook(order: &ResearchOrder, counts: &ResearchCounts) -> anyhow::Res
     let path = order.folder.join("codebook.json");
     let codebook = json!({
         "made_by": concat!("web-admin ", env!("CARGO_PKG_VERSION")),
-        "who": "attempts of trainees, and of staff who let theirs be used. A guest's are in their study's own data, with what they \
-                agreed to. People have pseudonyms, as in their recordings; no name, address or number of theirs is here.",
+        "who": "attempts of trainees, and of staff who have agreed. Attempts of guests are in the data of their study. People have pseudonyms, as in their recordings; names, addresses and numbers are not included.",
         "counts": counts,
         "tables": {
             "attempts": describe_columns(&ATTEMPTS),

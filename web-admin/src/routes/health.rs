@@ -61,16 +61,16 @@ fn begin_span(request: &Request) -> Span {
 async fn answer_readiness(State(state): State<AppState>) -> Response {
     let unready = |why| (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
     if state.leaving.load(Ordering::Relaxed) {
-        return unready("this service is about to stop\n");
+        return unready("this service is shutting down\n");
     }
     let inspection = state.inspection.state();
     if !inspection.findings.is_empty() {
-        return unready("the database is damaged: the log and /admin/service say how\n");
+        return unready("the database is damaged: see the log and /admin/service\n");
     }
     match state.pulse.is_beating(&state).await {
         true if inspection.going => format!("ready; {}\n", say_progress(&inspection)).into_response(),
         true => "ready\n".into_response(),
-        false => unready("the database does not answer, or takes nothing\n"),
+        false => unready("the database does not respond, or is not writable\n"),
     }
 }
 
@@ -108,12 +108,8 @@ pub(crate) async fn list_families(state: &AppState) -> Result<Vec<MetricFamily>,
 fn list_inspection(inspection: &InspectionState) -> [MetricFamily; 2] {
     let (done, findings) = (f64::from(u8::from(!inspection.going)), inspection.findings.len() as f64);
     [
-        MetricFamily::gauge(
-            "stylet_database_checked",
-            "Whether the look through the database that began with the service is over.",
-            done,
-        ),
-        MetricFamily::gauge("stylet_database_findings", "Damaged places that it found.", findings),
+        MetricFamily::gauge("stylet_database_checked", "Whether the database check at startup has finished.", done),
+        MetricFamily::gauge("stylet_database_findings", "Errors found by the database check.", findings),
     ]
 }
 
@@ -126,24 +122,24 @@ fn list_gauges(totals: &Totals, waited_s: f64) -> Vec<MetricFamily> {
     let people = roles.map(|role| labelled("role", role)).to_vec();
     let sessions = states.map(|state| labelled("state", state)).to_vec();
     vec![
-        MetricFamily::gauges("stylet_build_info", "The program that runs.", vec![version]),
+        MetricFamily::gauges("stylet_build_info", "Version of the running program.", vec![version]),
         MetricFamily::gauges("stylet_people", "People who may sign in.", people),
         MetricFamily::gauge("stylet_stations", "Stations whose token is valid.", totals.stations as f64),
+        MetricFamily::gauge("stylet_uploads_unfinished", "Unfinished resumable uploads.", totals.uploads as f64),
+        MetricFamily::gauge("stylet_jobs_waiting", "Recordings waiting to be scored.", totals.waiting as f64),
         MetricFamily::gauge(
-            "stylet_uploads_unfinished",
-            "Uploads in pieces that are not whole.",
-            totals.uploads as f64,
+            "stylet_jobs_failing",
+            "Recordings waiting to be scored that failed at least once.",
+            totals.failing as f64,
         ),
-        MetricFamily::gauge("stylet_jobs_waiting", "Recordings that wait to be scored.", totals.waiting as f64),
-        MetricFamily::gauge("stylet_jobs_failing", "Of them, those that failed at least once.", totals.failing as f64),
         MetricFamily::gauge(
             "stylet_set_aside",
-            "Recordings and uploads that were fatal twice and are tried no more.",
+            "Recordings and uploads quarantined after two crashes.",
             totals.set_aside as f64,
         ),
         MetricFamily::gauge(
             "stylet_jobs_overdue_seconds",
-            "How long the first of the queue is overdue, in s.",
+            "How long the first job of the queue is overdue, in s.",
             waited_s,
         ),
         MetricFamily::gauge("stylet_audit_rows", "Rows of the audit log.", totals.audit_rows as f64),

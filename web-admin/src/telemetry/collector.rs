@@ -47,7 +47,8 @@ impl Telemetry {
             return Ok(None);
         }
         acts::settle_tls();
-        let which = || format!("{}: allowed is the address of a collector, as http://collector:4318", named.join(", "));
+        let which =
+            || format!("{}: allowed: the address of a collector, such as http://collector:4318", named.join(", "));
         let spans = SpanExporter::builder().with_http().with_protocol(Protocol::HttpBinary).build();
         let figures = MetricExporter::builder().with_http().with_protocol(Protocol::HttpBinary).build();
         let resource = resource();
@@ -81,7 +82,7 @@ impl Telemetry {
                 match list_families(&state).await {
                     Ok(families) => *latest.write().unwrap_or_else(PoisonError::into_inner) = families,
                     Err(error) => {
-                        tracing::warn!(cause = tell_in_full(&error), "the figures of the service cannot be taken")
+                        tracing::warn!(cause = tell_in_full(&error), "failed to read the metrics of the service")
                     }
                 }
                 are_known = are_known || register_families(&meter, &latest);
@@ -93,7 +94,7 @@ impl Telemetry {
     pub(crate) fn end(self) {
         for (what, ended) in [("spans", self.spans.shutdown()), ("figures", self.figures.shutdown())] {
             if let Err(error) = ended {
-                tracing::warn!(cause = tell_in_full(&error), "the last {what} were not sent");
+                tracing::warn!(cause = tell_in_full(&error), "failed to send the last {what}");
             }
         }
     }

@@ -23,8 +23,7 @@ impl Telemetry {
             return Ok(None);
         }
         bail!(
-            "{}: this program is built without collectors; the one with them is built by \
-             `cargo build --release -p web-admin --features replicas`",
+            "{}: this program is built without collector support; build with `cargo build --release -p web-admin --features replicas`",
             named.join(", ")
         )
     }

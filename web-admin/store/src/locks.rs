@@ -17,7 +17,7 @@ pub(crate) const BETWEEN_TRIES: Duration = Duration::from_millis(50);
 #[derive(Debug, thiserror::Error)]
 pub enum LockError {
     /// Another process holds the lock.
-    #[error("{place}: {holder} has these data; stop it first, or name another folder")]
+    #[error("{place}: in use by {holder}; stop it first, or choose another folder")]
     Held {
         /// The lock file or the database.
         place: String,

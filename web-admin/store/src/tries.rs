@@ -14,7 +14,7 @@ use super::{Connection, Executor, Result};
 pub const MOST_DEATHS: i64 = 2;
 
 /// Error of a job whose service ended during the attempt.
-const DIED: &str = "the service ended while it worked on this recording";
+const DIED: &str = "the service stopped while processing this recording";
 
 /// Leases an upload for parsing it. Returns false if another replica has the lease.
 pub async fn hold_upload(writer: &mut Connection, id: UploadId, replica: ReplicaId) -> Result<bool> {

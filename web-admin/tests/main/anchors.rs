@@ -84,7 +84,7 @@ async fn a_log_that_was_cut_or_made_anew_does_not_hold_what_was_stated() {
     std::fs::copy(&file, &kept).unwrap();
     let letter = folder.join("letter.txt");
     // As it is saved out of a letter, with what stands around it.
-    std::fs::write(&letter, format!("Keep this letter.\n\n{}\n", std::fs::read_to_string(&file).unwrap())).unwrap();
+    std::fs::write(&letter, format!("Keep this email.\n\n{}\n", std::fs::read_to_string(&file).unwrap())).unwrap();
     app.signed_in("ada@example.org").await;
     for statement in [&kept, &letter] {
         let verified = web_admin(folder, &["verify", "--statement", statement.to_str().unwrap()]);
@@ -106,7 +106,7 @@ async fn a_log_that_was_cut_or_made_anew_does_not_hold_what_was_stated() {
     assert!(verified.status.success(), "alone it does not tell: {}", words(&verified));
     let verified = web_admin(folder, &["verify", "--statement", kept.to_str().unwrap()]);
     assert_eq!(verified.status.code(), Some(1), "{}", words(&verified));
-    assert!(words(&verified).contains("row 2 has not the hash"), "{}", words(&verified));
+    assert!(words(&verified).contains("row 2 does not have the hash"), "{}", words(&verified));
 }
 
 #[tokio::test]
@@ -136,9 +136,9 @@ async fn the_key_of_certificates_is_in_a_backup_for_whoever_has_the_passphrase()
         )
     };
     let refused = back_up(&short);
-    assert!(refused.status.code() == Some(2) && words(&refused).contains("12 and more"), "{}", words(&refused));
+    assert!(refused.status.code() == Some(2) && words(&refused).contains("at least 12"), "{}", words(&refused));
     let made = back_up(&right);
-    assert!(made.status.success() && words(&made).contains("sealed in it"), "{}", words(&made));
+    assert!(made.status.success() && words(&made).contains("sealed in the backup"), "{}", words(&made));
     let bytes = std::fs::read(&backup).unwrap();
     assert!(!bytes.windows(64).any(|part| part == secret.as_bytes()), "the key is readable");
     let restore = |place: &Path, passphrase: Option<&Path>| {
@@ -160,5 +160,5 @@ async fn the_key_of_certificates_is_in_a_backup_for_whoever_has_the_passphrase()
     let place = tempfile::tempdir().unwrap();
     assert_ne!(certificates::public_key(place.path()).unwrap(), key);
     let refused = restore(place.path(), Some(&right));
-    assert!(words(&refused).contains("another key is there"), "{}", words(&refused));
+    assert!(words(&refused).contains("already contains another key"), "{}", words(&refused));
 }

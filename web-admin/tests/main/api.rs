@@ -71,7 +71,7 @@ async fn a_malformed_id_is_nobodys() {
     let app = App::new().await;
     let mut ada = trainee(&app).await;
     for path in ["/sessions/x", "/sessions/0/score", "/exercises/none", "/nothing"] {
-        ada.get(&format!("/api/v1{path}")).await.is_problem(404, "nothing here");
+        ada.get(&format!("/api/v1{path}")).await.is_problem(404, "nothing was found");
     }
 }
 
@@ -85,7 +85,7 @@ async fn an_exercise_comes_with_its_documents() {
     assert_eq!(answer["exercise_sha256"], EXERCISE.exercise.sha256);
     let south = app.school("South").await;
     let mut abroad = app.with_token(&app.member(south, Role::Trainee, "eve@example.org").await.token);
-    abroad.get("/api/v1/exercises/feel-the-layers").await.is_problem(404, "nothing here");
+    abroad.get("/api/v1/exercises/feel-the-layers").await.is_problem(404, "nothing was found");
 }
 
 /// Ids of the exercises that a trainee may train, and the one to do first.
@@ -168,6 +168,6 @@ async fn whoever_keeps_the_service_running_is_answered() {
     app.state.clock.advance(6);
     assert_eq!(stranger.get("/readyz").await.status, 503);
     let broken = stranger.get("/metrics").await;
-    broken.is_problem(503, "does not answer");
+    broken.is_problem(503, "is unavailable");
     assert!(!broken.text().to_lowercase().contains("pool"), "a user never sees the database: {}", broken.text());
 }

@@ -102,7 +102,7 @@ async fn an_extension_is_calendar_days_and_for_one_trainee() {
     let extended = world.post(&format!("{page}/extend"), &[("person", &ada), ("days", "7")]).await;
     assert_eq!(extended.status, 303, "{}", extended.text());
     let own = world.adas_page().await;
-    assert!(own.contains("3 Apr 2026, 18:00") && own.contains("UTC+02:00") && own.contains("7 days longer"), "{own}");
+    assert!(own.contains("3 Apr 2026, 18:00") && own.contains("UTC+02:00") && own.contains("7 more days"), "{own}");
     for (person, days, status) in [(ada.as_str(), "999", 422), (&PersonId::random().to_string(), "7", 404)] {
         let refused = world.post(&format!("{page}/extend"), &[("person", person), ("days", days)]).await;
         assert_eq!(refused.status, status);
@@ -122,19 +122,19 @@ async fn what_cannot_be_assigned_is_refused_and_what_was_typed_stays() {
     let task = "exercise:feel-the-layers";
     for (task, cohort, due, status, words) in [
         (task, cohort.as_str(), "2026-03-29T02:30", 422, "01:59 and 03:00"),
-        (task, &cohort, "2026-02-01T12:00", 422, "over already"),
+        (task, &cohort, "2026-02-01T12:00", 422, "in the past"),
         (task, &cohort, "soon", 422, "“soon”"),
         (task, "", "", 422, "Choose a cohort"),
-        (task, &abroad, "", 404, "nothing here"),
-        (task, &nobody, "", 404, "nothing here"),
-        ("exercise:none", &cohort, "", 404, "nothing here"),
+        (task, &abroad, "", 404, "othing was found"),
+        (task, &nobody, "", 404, "othing was found"),
+        ("exercise:none", &cohort, "", 404, "othing was found"),
     ] {
         let refused = world.post("/assignments", &[("task", task), ("cohort", cohort), ("due", due)]).await;
         assert_eq!(refused.status, status, "{due} {}", refused.text());
         assert!(refused.text().contains(words), "{words}: {}", refused.text());
         assert!(status == 404 || refused.text().contains(&format!("name=\"due\" value=\"{due}\"")));
     }
-    assert!(world.adas_page().await.contains("Nothing is assigned"));
+    assert!(world.adas_page().await.contains("You have no assignments"));
 }
 
 #[tokio::test]
@@ -150,7 +150,7 @@ async fn a_pass_does_it_and_a_limit_ends_it() {
     assert!(!own.contains(">Done<"), "{own}");
     assert!(own.contains("Done late") || own.contains("No attempts left"), "the one attempt counts: {own}");
     world.post(&format!("{page}/withdraw"), &[]).await;
-    assert!(world.adas_page().await.contains("Nothing is assigned"));
+    assert!(world.adas_page().await.contains("You have no assignments"));
     assert_eq!(world.teacher.get(&page).await.status, 404);
 }
 
@@ -160,9 +160,9 @@ async fn a_locked_exercise_is_assigned_and_waits_for_its_prerequisite() {
     let fields = [("task", "exercise:stop-in-the-fat"), ("email", "ada@example.org")];
     let warned = world.post("/assignments", &fields).await;
     assert_eq!(warned.status, 422);
-    let words = "locked for 1 trainee of 1, who must first master: Feel the layers";
-    assert!(warned.text().contains(words) && warned.text().contains("Assign it anyway"), "{}", warned.text());
-    assert!(world.adas_page().await.contains("Nothing is assigned"));
+    let words = "locked for 1 trainee of 1, who must first master Feel the layers";
+    assert!(warned.text().contains(words) && warned.text().contains("Assign anyway"), "{}", warned.text());
+    assert!(world.adas_page().await.contains("You have no assignments"));
     let knowingly = [fields[0], fields[1], ("despite_locks", "yes")];
     assert_eq!(world.post("/assignments", &knowingly).await.status, 303);
     assert!(world.adas_page().await.contains("Locked"));
@@ -177,7 +177,7 @@ async fn the_same_is_not_assigned_twice_until_it_is_over() {
     let cohort = world.cohort.to_string();
     let fields = [("task", "exercise:feel-the-layers"), ("cohort", cohort.as_str())];
     let again = world.post("/assignments", &fields).await;
-    assert!(again.status == 422 && again.text().contains("assigned to them already"), "{}", again.text());
+    assert!(again.status == 422 && again.text().contains("already assigned to them"), "{}", again.text());
     world.pass_days(4).await;
     assert_ne!(world.post("/assignments", &fields).await.header("location"), first, "the next term's");
 }
@@ -195,9 +195,9 @@ async fn what_was_passed_before_counts_unless_everybody_is_to_do_it_again() {
     assert_eq!(world.post(&format!("/sessions/{id}/override"), &grade).await.status, 303);
     let page = world.assign("2026-03-05T12:00", "").await;
     world.pass_days(9).await;
-    assert!(world.adas_page().await.contains("Done before"), "{}", world.adas_page().await);
+    assert!(world.adas_page().await.contains("Done earlier"), "{}", world.adas_page().await);
     let home = world.teacher.get("/").await.text();
-    assert!(!home.contains("Due soon, and late"), "nobody is late who has passed: {home}");
+    assert!(!home.contains("Due soon or overdue"), "nobody is late who has passed: {home}");
     world.post(&format!("{page}/withdraw"), &[]).await;
     let cohort = world.cohort.to_string();
     let again = [
@@ -208,14 +208,14 @@ async fn what_was_passed_before_counts_unless_everybody_is_to_do_it_again() {
     ];
     let page = world.post("/assignments", &again).await.header("location").to_owned();
     let own = world.adas_page().await;
-    assert!(own.contains("To do") && own.contains("only attempts since it was assigned count"), "{own}");
+    assert!(own.contains("To do") && own.contains("only attempts after the assignment count"), "{own}");
     let home = world.teacher.get("/").await.text();
-    assert!(home.contains("Due soon, and late") && home.contains("0 of 1") && home.contains(&page), "{home}");
+    assert!(home.contains("Due soon or overdue") && home.contains("0 of 1") && home.contains(&page), "{home}");
     world.pass_days(9).await;
     let overview = world.teacher.get(&format!("/cohorts/{cohort}")).await.text();
     assert!(overview.contains(&page) && overview.contains("/gradebook"), "{overview}");
     let trainee = world.teacher.get(&format!("/trainees/{}", world.ada.person.id)).await.text();
-    assert!(trainee.contains("Assigned and not done") && trainee.contains("Late"), "{trainee}");
+    assert!(trainee.contains("Open assignments") && trainee.contains("Late"), "{trainee}");
 }
 
 #[tokio::test]
@@ -279,7 +279,10 @@ async fn a_supervised_attempt_counts_once_somebody_was_there() {
     assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&attempt)).await.status, 201);
     worker::work_off_jobs(&world.app.state).await.unwrap();
     let before = world.adas_page().await;
-    assert!(before.contains("1 attempt waits for your instructor") && before.contains("1 attempt left"), "{before}");
+    assert!(
+        before.contains("1 attempt is waiting for your instructor") && before.contains("1 attempt left"),
+        "{before}"
+    );
     let path = format!("/sessions/{}/supervision", attempt.session_id);
     assert!(world.teacher.get(&page).await.text().contains(&path));
     let assignment = page.rsplit('/').next().unwrap().to_owned();
@@ -289,10 +292,10 @@ async fn a_supervised_attempt_counts_once_somebody_was_there() {
     assert_eq!(world.post(&path, &[("confirm", "maybe")]).await.status, 400);
     let confirmed = world.post(&path, &[("confirm", "yes"), ("assignment", &assignment)]).await;
     assert_eq!(confirmed.header("location"), page);
-    assert!(!world.adas_page().await.contains("waits for your instructor"));
+    assert!(!world.adas_page().await.contains("waiting for your instructor"));
     assert!(!world.adas_page().await.contains("1 attempt left"), "it is used");
     let grade = format!("/sessions/{}/grade", attempt.session_id);
-    assert!(ada.get(&grade).await.text().contains("was there"));
+    assert!(ada.get(&grade).await.text().contains(", confirmed "));
     assert_eq!(world.post(&path, &[("confirm", "no")]).await.status, 303);
-    assert!(world.adas_page().await.contains("waits for your instructor"));
+    assert!(world.adas_page().await.contains("waiting for your instructor"));
 }

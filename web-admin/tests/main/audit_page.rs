@@ -111,7 +111,7 @@ async fn a_search_finds_what_it_names_and_the_file_says_the_same() {
     assert_eq!(rows(&all), rows(&today) + rows(&before));
     let of_ada = text(&mut head, &format!("/admin/audit?words={}", ada.person.id)).await;
     assert_eq!(rows(&of_ada), 2, "what was done to her, and what she did: {of_ada}");
-    assert!(text(&mut head, "/admin/audit?words=100%25_of").await.contains("Nothing was found"));
+    assert!(text(&mut head, "/admin/audit?words=100%25_of").await.contains("No entries"));
     for query in ["", "theme=attempts", "since=2026-01-02", "words=somebody"] {
         let page = text(&mut head, &format!("/admin/audit?{query}")).await;
         let file = text(&mut head, &format!("/admin/audit.csv?{query}")).await;

@@ -77,7 +77,7 @@ async fn go_on(client: &mut Client, path: &str, bytes: &[u8]) -> Option<String> 
         let end = (at + bytes.len() / 3 + 1).min(bytes.len());
         let answer = send(client, path, at, &bytes[at..end]).await;
         if answer.status != 204 {
-            answer.is_problem(503, "cannot be reached");
+            answer.is_problem(503, "the recording store is unavailable");
             return None;
         }
         at = end;
@@ -230,7 +230,7 @@ async fn fail_everywhere(how: Refusal) {
         bucket.refuse(how, nth);
         let answer = ada.upload(&first).await;
         if answer.status != 201 {
-            answer.is_problem(503, "cannot be reached");
+            answer.is_problem(503, "the recording store is unavailable");
             assert_eq!(answer.header("retry-after"), "10");
         }
         let acknowledged = go_on(&mut ada, &path, &second).await;
@@ -269,11 +269,11 @@ async fn a_full_store_is_said_and_a_silent_one_costs_no_score() {
     let attempt = Attempt::default();
     let bytes = record(&attempt);
     bucket.refuse(Refusal::Full, 1);
-    ada.upload(&bytes).await.is_problem(507, "no room");
+    ada.upload(&bytes).await.is_problem(507, "disk space");
     bucket.mend();
     assert_eq!(ada.upload(&bytes).await.status, 201);
     bucket.refuse(Refusal::Lost, 1);
-    download(&mut ada, &attempt).await.is_problem(503, "cannot be reached");
+    download(&mut ada, &attempt).await.is_problem(503, "the recording store is unavailable");
     // More often than a job may fail.
     for minute in 0..10 {
         let later = app.state.at(app.state.clock.now().plus_s(60 * minute));
@@ -300,7 +300,7 @@ async fn what_is_missing_damaged_or_unknown_in_a_bucket_is_found() {
     bucket.delete(&names[1]);
     bucket.put(&stray, b"a stray");
     let found = findings(&app).await.join("\n");
-    for (word, name) in [("11 bytes;", &names[0]), ("no such object", &names[1]), ("no attempt names", &stray)] {
+    for (word, name) in [("11 bytes;", &names[0]), ("no such object", &names[1]), ("no attempt refers to", &stray)] {
         let name = name.strip_prefix("recordings/").unwrap();
         assert!(found.lines().any(|line| line.contains(word) && line.contains(name)), "{word}: {found}");
     }
@@ -472,7 +472,7 @@ async fn a_backup_moves_a_school_from_a_folder_into_a_bucket_and_back() {
     }
     let place = tempfile::tempdir().unwrap();
     let served = web_admin(place.path(), Some(&bucket), &["serve", "--listen", "127.0.0.1:0"]);
-    assert!(!served.status.success() && said(&served).contains("holds recordings"), "{}", said(&served));
+    assert!(!served.status.success() && said(&served).contains("contains recordings"), "{}", said(&served));
 }
 
 #[test]

@@ -118,11 +118,11 @@ async fn many_are_disabled_enabled_invited_and_moved_and_who_cannot_be_is_left_o
     let with = |act: &'static str, cohort: &'static str| [&all[..], &[("act", act), ("cohort", cohort)]].concat();
 
     let (shown, said) = do_to_many(&mut head, &with("invite", "")).await;
-    assert!(shown.contains("Send 2 invitations again") && shown.contains("has chosen a password already"), "{shown}");
-    assert!(said.contains("2 invitations lie as files"), "{said}");
+    assert!(shown.contains("Resend 2 invitations") && shown.contains("has already chosen a password"), "{shown}");
+    assert!(said.contains("2 invitations were saved as files"), "{said}");
     let (shown, said) = do_to_many(&mut head, &with("disable", "")).await;
     assert!(
-        shown.contains("nobody disables themselves") && said.contains("3 accounts were disabled"),
+        shown.contains("you cannot disable your own account") && said.contains("3 accounts were disabled"),
         "{shown} {said}"
     );
     assert_eq!(names_at(&mut head, "/people?state=disabled").await.len(), 3);
@@ -134,13 +134,13 @@ async fn many_are_disabled_enabled_invited_and_moved_and_who_cannot_be_is_left_o
     let cohort = cohort.to_string();
     let joining = [&all[..], &[("act", "join"), ("cohort", cohort.as_str())]].concat();
     let (shown, said) = do_to_many(&mut head, &joining).await;
-    assert!(shown.contains("administrators are in no cohort") && said.contains("3 people joined"), "{shown} {said}");
-    let everybody = [("everybody", "yes"), ("q", "bo@example"), ("act", "leave"), ("cohort", cohort.as_str())];
-    let (shown, said) = do_to_many(&mut head, &everybody).await;
     assert!(
-        shown.contains("Take 1 person out of “Spring”") && said.contains("1 person was taken out"),
+        shown.contains("administrators cannot be in a cohort") && said.contains("3 people were added"),
         "{shown} {said}"
     );
+    let everybody = [("everybody", "yes"), ("q", "bo@example"), ("act", "leave"), ("cohort", cohort.as_str())];
+    let (shown, said) = do_to_many(&mut head, &everybody).await;
+    assert!(shown.contains("Remove 1 person from “Spring”") && said.contains("1 person was removed"), "{shown} {said}");
     assert_eq!(names_at(&mut head, &format!("/people?cohort={cohort}")).await, ["Ana", "Somebody"]);
 }
 
@@ -149,9 +149,9 @@ async fn what_is_missing_is_said_and_what_was_ticked_stays() {
     let (_app, _, mut head) = school().await;
     let ana = add(&mut head, "Ana", "ana@example.org").await;
     let refused = [
-        (vec![("act", "disable")], "Nobody was chosen"),
-        (vec![("person", ana.as_str())], "Choose what is to be done"),
-        (vec![("person", ana.as_str()), ("act", "join")], "Choose the cohort"),
+        (vec![("act", "disable")], "Nobody is selected"),
+        (vec![("person", ana.as_str())], "Choose an action"),
+        (vec![("person", ana.as_str()), ("act", "join")], "Choose a cohort"),
     ];
     for (fields, why) in refused {
         let answer = post(&mut head, "/people", "/people/bulk", &fields).await;

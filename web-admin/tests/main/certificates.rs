@@ -149,7 +149,8 @@ async fn a_course_that_grows_takes_the_mastery_from_nobody() {
     let asked = publish(&mut teacher, &seen_in(&page.text()), "publish").await;
     assert_eq!(asked.status, 422, "{}", asked.text());
     assert!(
-        asked.text().contains("1 person has mastered it") && !asked.text().contains("under way"),
+        asked.text().contains("1 person has mastered the current revision")
+            && !asked.text().contains("have started the course"),
         "{}",
         asked.text()
     );

@@ -102,8 +102,8 @@ async fn the_page_that_a_form_leads_to_says_it_once_and_in_the_readers_language(
     app.member(school, Role::Trainee, "ana@example.org").await;
     let made = post(&mut head, "/cohorts", "/cohorts", &[("name", "Spring")]).await;
     let page = made.header("location").to_owned();
-    assert!(head.get(&page).await.text().contains("The cohort is made."));
-    assert!(!head.get(&page).await.text().contains("The cohort is made."), "once");
+    assert!(head.get(&page).await.text().contains("Cohort created."));
+    assert!(!head.get(&page).await.text().contains("Cohort created."), "once");
     let refused = post(&mut head, &page, &page, &[("email", "nobody@example.org")]).await;
     assert!(refused.status == 422 && !refused.text().contains("Saved."), "{}", refused.text());
     post(&mut head, "/account", "/account/language", &[("language", "de")]).await;

@@ -116,7 +116,7 @@ async fn from_a_title_to_answers_in_german() {
     let mut stranger = school.app.stranger();
     send(&mut stranger, &link, &[("do", "begin"), ("consent", "yes"), ("lang", "de")]).await;
     let form = stranger.get(&link).await.text();
-    assert!(form.contains("Er war nützlich.") && form.contains("absenden"), "{form}");
+    assert!(form.contains("Er war nützlich.") && form.contains("Antworten senden"), "{form}");
     let answers = [("do", "send"), ("page", "0"), ("q.useful", "5"), ("q.q-2", "2"), ("q.q-3", "yes")];
     assert_eq!(send(&mut stranger, &link, &answers).await.status, 303);
     let results = teacher.get(&format!("{survey}/results")).await.text();
@@ -189,7 +189,7 @@ async fn a_copy_has_a_title_of_its_own_and_a_removed_question_leaves_its_scores(
     writer.set("x.title.de", "Unsere Last");
     let page = writer.act("save").await.text();
     assert!(
-        page.contains("It no longer counts in: ") && page.contains("These name it, and must be changed: "),
+        page.contains("It is removed from the scores ") && page.contains("These refer to it and must be changed: "),
         "{page}"
     );
     assert!(writer.act("remove:item[20]").await.header("location").ends_with("#f-item"));

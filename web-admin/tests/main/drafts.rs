@@ -157,7 +157,7 @@ async fn what_is_wrong_is_saved_named_and_not_published() {
     for (from, to, place) in [
         ("difficulty = ", "difficulty = 1", "difficulty"),
         ("pass_mark = ", "pass_mark = -", "pass_mark"),
-        ("id = \"feel-the-layers\"", "id = \"stop-in-the-fat\"", "whose draft this is"),
+        ("id = \"feel-the-layers\"", "id = \"stop-in-the-fat\"", "the id of this draft"),
     ] {
         writer.document = whole.replace(from, to);
         assert_ne!(writer.document, whole);
@@ -182,7 +182,7 @@ async fn what_is_wrong_is_saved_named_and_not_published() {
 async fn a_rubric_that_pays_for_nothing_is_told_before_it_is_published() {
     let school = School::new().await;
     let mut writer = school.opens("osei@example.org", "/exercises/stop-in-the-fat").await;
-    assert!(!writer.act("save").await.text().contains("should be changed"), "nothing is found in what is shipped");
+    assert!(!writer.act("save").await.text().contains("before you publish"), "nothing is found in what is shipped");
     writer.replace("full = 0.5\nzero = 5", "full = 5\nzero = 0.5");
     writer.replace("withdrawn = true", "withdrawn = false");
     let typed = [("csrf", writer.csrf.as_str()), ("document", &writer.document), ("scene", &writer.scene)];
@@ -194,7 +194,7 @@ async fn a_rubric_that_pays_for_nothing_is_told_before_it_is_published() {
     }
     let held = writer.act("publish").await;
     assert_eq!(held.status, 422, "{}", held.text());
-    assert!(held.text().contains("2 things should be changed first"), "{}", held.text());
+    assert!(held.text().contains("2 warnings: change them before you publish"), "{}", held.text());
     let done = writer.act("insist").await;
     assert_eq!(done.header("location"), "/exercises/stop-in-the-fat?published=yes", "{}", done.text());
 }

@@ -58,7 +58,7 @@ async fn attempts_of_before_are_graded_again() {
     succeeds(folder.path(), &["restore", backup().to_str().unwrap()]);
     let reason = ["--apply", "--reason", "the rubric of today"];
     let said = succeeds(folder.path(), &[&["rescore", "stop-in-the-fat"], &reason[..]].concat());
-    assert!(said.contains("of 1 attempts graded again"), "{said}");
+    assert!(said.contains("of 1 attempts re-graded"), "{said}");
     assert!(succeeds(folder.path(), &["verify"]).contains(" 0 findings"));
 }
 

@@ -102,7 +102,7 @@ impl Said {
 async fn texts_are_counted_looked_through_and_go_only_as_it_is_wished() {
     let mut said = Said::new().await;
     let page = said.head.get(&said.page()).await.text();
-    assert!(page.contains("Make 1 text of theirs") && page.contains("Make 3 texts of others"), "{page}");
+    assert!(page.contains("Make 1 text by them") && page.contains("Make 3 texts by others"), "{page}");
     assert!(page.contains("Calmer than ÖZIL was") && !page.contains("Banana"), "a name is a word: {page}");
     said.erase(&[("about", "yes")]).await;
     let texts = said.texts().await;
@@ -143,7 +143,7 @@ async fn a_backup_brings_neither_texts_nor_recordings_back() {
     assert!(made.status.success(), "{}", words(&made));
     said.erase_recordings_too().await;
     let page = said.head.get(&said.page()).await.text();
-    assert!(page.contains("Recordings go, too"), "{page}");
+    assert!(page.contains("recordings are deleted, too"), "{page}");
     said.erase(&[("written", "yes"), ("about", "yes")]).await;
     let place = tempfile::tempdir().unwrap();
     let list = said.app.folder.path().join(ERASURES_FILE);

@@ -89,7 +89,7 @@ async fn a_backup_restored_later_brings_nobody_back_who_was_erased_since() {
     assert_eq!(known(place.path()).await, ["ada@example.org", "bo@example.org"]);
     let place = tempfile::tempdir().unwrap();
     let said = drill.restore_into(place.path(), &["--erasures", drill.list().to_str().unwrap()]);
-    assert!(said.contains("since the backup was made: 1"), "{said}");
+    assert!(said.contains("after the backup: 1"), "{said}");
     assert_eq!(known(place.path()).await, ["bo@example.org"]);
     for file in
         std::fs::read_dir(place.path()).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_file())
@@ -116,7 +116,7 @@ async fn in_its_own_folder_a_restore_knows_who_was_erased() {
         let _ = std::fs::remove_file(folder.join(lost));
     }
     std::fs::remove_dir_all(folder.join("recordings")).unwrap();
-    assert!(drill.restore_into(folder, &[]).contains("since the backup was made: 1"));
+    assert!(drill.restore_into(folder, &[]).contains("after the backup: 1"));
     assert_eq!(known(folder).await, ["bo@example.org"]);
 }
 
@@ -129,7 +129,7 @@ async fn a_database_put_back_by_hand_is_not_served_before_everybody_erased_is_er
     std::fs::copy(drill.list(), place.path().join(ERASURES_FILE)).unwrap();
     let found = web_admin(place.path(), &["verify"]);
     assert_eq!(found.status.code(), Some(1), "{}", words(&found));
-    assert!(words(&found).contains(&format!("person {}: was erased", drill.ada.person.id)), "{}", words(&found));
+    assert!(words(&found).contains(&format!("person {}: erased", drill.ada.person.id)), "{}", words(&found));
     drop(Service::start(place.path()));
     assert_eq!(known(place.path()).await, ["bo@example.org"]);
     let verified = web_admin(place.path(), &["verify"]);

@@ -40,15 +40,15 @@ async fn the_corridor_shows_while_five_consents_stand() {
     let replay = format!("/sessions/{shown}/replay");
     let mut last = String::new();
     for n in 0..5 {
-        assert!(!head.get(&replay).await.text().contains("Beside the experts"), "with {n}");
+        assert!(!head.get(&replay).await.text().contains("Compared with the experts"), "with {n}");
         let expert = app.member(north, Role::Instructor, &format!("expert{n}@example.org")).await;
         passed(&app, &expert).await;
         last = format!("/people/{}/consent", expert.person.id);
         assert_eq!(send(&mut head, &last, &GOOD).await.status, 303);
     }
-    assert!(head.get(&replay).await.text().contains("Beside the experts"));
+    assert!(head.get(&replay).await.text().contains("Compared with the experts"));
     assert_eq!(send(&mut head, &format!("{last}/withdraw"), &[]).await.status, 303);
-    assert!(!head.get(&replay).await.text().contains("Beside the experts"), "four are left");
+    assert!(!head.get(&replay).await.text().contains("Compared with the experts"), "four are left");
 }
 
 #[tokio::test]
@@ -70,7 +70,7 @@ async fn a_consent_keeps_its_words_and_its_history() {
     assert_eq!(send(&mut head, &path, &GOOD).await.status, 303);
     assert_eq!(send(&mut head, &path, &GOOD).await.status, 409, "one stands already");
     let page = head.get(&path).await.text();
-    assert!(page.contains("My attempts may be shown.") && page.contains("Record that it was taken back"), "{page}");
+    assert!(page.contains("My attempts may be shown.") && page.contains("Record the withdrawal"), "{page}");
     assert_eq!(send(&mut head, &format!("{path}/withdraw"), &[]).await.status, 303);
     assert_eq!(send(&mut head, &path, &GOOD).await.status, 303, "and given once more");
     let page = head.get(&path).await.text();

@@ -208,10 +208,10 @@ async fn what_came_at_once_and_kills_its_reader_is_tried_twice_and_the_service_l
     let tries_made = || std::fs::read_to_string(&asked).unwrap_or_default().lines().count();
     for made in 1..=2 {
         let answer = ada.upload(&bytes).await;
-        answer.is_problem(503, "set aside");
+        answer.is_problem(503, "quarantined");
         assert_eq!((answer.header("retry-after"), tries_made()), ("10", made));
     }
-    ada.upload(&bytes).await.is_problem(424, "died of it twice");
+    ada.upload(&bytes).await.is_problem(424, "crashed its reader twice");
     assert_eq!(tries_made(), 2, "it is read no more");
     let metrics = app.stranger().get("/metrics").await.text();
     assert!(metrics.contains("stylet_set_aside 1\n"), "{metrics}");

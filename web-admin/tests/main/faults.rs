@@ -58,7 +58,7 @@ async fn a_full_disk_is_said_and_once_there_is_room_everything_goes_on() {
         let (status, body) = answer(service.upload(&token, &bytes, bytes.len()));
         let expected = if matches!(fault, Fault::Full) { 507 } else { 500 };
         assert_eq!(status, expected, "{body}");
-        assert_eq!(body.contains("no room"), expected == 507, "{body}");
+        assert_eq!(body.contains("disk space"), expected == 507, "{body}");
         // What is answered for some seconds may be from before.
         let noticed = (0..80).any(|_| {
             std::thread::sleep(Duration::from_millis(100));
@@ -184,7 +184,7 @@ async fn a_restore_that_was_killed_is_gone_on_with_and_never_served_half() {
     let manifest = Command::new("tar").args(["-xOf", backup, "manifest.json"]).output().unwrap().stdout;
     std::fs::write(staging.join("whole.json"), manifest).unwrap();
     let served = web_admin(place.path(), &["serve", "--listen", "127.0.0.1:0"]);
-    assert!(words(&served).contains("restore was stopped"), "{}", words(&served));
+    assert!(words(&served).contains("restore was interrupted"), "{}", words(&served));
     assert!(!database.exists(), "no empty school");
     let again = web_admin(place.path(), &["restore", backup]);
     assert!(again.status.success(), "{}", words(&again));
@@ -223,6 +223,6 @@ async fn recordings_without_a_database_are_no_new_school_and_one_without_a_row_i
             std::fs::write(&database, "").unwrap();
         }
         let served = web_admin(app.folder.path(), &["serve", "--listen", "127.0.0.1:0"]);
-        assert!(!served.status.success() && words(&served).contains("holds recordings"), "{}", words(&served));
+        assert!(!served.status.success() && words(&served).contains("contains recordings"), "{}", words(&served));
     }
 }

@@ -37,7 +37,7 @@ async fn a_password_of_the_command_line_is_good_to_choose_ones_own() {
     assert_eq!(ada.get("/account").await.status, 303, "nobody is signed in");
 
     let kept = choose(&mut ada, &path, PASSWORD).await;
-    assert!(kept.status == 422 && kept.text().contains("was made for you"), "{}", kept.text());
+    assert!(kept.status == 422 && kept.text().contains("was created for you"), "{}", kept.text());
     let chosen = choose(&mut ada, &path, OWN).await;
     assert_eq!((chosen.status.as_u16(), chosen.header("location")), (303, "/"));
     assert_eq!(ada.get("/account").await.status, 200);
@@ -61,9 +61,9 @@ async fn it_is_good_for_three_days_and_says_what_to_do_then() {
     assert!(app.stranger().sign_in("ada@example.org", PASSWORD).await.header("location").starts_with("/join/"));
     app.state.clock.advance(1);
     let late = app.stranger().sign_in("ada@example.org", PASSWORD).await;
-    assert!(late.status == 401 && late.text().contains("too old now"), "{}", late.text());
+    assert!(late.status == 401 && late.text().contains("has expired"), "{}", late.text());
     let wrong = app.stranger().sign_in("ada@example.org", OWN).await;
-    assert!(wrong.status == 401 && !wrong.text().contains("too old now"), "who guesses is told nothing of it");
+    assert!(wrong.status == 401 && !wrong.text().contains("has expired"), "who guesses is told nothing of it");
 }
 
 #[tokio::test]

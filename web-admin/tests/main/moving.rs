@@ -126,7 +126,7 @@ async fn a_school_that_went_and_came_back_is_what_it_was() {
         second.contains("281 in ") && second.contains("of which 1 were copied to s3://"),
         "one file of all attempts: {second}"
     );
-    assert!(second.contains(" 281 in all were read and have the hash that was stored"), "{second}");
+    assert!(second.contains(" all 281 were read and match the stored hash"), "{second}");
     let hashes = |said: &str| -> Vec<String> {
         said.lines().filter(|line| line.contains(" rows of hash ")).map(str::to_owned).collect()
     };
@@ -213,7 +213,7 @@ async fn a_move_that_was_killed_leaves_the_target_empty_and_is_done_over() {
     assert!(again.contains("of which 0 were copied"), "what was copied before is there: {again}");
     let over = removal.to_server("first", server.path()).output().unwrap();
     assert_eq!(over.status.code(), Some(2));
-    assert!(said(&over).contains("a move never goes over data"), "{}", said(&over));
+    assert!(said(&over).contains("a move never overwrites data"), "{}", said(&over));
     let kept = removal.to_file("second").env(VARIABLE, KillPoint::MoveKept.name()).output().unwrap();
     assert!(!kept.status.success());
     assert_eq!(dump(&removal.file("first")).await, dump(&removal.file("second")).await);
@@ -232,10 +232,7 @@ async fn a_damaged_recording_is_found_and_nothing_is_moved() {
     let found = removal.to_file("first").output().unwrap();
     assert_eq!(found.status.code(), Some(1), "{}", said(&found));
     let words = said(&found);
-    assert!(
-        words.contains("its bytes are not those that were stored") && words.contains("nothing was moved"),
-        "{words}"
-    );
+    assert!(words.contains("the bytes do not match the stored hash") && words.contains("nothing was moved"), "{words}");
     assert!(!dump(&removal.file("first")).await.iter().any(|row| row.starts_with("schools ")));
 }
 
@@ -257,7 +254,7 @@ async fn what_is_arriving_begins_again_and_a_value_that_cannot_be_kept_is_named(
     sqlx::raw_sql(mended).execute(&mut file).await.unwrap();
     file.close().await.unwrap();
     let moved = succeeds(&mut removal.to_server("first", server.path()));
-    assert!(moved.contains("uploads under way, which whoever sends them begins again: 1"), "{moved}");
+    assert!(moved.contains("unfinished uploads, which the senders must restart: 1"), "{moved}");
     let db = Database::open(&address_of(server.path())).await.unwrap();
     let uploads: i64 = sqlx::query_scalar("SELECT count(*) FROM uploads").fetch_one(db.reader()).await.unwrap();
     assert_eq!(uploads, 0);
@@ -314,7 +311,7 @@ async fn wrong_ends_are_named() {
         words
     };
     let server = url_of(folder.path());
-    assert!(refused("a.db", "b.db").contains("allowed is one database of SQLite"));
+    assert!(refused("a.db", "b.db").contains("allowed: one SQLite database"));
     assert!(refused(&server, "mysql://ada:secret@host/db").contains("mysql://ada@host/db"));
     assert!(refused("nowhere/stylet.db", &server).contains("nowhere/stylet.db: "));
     assert!(
@@ -323,5 +320,5 @@ async fn wrong_ends_are_named() {
     );
     let other = folder.path().join("other.db");
     SqliteConnection::connect(&format!("sqlite://{}?mode=rwc", other.display())).await.unwrap().close().await.unwrap();
-    assert!(refused(other.to_str().unwrap(), &server).contains("no database of the service is there"));
+    assert!(refused(other.to_str().unwrap(), &server).contains("it contains no database of the service"));
 }

@@ -68,24 +68,24 @@ async fn a_comment_and_its_answer_reach_the_other_and_are_gone_when_read() {
     let world = World::new().await;
     let mut teacher = world.teacher().await;
     assert_eq!(world.say(&mut teacher, "error", "Too fast").await.status, 303);
-    assert!(!teacher.get("/").await.text().contains("New for you"), "nobody is told of their own acts");
+    assert!(!teacher.get("/").await.text().contains("News"), "nobody is told of their own acts");
     let mut ada = world.ada().await;
     let home = ada.get("/").await.text();
-    assert!(home.contains("New for you") && home.contains("has commented on your attempt at"), "{home}");
+    assert!(home.contains("News") && home.contains("has commented on your attempt at"), "{home}");
     assert!(ada.get("/curricula").await.text().contains("<span class=\"count\">1<"), "the navigation counts");
     let (_, rest) = home.split_once(&world.path("/replay?t=0.50#comment-")).expect("a link to the moment");
     let comment = &rest[..36];
     let page = ada.get(&world.path("/replay")).await.text();
     assert!(!page.contains("class=\"count\"") && page.contains("Too fast"), "opening it is reading it");
-    assert!(!ada.get("/").await.text().contains("New for you"));
+    assert!(!ada.get("/").await.text().contains("News"));
     let answer = world.path(&format!("/comments/{comment}/answers"));
     assert_eq!(ada.form(&answer, &[("csrf", &csrf_in(&page)), ("body", "I see")]).await.status, 303);
     let home = teacher.get("/").await.text();
     assert!(home.contains("has answered a comment on"), "{home}");
-    assert!(!ada.get("/").await.text().contains("New for you"));
+    assert!(!ada.get("/").await.text().contains("News"));
     let csrf = csrf_in(&home);
     assert_eq!(teacher.form("/news/read", &[("csrf", &csrf)]).await.status, 303);
-    assert!(!teacher.get("/").await.text().contains("New for you"), "all are marked as read");
+    assert!(!teacher.get("/").await.text().contains("News"), "all are marked as read");
 }
 
 #[tokio::test]
@@ -96,12 +96,12 @@ async fn a_question_reaches_those_who_teach_and_a_comment_taken_back_nobody() {
     assert_eq!(world.say(&mut ada, "praise", "I like it").await.status, 303);
     let mut teacher = world.teacher().await;
     let home = teacher.get("/").await.text();
-    assert_eq!(home.matches("asks about an attempt at").count(), 1, "{home}");
+    assert_eq!(home.matches("has a question about an attempt at").count(), 1, "{home}");
     let (_, rest) = home.split_once("#comment-").expect("a link");
     let withdraw = world.path(&format!("/comments/{}/withdraw", &rest[..36]));
     let csrf = csrf_in(&ada.get("/").await.text());
     assert_eq!(ada.form(&withdraw, &[("csrf", &csrf)]).await.status, 303);
-    assert!(!teacher.get("/").await.text().contains("New for you"));
+    assert!(!teacher.get("/").await.text().contains("News"));
 }
 
 #[tokio::test]
@@ -118,11 +118,11 @@ async fn an_override_and_an_assignment_reach_the_trainee() {
     assert_eq!(teacher.form("/assignments", &assign("exercise:feel-the-layers", "no")).await.status, 303);
     let mut ada = world.ada().await;
     let home = ada.get("/").await.text();
-    assert!(home.contains("has changed the score of your attempt at") && home.contains("to you</a>"), "{home}");
+    assert!(home.contains("has overridden the score of your attempt at") && home.contains("to you</a>"), "{home}");
     assert!(world.letters().await.is_empty(), "nobody ticked that it is mailed, and an hour is not over");
     ada.get(&world.path("")).await;
     ada.get("/assignments").await;
-    assert!(!ada.get("/").await.text().contains("New for you"));
+    assert!(!ada.get("/").await.text().contains("News"));
     assert_eq!(teacher.form("/assignments", &assign("course:lower-back-basics", "yes")).await.status, 303);
     let letters = world.letters().await;
     assert!(letters.len() == 1 && letters[0].contains("To: ") && letters[0].contains("/assignments"), "{letters:?}");
@@ -136,7 +136,7 @@ async fn mail_comes_at_most_once_a_day_and_only_where_it_is_wanted() {
     assert!(world.letters().await.is_empty(), "it waits for company");
     pass(2);
     let first = world.letters().await;
-    assert!(first.len() == 1 && first[0].contains("New for you at North"), "{first:?}");
+    assert!(first.len() == 1 && first[0].contains("News for you at North"), "{first:?}");
     world.say(&mut world.teacher().await, "praise", "Well held again").await;
     pass(2);
     assert_eq!(world.letters().await.len(), 1, "once a day");

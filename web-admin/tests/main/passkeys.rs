@@ -146,7 +146,7 @@ async fn what_does_not_fit_is_refused() {
         let (mut other, mut question) = (key.clone(), asked(&page));
         change(&mut other, &mut question);
         let done = answer(&mut client, &page, "/login/code", &other.sign(&question)).await;
-        assert!(done.status == 401 && done.text().contains("does not fit"), "{what}: {}", done.text());
+        assert!(done.status == 401 && done.text().contains("does not match"), "{what}: {}", done.text());
         assert_eq!(client.get("/").await.header("location"), "/login", "{what}");
     }
     let (mut client, page) = half(&app).await;
@@ -169,7 +169,7 @@ async fn an_answer_is_good_once_in_its_session_and_for_a_while() {
     let given = key.sign(&asked(&page));
     let (mut other, other_page) = half(&app).await;
     let taken = answer(&mut other, &other_page, "/login/code", &given).await;
-    assert!(taken.status == 401 && taken.text().contains("does not fit"), "another session has asked something else");
+    assert!(taken.status == 401 && taken.text().contains("does not match"), "another session has asked something else");
     let mut copy = first.clone();
     assert_eq!(answer(&mut first, &page, "/login/code", &given).await.status, 303);
     let (mut again, again_page) = half(&app).await;
@@ -226,7 +226,7 @@ async fn nobody_registers_what_is_anothers_or_was_not_asked() {
     let mut ben = app.signed_in("ben@example.org").await;
     let page = begin(&mut ben, "Mine").await;
     let taken = answer(&mut ben, &page, &format!("{KEYS}/confirm"), &key.clone().make(&asked(&page))).await;
-    assert!(taken.status == 409 && taken.text().contains("known here already"), "{}", taken.text());
+    assert!(taken.status == 409 && taken.text().contains("already registered here"), "{}", taken.text());
     let page = begin(&mut ben, "Mine").await;
     let mut elsewhere = Authenticator::new(2, "https://training.example.com");
     let wrong = answer(&mut ben, &page, &format!("{KEYS}/confirm"), &elsewhere.make(&asked(&page))).await;
@@ -275,7 +275,7 @@ async fn several_are_named_renamed_and_removed_by_password_and_factor() {
     assert_eq!(count(&app, "recovery_codes").await, 9, "another factor is left");
 
     let last = client.get(PAGE).await.link(&format!("{KEYS}/"));
-    assert!(client.get(&last).await.text().contains("password alone"));
+    assert!(client.get(&last).await.text().contains("password only"));
     let by_code = [("password", PASSWORD), ("code", codes[1].as_str())];
     assert_eq!(send(&mut client, &last, &format!("{last}/remove"), &by_code).await.status, 303);
     assert_eq!(count(&app, "recovery_codes").await, 0);
@@ -340,13 +340,13 @@ async fn without_a_name_for_the_host_there_are_none_and_codes_do() {
     let moved = moved.await;
     let (mut client, page) = half(&moved).await;
     assert!(
-        !page.text().contains("data-options") && page.text().contains("do not work at the address"),
+        !page.text().contains("data-options") && page.text().contains("do not work at this address"),
         "{}",
         page.text()
     );
     let done = send(&mut client, "/login/code", "/login/code", &[("code", &codes[0])]).await;
     assert_eq!(done.status, 303, "{}", done.text());
-    assert!(client.get(PAGE).await.text().contains("There are no passkeys here"));
+    assert!(client.get(PAGE).await.text().contains("Passkeys are not available here"));
     let more = [("name", "Two"), ("password", PASSWORD), ("code", codes[1].as_str())];
     assert_eq!(send(&mut client, PAGE, KEYS, &more).await.status, 409);
 }

@@ -101,12 +101,12 @@ async fn a_costly_draft_is_given_up_and_put_right_and_no_other_school_waits() {
     assert!(honest.status == 200 && honest.text().contains("<svg"), "{}", honest.text());
     assert_eq!(helpers(1501), 1, "the costly one is still under way");
     let (saved, mut north) = costly.await.unwrap();
-    assert!(saved.status == 200 && saved.text().contains("Too costly"), "{}", saved.text());
+    assert!(saved.status == 200 && saved.text().contains("Too expensive to check"), "{}", saved.text());
     assert!(saved.text().contains("25 s"), "its author is told what is allowed");
     assert_eq!(helpers(1501), 0, "nobody computes on");
     north.scene = south.scene.clone();
     let again = north.preview().await.text();
-    assert!(again.contains("<svg") && !again.contains("Too costly"), "{again}");
+    assert!(again.contains("<svg") && !again.contains("Too expensive to check"), "{again}");
 }
 
 #[tokio::test]
@@ -118,7 +118,7 @@ async fn a_school_has_one_looked_at_at_a_time_and_is_told_when_to_ask_again() {
     assert!(within(Duration::from_secs(20), || helpers(1502) == 1).await);
     let refused = honest.preview().await;
     assert_eq!((refused.status.as_u16(), refused.header("retry-after")), (503, "5"), "{}", refused.text());
-    assert!(refused.text().contains("Not looked at yet"), "{}", refused.text());
+    assert!(refused.text().contains("Not checked yet"), "{}", refused.text());
     // Its page is there all the same, with what was written.
     let page = honest.client.get(&honest.draft).await;
     assert!(page.status == 503 && page.text().contains("<textarea"), "{}", page.text());

@@ -98,10 +98,10 @@ async fn an_exercise_that_the_school_never_published_masters_nothing() {
     let id = listed["session_id"].as_str().unwrap();
     assert_eq!(token.get(&format!("/api/v1/sessions/{id}/score")).await.json()["uncounted"], "unpublished");
     let mut ada = world.app.signed_in("ada@example.org").await;
-    assert!(ada.get(&format!("/sessions/{id}")).await.text().contains("This attempt counts nowhere."));
+    assert!(ada.get(&format!("/sessions/{id}")).await.text().contains("This attempt does not count."));
     let home = ada.get("/").await.text();
     assert!(
-        home.contains("Exercise not published") && !home.contains("What costs most"),
+        home.contains("Exercise not published") && !home.contains("Main point losses"),
         "it is nobody's habit: {home}"
     );
 }
@@ -123,7 +123,7 @@ async fn an_attempt_of_somebody_else_is_refused_and_a_copy_counts_nowhere() {
     let named = Attempt { trainee: world.ada.person.pseudonym.clone(), ..attempt_at(NOW) };
     let stolen = Attempt { session_id: SessionId::random(), hand: Some(named.session_id), ..named.clone() };
     assert_eq!(world.upload(&world.ada, &named).await.status, 201);
-    world.upload(&eve, &stolen).await.is_problem(409, "somebody else");
+    world.upload(&eve, &stolen).await.is_problem(409, "another person");
     let copy = Attempt { trainee: String::new(), started_at: NOW - time::Duration::hours(3), ..stolen };
     for (member, copy) in [(&eve, copy.clone()), (&world.ada, Attempt { session_id: SessionId::random(), ..copy })] {
         let told = world.upload(member, &copy).await;
@@ -188,7 +188,7 @@ async fn an_attempt_is_believed_within_bounds_and_its_claim_is_kept() {
     assert_eq!(world.began(&honest).await, (honest.started_at, None));
     let mut ada = world.app.signed_in("ada@example.org").await;
     let page = ada.get(&format!("/sessions/{}", far.session_id)).await.text();
-    assert!(page.contains("Began, by the recording") && page.contains("2104"), "{page}");
+    assert!(page.contains("Started, according to the recording") && page.contains("2104"), "{page}");
     assert!(!ada.get("/").await.text().contains("2104"), "no list and no curve runs to the far end");
 }
 

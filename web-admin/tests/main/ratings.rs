@@ -176,7 +176,7 @@ async fn whoever_asked_sees_agreement_and_the_trainee_the_mean() {
     }
     // MSR 220.5, MSC 130.67, MSE 8.17: (2,1) = 212.33/(228.67 + 2·122.5/3), (2,k) = 212.33/(220.5 + 122.5/3).
     let page = teacher.get(&round).await.text();
-    for wanted in ["3 of 3", "0.68", "0.81", "3 attempts", "; 0 left out"] {
+    for wanted in ["3 of 3", "0.68", "0.81", "3 attempts", "; 0 excluded"] {
         assert!(page.contains(wanted), "{wanted} is missing in {page}");
     }
     let csv = teacher.get(&format!("{round}/ratings.csv")).await.text();
@@ -190,7 +190,7 @@ async fn whoever_asked_sees_agreement_and_the_trainee_the_mean() {
         line.ends_with(if line.contains(&school.raters[0].person.id.to_string()) { ",yes" } else { ",no" })
     };
     assert_eq!(csv.lines().skip(1).filter(told).count(), 6, "one of the raters teaches Ada: {csv}");
-    assert!(page.contains("may know whose"), "{page}");
+    assert!(page.contains("may recognise the trainee"), "{page}");
     let far = school.app.signed_in("far@example.org").await.get(&format!("{round}/ratings.csv")).await.text();
     assert!(
         school.attempts.iter().all(|attempt| !far.contains(&attempt.to_string())),

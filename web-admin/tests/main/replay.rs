@@ -122,7 +122,7 @@ async fn a_comment_beyond_the_end_is_refused_and_what_was_typed_stays() {
         }
     }
     let page = teacher.get(&lesson.path("/replay")).await.text();
-    assert!(page.contains("Nothing has been said"), "nothing was kept: {page}");
+    assert!(page.contains("No comments on this attempt yet"), "nothing was kept: {page}");
     let mut by_token = lesson.app.with_token(&lesson.ada.token);
     let body = r#"{"kind":"question","from_s":1000,"body":"why"}"#;
     let request = Request::post(format!("/api/v1{}", lesson.path("/comments")))
@@ -174,7 +174,7 @@ async fn comments_travel_in_a_copy_of_the_recording_whose_own_bytes_stay() {
         (remarks[0].text.as_str(), remarks[0].kind),
         ("praise by instructor: Well held", recording::EventKind::Coaching)
     );
-    assert!(copy.events.is_sorted_by(|a, b| a.t_s <= b.t_s), "in order of time");
+    assert!(copy.events.is_sorted_by(|a, b| a.t_s <= b.t_s), "in chronological order");
     assert_eq!(ada.get(&path).await.body, original);
     ada.get(&format!("{path}?with=names")).await.is_problem(400, "with");
 }

@@ -151,9 +151,9 @@ async fn a_database_that_does_not_answer_is_503_and_says_when_to_come_again() {
     app.state.db.close().await;
     let answer = app.with_token(&token).get("/api/v1/sessions").await;
     assert_eq!(answer.header("retry-after"), "5");
-    answer.is_problem(503, "the database does not answer");
+    answer.is_problem(503, "the database is unavailable");
     let page = browser.get("/").await;
-    assert!(page.status == 503 && page.text().contains("database does not answer now"), "{}", page.text());
+    assert!(page.status == 503 && page.text().contains("database is unavailable"), "{}", page.text());
     let mut stranger = app.stranger();
     assert_eq!(
         [stranger.get("/healthz").await.status, stranger.get("/readyz").await.status].map(|status| status.as_u16()),

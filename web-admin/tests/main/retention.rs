@@ -132,7 +132,7 @@ async fn whoever_does_nothing_is_told_and_then_erased_and_the_others_stay() {
     );
     let mut head = school.head().await;
     let page = head.get("/admin/retention").await.text();
-    assert!(page.contains("is erased in 30 days") && page.contains("On legal hold"), "{page}");
+    assert!(page.contains("will be erased in 30 days") && page.contains("On legal hold"), "{page}");
     assert!(head.get("/admin").await.text().contains("2 people were warned"));
     school.run(29, 29).await;
     assert_eq!(school.known().await, EVERYBODY);
@@ -195,7 +195,7 @@ async fn who_was_not_reached_is_not_erased_before_the_letter_is_given_up() {
     }
     assert_eq!(school.known().await, EVERYBODY, "a letter that is tried again is not out");
     let page = school.head().await.get("/admin/retention").await.text();
-    assert!(page.contains("The letter failed") && page.contains("not out yet"), "{page}");
+    assert!(page.contains("The email could not be sent") && page.contains("not been sent yet"), "{page}");
     for _ in 0..6 {
         school.run(2, 2).await;
     }
@@ -223,7 +223,7 @@ async fn a_dry_run_says_who_and_why_and_changes_nothing() {
     assert_eq!(audit::check_audit_chain(school.app.state.db.reader()).await.unwrap(), before);
     assert_eq!(retain(&["--dry-run", "--school", "South"]).0, Some(2));
     let (_, words) = retain(&[]);
-    assert!(words.contains("warned 4, called off 0, erased 0"), "{words}");
+    assert!(words.contains("warned 4, withdrawn 0, erased 0"), "{words}");
     assert_eq!(school.log("retention.warned").await, 4);
     assert_eq!(school.known().await, EVERYBODY);
 }

@@ -129,7 +129,7 @@ async fn what_waits_is_listed_flagged_first_until_somebody_has_looked() {
     assert_eq!(school.acts().await[2..], ["session.reviewed", "session.review_withdrawn"]);
     assert_eq!(school.send(&mut teacher, "/review", &[("mark", "maybe")]).await.status, 400);
     let mut other = school.app.signed_in("other@example.org").await;
-    assert!(other.get("/review").await.text().contains("Nothing waits"));
+    assert!(other.get("/review").await.text().contains("Nothing to review"));
 }
 
 #[tokio::test]
@@ -164,16 +164,16 @@ async fn a_question_waits_first_and_looking_leads_on_through_the_queue() {
     assert_eq!(shown.len(), 4);
     assert_eq!(order(&teacher.get("/review?what=failed").await.text()), [1]);
     assert_eq!(order(&teacher.get("/review?what=question").await.text()), [2]);
-    assert!(teacher.get("/review?what=flagged").await.text().contains("None of the attempts that wait"));
+    assert!(teacher.get("/review?what=flagged").await.text().contains("No waiting attempt matches this filter"));
     let at = |id: &str| format!("/review?exercise={id}");
     let exercise = teacher.get("/review").await.text().split("name=\"exercise\"").nth(1).unwrap().to_owned();
     let exercise = exercise.split("value=\"").nth(2).unwrap().split('"').next().unwrap().to_owned();
     assert_eq!(order(&teacher.get(&at(&exercise)).await.text()).len(), 4, "all are at {exercise}");
-    assert!(teacher.get(&at("another")).await.text().contains("None of the attempts that wait"));
+    assert!(teacher.get(&at("another")).await.text().contains("No waiting attempt matches this filter"));
     let nowhere = "/review?cohort=00000000-0000-0000-0000-000000000001";
     assert!(order(&teacher.get(nowhere).await.text()).is_empty(), "a cohort that they do not teach");
     let replay = teacher.get(&format!("/sessions/{asked}/replay")).await.text();
-    assert!(replay.contains("Looked at, next"), "{replay}");
+    assert!(replay.contains("Mark as reviewed, go to next"), "{replay}");
     let csrf = csrf_in(&replay);
     let look = [("csrf", csrf.as_str()), ("mark", "reviewed"), ("then", "next")];
     let next = teacher.form(&format!("/sessions/{asked}/review"), &look).await;
@@ -181,7 +181,7 @@ async fn a_question_waits_first_and_looking_leads_on_through_the_queue() {
     let look = [&look[..], &[("what", "failed")]].concat();
     let next = teacher.form(&format!("/sessions/{failed}/review"), &look).await;
     assert_eq!(next.header("location"), "/review?what=failed", "that part of the queue is empty");
-    assert!(!ada.get(&format!("/sessions/{asked}/replay")).await.text().contains("Looked at, next"));
+    assert!(!ada.get(&format!("/sessions/{asked}/replay")).await.text().contains("Mark as reviewed, go to next"));
 }
 
 #[tokio::test]
@@ -211,10 +211,10 @@ async fn a_long_queue_has_pages_and_a_rank_follows_answers_and_grades() {
         .await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let first = teacher.get("/review").await.text();
-    assert_eq!(first.matches("data-label=\"Look at it\"").count(), 50);
+    assert_eq!(first.matches("data-label=\"Review it\"").count(), 50);
     let next = first.split("href=\"").find(|rest| rest.starts_with("/review?after=")).expect("a next page");
     let rest = teacher.get(&next.split('"').next().unwrap().replace("&amp;", "&")).await.text();
-    assert_eq!(rest.matches("data-label=\"Look at it\"").count(), 11, "{rest}");
+    assert_eq!(rest.matches("data-label=\"Review it\"").count(), 11, "{rest}");
     assert!(rest.contains("From the beginning"));
     let passed = sqlx::query_scalar("SELECT passed FROM grades WHERE session_id = $1").bind(school.attempt);
     let passed: bool = passed.fetch_one(school.app.state.db.reader()).await.unwrap();
@@ -239,7 +239,7 @@ async fn another_rubric_is_shown_first_and_then_adds_a_score() {
     assert!(teacher.get(&school.path("/regrade")).await.text().contains("has not changed"));
     school.app.publish_with_pass_mark(school.ada.person.school_id, 100).await;
     let preview = teacher.get(&school.path("/regrade")).await.text();
-    assert!(preview.contains("By the rubric of today, not passed"), "{preview}");
+    assert!(preview.contains("With the current rubric, not passed"), "{preview}");
     let count = || async {
         let scores = sqlx::query_scalar("SELECT count(*) FROM scores").fetch_one(school.app.state.db.reader());
         let scores: i64 = scores.await.unwrap();
@@ -259,7 +259,7 @@ async fn another_rubric_is_shown_first_and_then_adds_a_score() {
     assert_eq!(school.send(&mut teacher, "/regrade", &[reason]).await.status, 303);
     assert_eq!(count().await, 2);
     let told = teacher.get(&school.path("/grade")).await.text();
-    for part in ["Computed", "Graded again", "for &#60;everybody&#62;"] {
+    for part in ["Computed", "Re-graded", "for &#60;everybody&#62;"] {
         assert!(told.contains(part), "{part}: {told}");
     }
     let mut ada = school.app.signed_in("ada@example.org").await;

@@ -60,7 +60,7 @@ async fn a_trainees_recordings_come_to_so_many_bytes() {
     let app = app.await;
     let (mut ada, _) = trainee(&app, "ada").await;
     assert_eq!(ada.upload(&record(&Attempt::default())).await.status, 201);
-    ada.upload(&record(&Attempt::default())).await.is_problem(429, "this trainee's recordings come to");
+    ada.upload(&record(&Attempt::default())).await.is_problem(429, "this trainee's recordings have");
     let (mut ben, _) = trainee(&app, "ben").await;
     assert_eq!(ben.upload(&record(&Attempt::default())).await.status, 201, "another one has a share of their own");
 }

@@ -26,7 +26,7 @@ async fn the_lists_of_other_systems_are_read_as_they_come() {
     for (name, left_out, groups) in [
         ("moodle.csv", None, "Group 1, Group 2"),
         ("moodle-german.csv", None, "Gruppe 1"),
-        ("canvas-gradebook.csv", Some("the points of a gradebook"), "Group A, Year 4"),
+        ("canvas-gradebook.csv", Some("gradebook points"), "Group A, Year 4"),
         ("canvas-sis.csv", Some("is deleted or inactive in the file"), "–"),
         ("studip.csv", None, "–"),
         ("hisinone.csv", None, "–"),
@@ -67,10 +67,13 @@ async fn columns_that_are_not_recognised_are_said_once_for_the_school() {
     let columns = format!("{address}/columns");
     assert_eq!(head.get(&address).await.header("location"), columns);
     let shown = head.get(&columns).await.text();
-    assert!(shown.contains("No column is recognised as the email address") && shown.contains("Konto (ana)"), "{shown}");
+    assert!(
+        shown.contains("No column was recognised as the email address") && shown.contains("Konto (ana)"),
+        "{shown}"
+    );
     let refused = post(&mut head, &columns, &columns, &[("name", "1"), ("email", "1")]).await;
     assert_eq!(refused.status, 422);
-    assert!(refused.text().contains("chosen for two things"), "{}", refused.text());
+    assert!(refused.text().contains("used for two fields"), "{}", refused.text());
     let chosen = [
         ("name", "1"),
         ("email", "2"),
@@ -114,7 +117,7 @@ async fn a_workbook_is_read_as_it_is_shown() {
         ("hidden.xlsx", "vera.visible@uni.example", "old.person@uni.example"),
         ("zeros.xlsx", "registrar’s number is 0012345", "number is 12345"),
         ("date.xlsx", "joins Oct-26", "46296"),
-        ("formula.xlsx", "the formula under “E-Mail” has no result", "there is no email address"),
+        ("formula.xlsx", "the formula under “E-Mail” has no result", "the email address is missing"),
     ] {
         let (_, shown) = look_at(&mut head, &shipped(name), &[]).await;
         assert!(shown.contains(says) && !shown.contains(never), "{name}: {shown}");
@@ -144,7 +147,7 @@ async fn cohorts_and_people_that_look_alike_are_one() {
     import(&mut head, first, &[]).await;
     let second = "email,name,user_id,cohort\nR1@uni.example,Rita\u{a0} One,r1,year  4\nr2@uni,Rolf Two,,YEAR 4\n";
     let (address, shown) = look_at(&mut head, second.as_bytes(), &[("remove_missing", "yes")]).await;
-    assert!(shown.contains("There is nothing to import") && !shown.contains("leaves"), "{shown}");
+    assert!(shown.contains("Nothing to import") && !shown.contains("leaves"), "{shown}");
     let third = "email,name,user_id,cohort\nr3@uni.example,Rosa Three,R3,YEAR 4\nr3@uni.example,Rosa Three,R3,Year 5\n";
     let (added, shown) = look_at(&mut head, third.as_bytes(), &[]).await;
     assert_ne!(added, address);
@@ -173,7 +176,7 @@ async fn somebody_signs_in_by_either_spelling_of_their_domain() {
     }
     assert_eq!(app.stranger().sign_in("ana@munchen.example", "a fine password").await.status, 401);
     let (_, again) = look_at(&mut head, "email,name\nana@xn--mnchen-3ya.example,Ana Idn\n".as_bytes(), &[]).await;
-    assert!(again.contains("There is nothing to import"), "{again}");
+    assert!(again.contains("Nothing to import"), "{again}");
 }
 
 #[tokio::test]
@@ -190,7 +193,7 @@ async fn a_letter_that_could_not_be_sent_is_a_failure_of_the_service_until_one_i
     };
     app.write(refuse).await;
     let shown = head.get("/admin/service").await.text();
-    assert!(!shown.contains("No failures") && shown.contains("1 letter could not be sent"), "{shown}");
+    assert!(!shown.contains("No failures") && shown.contains("1 email could not be sent"), "{shown}");
     assert!(shown.contains("Ana Ek</a>: 550 no such mailbox") && !shown.contains("Bo Berg"), "{shown}");
     app.state.clock.advance(60);
     let (school_id, person_id, now) = (ana.school_id, ana.person_id, app.state.clock.now());

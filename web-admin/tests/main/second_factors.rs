@@ -349,7 +349,7 @@ async fn who_must_have_one_makes_it_before_anything_else() {
     }
     let mut client = after;
     let page = client.get(PAGE).await.text();
-    assert!(page.contains("before you go on") && !page.contains("href=\"/cohorts\""), "{page}");
+    assert!(page.contains("before you continue") && !page.contains("href=\"/cohorts\""), "{page}");
     enrol(&app, &mut client).await;
     assert_eq!(client.get("/cohorts").await.status, 200);
     assert_eq!(client.get("/api/v1/sessions").await.status, 200);
@@ -432,7 +432,7 @@ async fn whoever_runs_the_server_can_let_the_last_administrator_in() {
     };
     assert_eq!(run("nobody@example.org").0, Some(2));
     let (status, said) = run("head@example.org");
-    assert!(status == Some(0) && said.contains("no second factor any more"), "{said}");
+    assert!(status == Some(0) && said.contains("no longer has a second factor"), "{said}");
     assert!(run("head@example.org").1.contains("had no second factor"));
     assert_eq!(app.stranger().sign_in("head@example.org", PASSWORD).await.header("location"), "/");
     assert!(letters(&app).await.contains("head@example.org"));

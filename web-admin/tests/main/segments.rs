@@ -210,7 +210,7 @@ async fn what_is_no_moment_or_no_task_is_refused_and_what_was_typed_stays() {
     assert_eq!(mark(&mut ada, &trace, &[], "look").await.status, 400);
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     for (field, value, word) in
-        [("title", "", "0 characters"), ("due", "2020-01-01T10:00", "over already"), ("attempt", "", "404")]
+        [("title", "", "0 characters"), ("due", "2020-01-01T10:00", "in the past"), ("attempt", "", "404")]
     {
         let refused = school.ask(&mut teacher, &[(field, value)]).await;
         let expected = if word == "404" { 404 } else { 422 };
@@ -231,7 +231,7 @@ async fn one_trainee_has_longer_by_calendar_days_and_is_not_late() {
     for path in ["/segments", &task] {
         let own = ada.get(path).await.text();
         assert!(own.contains("3 Apr 2026, 18:00") && own.contains("UTC+02:00"), "{own}");
-        assert!(own.contains("7 days longer for you"), "{own}");
+        assert!(own.contains("7 more days for you"), "{own}");
     }
     let bens = school.app.signed_in("ben@example.org").await.get(&task).await.text();
     assert!(bens.contains("27 Mar 2026, 18:00") && bens.contains("UTC+01:00") && !bens.contains("longer"), "{bens}");

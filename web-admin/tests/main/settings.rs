@@ -54,7 +54,10 @@ async fn what_is_settled_holds_on_every_page_and_what_cannot_be_is_refused_with_
     let kept = post(&mut head, PAGE, &fields("  Northern School ", "Europe/Berlin")).await;
     assert_eq!(kept.header("location"), "/admin/settings?saved=true");
     let page = head.get(PAGE).await.text();
-    assert!(page.contains("value=\"Northern School\"") && page.contains("Times are those of Europe/Berlin"), "{page}");
+    assert!(
+        page.contains("value=\"Northern School\"") && page.contains("All times: local time in Europe/Berlin"),
+        "{page}"
+    );
     assert!(head.get("/account").await.text().contains("Northern School"));
     let settled = schools::find_school_settings(app.state.db.reader(), north).await.unwrap();
     assert_eq!((settled.mails_reminders, settled.mails_news), (false, true), "a box that is not ticked is off");

@@ -336,7 +336,7 @@ async fn who_signed_in_before_does_not_wait_for_strangers() {
     let _taken = app.state.hashing_strangers.clone().acquire_owned().await.unwrap();
     let crowded = app.stranger().sign_in("nobody@example.org", "a wrong password").await;
     assert_eq!((crowded.status.as_u16(), crowded.header("retry-after")), (503, "2"), "{}", crowded.text());
-    assert!(crowded.text().contains("too many sign in at this moment"), "{}", crowded.text());
+    assert!(crowded.text().contains("too many people are signing in right now"), "{}", crowded.text());
     assert_eq!(app.stranger().sign_in("ada@example.org", PASSWORD).await.status, 303, "from the same address");
 }
 

@@ -117,7 +117,7 @@ async fn answers_are_taken_once_however_often_they_are_sent() {
     let csv = debrief.answers().await;
     assert!(csv.contains(",55,") && !csv.contains(",95,") && csv.contains(",de,"), "the first that are final: {csv}");
     assert!(csv.contains(&debrief.school.ada.person.pseudonym), "{csv}");
-    debrief.give(&given(&secret("b"), 5, true)).await.is_problem(409, "sent already");
+    debrief.give(&given(&secret("b"), 5, true)).await.is_problem(409, "already sent");
     let asked = debrief.station.get(&format!("/api/v1/sessions/{}/survey", debrief.attempt)).await.json();
     assert_eq!(asked["surveys"], json!([]), "once for an attempt");
     let told: Vec<String> = sqlx::query_scalar("SELECT actor FROM audit_log WHERE action = 'survey.answered'")
@@ -138,7 +138,7 @@ async fn an_anonymous_answer_from_a_station_leads_to_nobody_and_can_be_taken_bac
             .unwrap();
     assert_eq!(row, (None, None, 0), "neither person nor attempt nor hour");
     assert_eq!(debrief.give(&given(&secret("c"), 55, true)).await.json()["state"], "submitted", "the answer was lost");
-    debrief.give(&given(&secret("d"), 55, true)).await.is_problem(409, "sent already");
+    debrief.give(&given(&secret("d"), 55, true)).await.is_problem(409, "already sent");
     let mut stranger = debrief.school.app.stranger();
     let last = format!("/survey/{}", secret("c"));
     assert_eq!(send(&mut stranger, &last, &[("do", "withdraw")]).await.status, 303);
@@ -163,20 +163,20 @@ async fn what_is_not_allowed_is_named_and_nothing_is_written() {
         (with("consent", false.into()), "consent"),
         (with("secret", "1234".into()), "64 hexadecimal digits"),
         (with("answers", json!({ "mental": 101 })), "answers.mental: \"101\"; allowed: 0 to 100 in steps of 5"),
-        (with("answers", json!({ "mental": true })), "answers.mental: allowed are a number, a text"),
+        (with("answers", json!({ "mental": true })), "answers.mental: allowed: a number, a text"),
         (with("answers", json!({ "mood": 5 })), "answers.mood: no such item; allowed: mental,"),
     ] {
         debrief.give(&wrong).await.is_problem(422, says);
     }
     debrief.give(&with("more", 1.into())).await.is_problem(400, "more");
     let early = debrief.address().replace(&debrief.attempt.to_string(), &SessionId::random().to_string());
-    put(&mut debrief.station, &early, &base).await.is_problem(404, "nothing here");
+    put(&mut debrief.station, &early, &base).await.is_problem(404, "nothing was found");
     let south = debrief.school.app.school("South").await;
     let abroad = debrief.school.app.station(south).await;
     let address = debrief.address();
-    put(&mut debrief.school.app.with_token(&abroad), &address, &base).await.is_problem(404, "nothing here");
+    put(&mut debrief.school.app.with_token(&abroad), &address, &base).await.is_problem(404, "nothing was found");
     let bo = debrief.school.app.member(debrief.school.id, Role::Trainee, "bo@example.org").await;
-    put(&mut debrief.school.app.with_token(&bo.token), &address, &base).await.is_problem(404, "nothing here");
+    put(&mut debrief.school.app.with_token(&bo.token), &address, &base).await.is_problem(404, "nothing was found");
     assert_eq!(debrief.responses().await, 0);
 }
 

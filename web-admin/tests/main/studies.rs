@@ -116,7 +116,7 @@ fn code_in(answer: &Answer) -> String {
 async fn a_guest_goes_from_a_code_to_answers_tied_to_the_attempt() {
     let mut day = StudyDay::new().await;
     let refused = day.add(&[("group", "1"), ("fact", "surgeon")]).await;
-    assert!(refused.status == 422 && refused.text().contains("who has not agreed"), "{}", refused.text());
+    assert!(refused.status == 422 && refused.text().contains("requires consent"), "{}", refused.text());
     let code = day.guest().await;
     let signed_in = day.sign_in(&code).await.json();
     assert_eq!(signed_in["trainee"], signed_in["display_name"], "a pseudonym and nothing else");
@@ -294,7 +294,7 @@ async fn people_of_the_school_are_asked_and_take_part_once_they_have_agreed_sign
     let before = day.attempt(&signed_in["trainee"]).await;
     let table = format!("{}/results/study.csv", day.study);
     assert_eq!(day.teacher.get(&table).await.text().lines().count(), 1, "who is only asked is not in it");
-    assert!(other.get("/").await.text().contains("asks you to take part in the study"), "they are told");
+    assert!(other.get("/").await.text().contains("invites you to the study"), "they are told");
     assert!(!other.get(&format!("/sessions/{before}")).await.text().contains("NASA"), "nothing is asked yet");
     let csrf = csrf_in(&other.get("/account/studies").await.text());
     let join = format!("/account{}/join", day.study);
@@ -356,7 +356,7 @@ async fn results_compare_groups_and_the_table_reads_in_statistics_programs() {
     let results = format!("{}/results", day.study);
     let page = day.teacher.get(&results).await;
     assert_eq!(page.status, 200, "{}", page.text());
-    assert!(page.text().contains("Does it tell Experts from Novices?"), "{}", page.text());
+    assert!(page.text().contains("Does it distinguish Experts from Novices?"), "{}", page.text());
     let table = day.teacher.get(&format!("{results}/study.csv")).await.text();
     let mut lines = table.lines();
     let names: Vec<&str> = lines.next().unwrap().split(',').collect();

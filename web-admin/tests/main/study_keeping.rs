@@ -55,7 +55,7 @@ async fn a_study_is_changed_but_for_what_somebody_has_agreed_to() {
     let page = day.page().await;
     assert!(page.contains("A third") && page.contains("I take part."), "what was agreed to stays: {page}");
     let longer = day.change(&[("title", "A third"), ("contact", "ask@example.org"), ("kept", "7")]).await;
-    assert!(longer.status == 422 && longer.text().contains("for 6 at most"), "{}", longer.text());
+    assert!(longer.status == 422 && longer.text().contains("at most 6"), "{}", longer.text());
 }
 
 /// A study with a guest and somebody of the school, an attempt and an answer of each.
@@ -80,14 +80,14 @@ async fn the_data_of_a_study_go_when_they_were_promised_to_and_what_is_the_schoo
     let (mut day, guest) = practised().await;
     let files = day.school.app.files().len();
     day.live(400, 1).await;
-    assert!(!day.page().await.contains("are erased in"), "it has not ended");
+    assert!(!day.page().await.contains("will be erased in"), "it has not ended");
     day.end().await;
     day.live(330, 1).await;
-    assert!(!day.page().await.contains("are erased in"), "not soon");
+    assert!(!day.page().await.contains("will be erased in"), "not soon");
     day.live(20, 1).await;
-    assert!(day.page().await.contains("are erased in 30 days"), "{}", day.page().await);
+    assert!(day.page().await.contains("will be erased in 30 days"), "{}", day.page().await);
     day.live(29, 29).await;
-    assert!(day.page().await.contains("are erased in 1 day") && day.count(ANSWERS).await == 1);
+    assert!(day.page().await.contains("will be erased in 1 day") && day.count(ANSWERS).await == 1);
     day.live(2, 2).await;
     let page = day.page().await;
     assert!(page.contains("were erased on") && !page.contains("surgeon") && !page.contains("/change\""), "{page}");
@@ -113,12 +113,12 @@ async fn no_clock_and_no_study_that_is_opened_again_loses_anything() {
     let (mut day, _) = practised().await;
     day.end().await;
     day.live(4000, 1).await;
-    assert!(day.page().await.contains("are erased in 30 days"), "announced, however late");
+    assert!(day.page().await.contains("will be erased in 30 days"), "announced, however late");
     day.live(4000, 3).await;
-    assert!(day.page().await.contains("are erased in 27 days"), "the service has run for three days");
+    assert!(day.page().await.contains("will be erased in 27 days"), "the service has run for three days");
     let opened = day.post(&format!("{}/close", day.study), &[("closed", "false")]).await;
     assert_eq!(opened.status, 303);
     day.live(60, 60).await;
     assert_eq!(day.count(ANSWERS).await, 1);
-    assert!(!day.page().await.contains("are erased in"));
+    assert!(!day.page().await.contains("will be erased in"));
 }

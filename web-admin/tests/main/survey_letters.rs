@@ -53,7 +53,7 @@ async fn each_professional_is_written_to_once_and_the_log_knows_no_address() {
     assert_eq!(again.header("location"), format!("{survey}?mailed=1&before=2#letters"));
     assert_eq!(letters_out(&school).await.len(), 3, "one more");
     let page = teacher.get(again.header("location").split('#').next().unwrap()).await.text();
-    assert!(page.contains("2 had been written to before") && page.matches("Sent").count() >= 3, "{page}");
+    assert!(page.contains("2 already received an email") && page.matches("Sent").count() >= 3, "{page}");
     let reader = school.app.state.db.reader();
     let told: Vec<String> =
         sqlx::query_scalar("SELECT details || object FROM audit_log").fetch_all(reader).await.unwrap();
@@ -73,12 +73,12 @@ async fn letters_of_a_school_have_an_hourly_limit_that_is_said_before() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let survey = school.survey(&mut teacher, "sus", &[("identity", "anonymous")]).await;
-    assert!(teacher.get(&survey).await.text().contains("300 letters can go out now"));
+    assert!(teacher.get(&survey).await.text().contains("300 emails can be sent now"));
     let lines = |from: u32| (from..from + 200).map(|n| format!("p{n}@example.org\n")).collect::<String>();
     assert_eq!(ask(&mut teacher, &survey, &lines(0)).await.status, 303);
     let refused = ask(&mut teacher, &survey, &lines(200)).await;
     assert_eq!(refused.status, 422);
-    assert!(refused.text().contains("200 letters; 100 can go out now"), "{}", refused.text());
+    assert!(refused.text().contains("200 emails; 100 can be sent now"), "{}", refused.text());
     school.app.state.clock.advance(3601);
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     assert_eq!(ask(&mut teacher, &survey, &lines(200)).await.status, 303, "an hour later they can");
@@ -124,7 +124,7 @@ async fn a_letter_that_cannot_go_out_says_why_and_goes_later() {
     ask(&mut teacher, &survey, "Dr Ek <ek@example.org>").await;
     outbox::work_off_letters(&school.app.state).await.unwrap();
     let page = teacher.get(&survey).await.text();
-    assert!(page.contains("the mail folder cannot be made") && page.contains("; next try"), "{page}");
+    assert!(page.contains("cannot create the mail folder") && page.contains("; next try"), "{page}");
     std::fs::remove_file(&blocked).unwrap();
     school.app.state.clock.advance(60);
     let letters = letters_out(&school).await;
@@ -156,5 +156,5 @@ async fn a_letter_under_way_when_the_service_dies_is_not_sent_again() {
     state.clock.advance(7 * 24 * 3600);
     assert!(letters_out(&school).await.is_empty());
     let mut teacher = school.app.signed_in("teacher@example.org").await;
-    assert!(teacher.get(&survey).await.text().contains("It may have gone out"));
+    assert!(teacher.get(&survey).await.text().contains("It may have been sent"));
 }

@@ -117,14 +117,14 @@ async fn a_professional_answers_by_link_once_and_can_take_it_back() {
     let refused = send(&mut stranger, &links[0], &[("do", "begin"), ("lang", "en")]).await;
     assert_eq!(refused.status, 422, "without consent nothing begins");
     assert_eq!(led_to(&answer_sus(&mut stranger, &links[0], "3").await), links[0]);
-    assert!(stranger.get(&links[0]).await.text().contains("were sent"));
+    assert!(stranger.get(&links[0]).await.text().contains("have been sent"));
     let again = send(&mut stranger, &links[0], &[("do", "send"), ("page", "0")]).await;
     assert_eq!(again.status, 409, "{}", again.text());
     let results = teacher.get(&format!("{survey}/results")).await.text();
     assert!(results.contains("50.0") && results.contains("50\u{a0}%"), "{results}");
     assert_eq!(send(&mut stranger, &links[0], &[("do", "withdraw")]).await.status, 303);
     assert!(stranger.get(&links[0]).await.text().contains("are deleted"));
-    assert!(teacher.get(&format!("{survey}/results")).await.text().contains("no answers to show yet"));
+    assert!(teacher.get(&format!("{survey}/results")).await.text().contains("There are no answers yet"));
 }
 
 #[tokio::test]
@@ -294,7 +294,7 @@ async fn a_trainee_is_asked_after_an_attempt_once_and_can_skip_without_trace() {
         led_to(&send(ada, &format!("{survey}/answer"), &fields).await)
     };
     let skipped = begin(&mut ada).await;
-    assert!(send(&mut ada, &skipped, &[("do", "discard")]).await.text().contains("Nothing was sent"));
+    assert!(send(&mut ada, &skipped, &[("do", "discard")]).await.text().contains("No answers were sent"));
     let left: i64 = sqlx::query_scalar("SELECT count(*) FROM survey_responses")
         .fetch_one(school.app.state.db.reader())
         .await
@@ -429,7 +429,7 @@ async fn an_instrument_leaves_as_json_and_comes_back() {
     let csrf = csrf_in(&teacher.get("/surveys/instruments/new").await.text());
     let again = [("csrf", csrf.as_str()), ("text", &json), ("do", "publish")];
     let refused = send(&mut teacher, "/surveys/instruments/new", &again).await;
-    assert!(refused.status == 422 && refused.text().contains("edit it"), "{}", refused.text());
+    assert!(refused.status == 422 && refused.text().contains("edit that questionnaire"), "{}", refused.text());
     let renamed = json.replace("\"nasa-tlx\"", "\"my-tlx\"");
     let fields = [("csrf", csrf.as_str()), ("text", &renamed), ("do", "publish")];
     assert_eq!(led_to(&send(&mut teacher, "/surveys/instruments/new", &fields).await), "/surveys/instruments/my-tlx");
@@ -450,9 +450,9 @@ async fn a_survey_that_makes_no_sense_is_refused_and_what_was_typed_stays() {
     for (key, value, says) in [
         ("title", " ", "title: 0 characters; allowed: 1 to 200"),
         ("identity", "secret", "allowed: anonymous, pseudonymous, named"),
-        ("instrument", "none", "there is none of that id"),
-        ("closes", "2026-05-19", "allowed: a day that is not over"),
-        ("opens", "tomorrow", "allowed: a day as 2026-05-20"),
+        ("instrument", "none", "does not exist"),
+        ("closes", "2026-05-19", "allowed: today or later"),
+        ("opens", "tomorrow", "allowed: a day like 2026-05-20"),
         ("cohort", &elsewhere, "the cohorts you teach"),
     ] {
         let mut fields =

@@ -66,8 +66,8 @@ async fn only_a_name_a_known_time_and_the_password_make_one() {
         ("", "30", PASSWORD, 422, "0 characters"),
         (&"x".repeat(61), "30", PASSWORD, 422, "61 characters"),
         ("a\u{202e}b", "30", PASSWORD, 422, "U+202E"),
-        ("Analysis", "366", PASSWORD, 400, "allowed are 30, 90, 365"),
-        ("Analysis", "-1", PASSWORD, 400, "allowed are 30, 90, 365"),
+        ("Analysis", "366", PASSWORD, 400, "allowed: 30, 90, 365"),
+        ("Analysis", "-1", PASSWORD, 400, "allowed: 30, 90, 365"),
     ] {
         let answer = ask(&mut ada, name, days, password).await;
         assert!(answer.status == status && answer.text().contains(word), "{name} {days}: {}", answer.text());

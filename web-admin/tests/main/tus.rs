@@ -113,7 +113,7 @@ async fn cut_at_twenty_random_offsets_it_arrives_byte_for_byte_and_once() {
         word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let more = (word >> 8) as usize % ((bytes.len() - at) / 8);
         let cut = ada.send(patch(&path, at).body(broken(&bytes[at..at + more])).unwrap()).await;
-        cut.is_problem(400, "broke off");
+        cut.is_problem(400, "is incomplete");
         assert_eq!(offset(&mut ada, &path).await, at + more, "what arrived is kept");
     }
     let at = offset(&mut ada, &path).await;
@@ -134,10 +134,10 @@ async fn a_piece_that_is_not_what_its_checksum_says_has_not_arrived() {
     let wrong = ada.send(with(&sha256, Body::from(bytes[..999].to_vec()))).await;
     wrong.is_problem(460, "Upload-Checksum");
     assert_eq!((wrong.json()["title"].as_str(), offset(&mut ada, &path).await), (Some("Checksum Mismatch"), 0));
-    ada.send(with(&sha256, broken(&bytes[..500]))).await.is_problem(400, "broke off");
+    ada.send(with(&sha256, broken(&bytes[..500]))).await.is_problem(400, "is incomplete");
     assert_eq!(offset(&mut ada, &path).await, 0, "half a piece cannot be checked");
     for nonsense in ["md5 AAAA", "sha256", "sha256 !", "sha256 AAAA", ""] {
-        ada.send(with(nonsense, Body::empty())).await.is_problem(400, "sha256 and sha1");
+        ada.send(with(nonsense, Body::empty())).await.is_problem(400, "sha256 or sha1");
     }
     assert_eq!(ada.send(with(&sha256, Body::from(bytes[..1000].to_vec()))).await.status, 204);
     let sha1 = format!("sha1 {}", BASE64.encode(&Sha1::digest(&bytes[1000..])));
@@ -224,7 +224,7 @@ async fn wrong_words_are_refused_with_what_is_allowed() {
     ada.send(unplaced.body(Body::from("a")).unwrap()).await.is_problem(400, "upload-offset");
     assert_eq!(offset(&mut ada, &path).await, 0, "nothing of it was counted");
     for path in ["/api/v1/uploads/x", "/api/v1/uploads/00000000-0000-0000-0000-000000000000"] {
-        send(&mut ada, path, 0, b"a").await.is_problem(404, "nothing here");
+        send(&mut ada, path, 0, b"a").await.is_problem(404, "nothing was found");
     }
 }
 
@@ -239,8 +239,8 @@ async fn nobody_else_sees_or_feeds_an_upload() {
     for token in [bob, eve, app.station(north).await] {
         let mut other = app.with_token(&token);
         assert_eq!(head(&mut other, &path).await.status, 404);
-        send(&mut other, &path, 0, b"x").await.is_problem(404, "nothing here");
-        other.send(tus("DELETE", &path).body(Body::empty()).unwrap()).await.is_problem(404, "nothing here");
+        send(&mut other, &path, 0, b"x").await.is_problem(404, "nothing was found");
+        other.send(tus("DELETE", &path).body(Body::empty()).unwrap()).await.is_problem(404, "nothing was found");
     }
     assert_eq!(offset(&mut ada, &path).await, 0);
 }
@@ -277,13 +277,13 @@ async fn who_comes_back_takes_over_from_a_connection_that_has_fallen_silent_and_
         let went_on = tokio::time::timeout(std::time::Duration::from_secs(10), send(&mut ada, &path, at, b"defg"));
         let went_on = went_on.await.expect("nobody waits for a silence to end");
         assert_eq!(went_on.status, if ask_first { 204 } else { 409 }, "{}", went_on.text());
-        first.await.unwrap().is_problem(409, "taken this upload over");
+        first.await.unwrap().is_problem(409, "taken over this upload");
         assert_eq!(offset(&mut ada, &path).await, if ask_first { 7 } else { 3 });
     }
     let path = begin(&mut ada, 10).await;
     let (_silent, first) = writing(&app, &ada, &path).await;
     assert_eq!(ada.send(tus("DELETE", &path).body(Body::empty()).unwrap()).await.status, 204);
-    first.await.unwrap().is_problem(409, "taken this upload over");
+    first.await.unwrap().is_problem(409, "taken over this upload");
     assert_eq!(head(&mut ada, &path).await.status, 404);
 }
 
@@ -296,7 +296,7 @@ async fn a_stranger_takes_nothing_over() {
     let bob = app.member(app.school("North").await, Role::Trainee, "bob@example.org").await.token;
     let mut bob = app.with_token(&bob);
     assert_eq!(head(&mut bob, &path).await.status, 404);
-    send(&mut bob, &path, 3, b"x").await.is_problem(404, "nothing here");
+    send(&mut bob, &path, 3, b"x").await.is_problem(404, "nothing was found");
     drop(feed);
     assert_eq!(first.await.unwrap().header("upload-offset"), "3");
 }
@@ -334,7 +334,7 @@ async fn the_same_recording_by_both_ways_is_one_attempt_and_another_under_its_id
     let again = send(&mut ada, &path, 0, &bytes).await;
     assert_eq!((again.status.as_u16(), again.header("stylet-session")), (204, attempt.session_id.to_string().as_str()));
     let path = begin(&mut ada, other.len()).await;
-    send(&mut ada, &path, 0, &other).await.is_problem(409, "other bytes");
+    send(&mut ada, &path, 0, &other).await.is_problem(409, "different bytes");
     assert_eq!((listed(&mut ada).await, app.files().len()), (1, 1), "{:?}", app.files());
 }
 

@@ -48,7 +48,7 @@ async fn the_same_again_is_acknowledged_and_another_under_its_id_is_refused() {
     let again = client.upload(&first).await;
     assert_eq!(again.status, 200);
     assert_eq!(again.json()["session_id"], attempt.session_id.to_string());
-    client.upload(&other).await.is_problem(409, "other bytes");
+    client.upload(&other).await.is_problem(409, "different bytes");
     app.with_token(&bob.token).upload(&first).await.is_problem(409, "another trainee");
     let kept = client.get(&format!("/api/v1/sessions/{}/recording", attempt.session_id)).await;
     assert_eq!(kept.body, first, "the first one stands");
@@ -126,9 +126,9 @@ async fn a_body_that_breaks_off_or_falls_silent_leaves_nothing() {
     let request = |body| {
         Request::post("/api/v1/sessions").header(header::CONTENT_TYPE, "application/octet-stream").body(body).unwrap()
     };
-    ada.send(request(Body::from_stream(futures::stream::iter(broken)))).await.is_problem(400, "broke off");
+    ada.send(request(Body::from_stream(futures::stream::iter(broken)))).await.is_problem(400, "is incomplete");
     let silent = futures::stream::pending::<Result<Vec<u8>, std::io::Error>>();
-    ada.send(request(Body::from_stream(silent))).await.is_problem(408, "stopped arriving");
+    ada.send(request(Body::from_stream(silent))).await.is_problem(408, "was interrupted");
     assert!(app.files().is_empty(), "{:?}", app.files());
 }
 

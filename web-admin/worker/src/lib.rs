@@ -43,7 +43,7 @@ pub async fn run_worker(state: AppState) {
 
 /// Logs why the queue cannot be processed, and returns how long to wait.
 fn note_stall(error: &anyhow::Error) -> Duration {
-    tracing::error!(cause = format!("{error:#}"), "the queue cannot be worked off");
+    tracing::error!(cause = format!("{error:#}"), "failed to process the queue");
     if is_database_away(error) { AWAY } else { STALL }
 }
 

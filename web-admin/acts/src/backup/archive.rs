@@ -66,9 +66,9 @@ fn append(archive: &mut Builder<impl Write>, name: &str, bytes: &[u8]) -> std::i
 pub(super) fn manifest(path: &Path) -> anyhow::Result<Manifest> {
     let file = File::open(path)?;
     let mut archive = Archive::new(BufReader::new(file));
-    let first = archive.entries()?.next().context("no backup: it is empty")?;
-    let mut entry = first.context("not a tar file, or one that was cut short")?;
-    ensure!(entry.path()?.as_os_str() == MANIFEST, "no backup: {MANIFEST} is missing");
+    let first = archive.entries()?.next().context("not a backup: the file is empty")?;
+    let mut entry = first.context("not a tar file, or a truncated one")?;
+    ensure!(entry.path()?.as_os_str() == MANIFEST, "not a backup: {MANIFEST} is missing");
     let mut text = Vec::new();
     (&mut entry).take(MOST_MANIFEST_BYTES).read_to_end(&mut text)?;
     serde_json::from_slice(&text).with_context(|| MANIFEST.to_owned())
@@ -83,8 +83,8 @@ pub(super) fn check(path: &Path, manifest: &Manifest, recordings: &[RecordingFil
     each_file(path, |name, content| {
         let sha256 = hash(content)?;
         match expected.remove(name) {
-            Some(wanted) => ensure!(wanted == sha256, "{name}: its bytes are not those that were stored"),
-            None => ensure!(name == MANIFEST, "{name}: nothing names it"),
+            Some(wanted) => ensure!(wanted == sha256, "{name}: the bytes do not match the stored hash"),
+            None => ensure!(name == MANIFEST, "{name}: not listed in the manifest"),
         }
         Ok(())
     })?;
@@ -100,7 +100,7 @@ pub(super) fn unpack(path: &Path, folder: &Path) -> anyhow::Result<()> {
         let single = name == MANIFEST || name == DATABASE || SMALL.contains(&name);
         let known = single || name.starts_with(&format!("{RECORDINGS}/"));
         let plain = Path::new(name).components().all(|part| matches!(part, std::path::Component::Normal(_)));
-        ensure!(known && plain, "{name}: not a file of a backup");
+        ensure!(known && plain, "{name}: not part of a backup");
         let place = folder.join(name);
         std::fs::create_dir_all(place.parent().unwrap_or(folder))?;
         let mut file = File::create_new(&place).with_context(|| name.to_owned())?;
@@ -114,9 +114,9 @@ pub(super) fn unpack(path: &Path, folder: &Path) -> anyhow::Result<()> {
 fn each_file(path: &Path, mut take: impl FnMut(&str, &mut dyn Read) -> anyhow::Result<()>) -> anyhow::Result<()> {
     let file = File::open(path).with_context(|| path.display().to_string())?;
     for entry in Archive::new(BufReader::new(file)).entries()? {
-        let mut entry = entry.context("not a tar file, or one that was cut short")?;
-        let name = entry.path()?.to_str().context("a name that is no text")?.to_owned();
-        ensure!(entry.header().entry_type() == EntryType::Regular, "{name}: not a plain file");
+        let mut entry = entry.context("not a tar file, or a truncated one")?;
+        let name = entry.path()?.to_str().context("a file name that is not UTF-8")?.to_owned();
+        ensure!(entry.header().entry_type() == EntryType::Regular, "{name}: not a regular file");
         take(&name, &mut entry)?;
     }
     Ok(())

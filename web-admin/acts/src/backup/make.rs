@@ -52,7 +52,7 @@ pub async fn make(
     };
     // The backup is valid even if it cannot be recorded.
     if let Err(error) = note(config, &noted).await {
-        tracing::warn!("the backup is not noted in the database, and its page does not show it: {error:#}");
+        tracing::warn!("backup not recorded in the database, so its page does not show it: {error:#}");
     }
     made
 }
@@ -84,7 +84,7 @@ async fn make_file(
     if file.try_lock().is_err() {
         // Both files belong to the other backup: do not delete them on drop.
         std::mem::forget((copy, part));
-        anyhow::bail!("{}: another backup is just being made there", to.display());
+        anyhow::bail!("{}: another backup is being written there", to.display());
     }
     // Discard the content left by an interrupted backup.
     file.set_len(0)?;
@@ -105,7 +105,7 @@ async fn make_file(
     make_passing_folder(config)?;
     let sources = Sources { database: &copy.0, small: &small, store: &store };
     archive::write(file, &manifest, &sources, &recordings).await?;
-    archive::check(&part.0, &manifest, &recordings).context("the backup was read back and is not whole")?;
+    archive::check(&part.0, &manifest, &recordings).context("verification of the backup failed")?;
     // Remove the temporary copy before the archive gets its final name.
     drop(copy);
     KillPoint::BackupWritten.pass();

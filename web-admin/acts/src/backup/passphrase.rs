@@ -62,11 +62,11 @@ pub fn seal(what: &[u8], passphrase: &str) -> anyhow::Result<Vec<u8>> {
 pub fn open(file: &[u8], passphrase: &str) -> anyhow::Result<Vec<u8>> {
     let sealed: Sealed = serde_json::from_slice(file).context("not a sealed secret")?;
     let Sealed { format, memory_kib, passes, salt, nonce, sealed } = sealed;
-    anyhow::ensure!(format == FORMAT, "sealed in format {format}; allowed is {FORMAT}");
+    anyhow::ensure!(format == FORMAT, "sealed in format {format}; allowed: {FORMAT}");
     let most = memory_kib <= MOST.memory_kib && passes <= MOST.passes;
     anyhow::ensure!(
         most,
-        "asks for {memory_kib} KiB and {passes} passes; allowed are {} and {}",
+        "requires {memory_kib} KiB and {passes} passes; allowed: {} and {}",
         MOST.memory_kib,
         MOST.passes
     );
@@ -75,7 +75,7 @@ pub fn open(file: &[u8], passphrase: &str) -> anyhow::Result<Vec<u8>> {
         HEXLOWER_PERMISSIVE.decode(nonce.as_bytes())?.try_into().ok().context("a nonce has 24 bytes")?;
     cipher(passphrase, &salt, PasswordCost { memory_kib, passes })?
         .decrypt(&XNonce::from(nonce), HEXLOWER_PERMISSIVE.decode(sealed.as_bytes())?.as_slice())
-        .map_err(|_| anyhow::anyhow!("this is not its passphrase, or it was changed"))
+        .map_err(|_| anyhow::anyhow!("wrong passphrase, or the file was changed"))
 }
 
 fn cipher(passphrase: &str, salt: &[u8; 16], cost: PasswordCost) -> anyhow::Result<XChaCha20Poly1305> {
@@ -89,11 +89,11 @@ fn cipher(passphrase: &str, salt: &[u8; 16], cost: PasswordCost) -> anyhow::Resu
 /// Fails if the passphrase is too short, or there is more than one line.
 pub fn check(text: &str) -> anyhow::Result<String> {
     let line = text.trim_end_matches(['\r', '\n']);
-    anyhow::ensure!(!line.contains('\n'), "holds more than one line; a passphrase has one");
+    anyhow::ensure!(!line.contains('\n'), "contains more than one line; a passphrase is one line");
     let characters = line.chars().count();
     anyhow::ensure!(
         characters >= MIN_PASSPHRASE,
-        "the passphrase has {characters} characters; {MIN_PASSPHRASE} and more are allowed"
+        "the passphrase has {characters} characters; at least {MIN_PASSPHRASE} are needed"
     );
     Ok(line.to_owned())
 }
@@ -110,7 +110,7 @@ mod tests {
         assert!(!sealed.windows(8).any(|part| part == b"a secret"));
         assert_eq!(open(&sealed, "seven green horses").unwrap(), b"a secret");
         let other = open(&sealed, "seven green horse").unwrap_err().to_string();
-        assert!(other.contains("not its passphrase"), "{other}");
+        assert!(other.contains("wrong passphrase"), "{other}");
         assert_ne!(sealed, seal(b"a secret", "seven green horses").unwrap(), "twice is two salts");
         let text = String::from_utf8(sealed).unwrap();
         let mut changed: serde_json::Value = serde_json::from_str(&text).unwrap();

@@ -106,7 +106,7 @@ fn restore_keys(config: &Config, staging: &Path, passphrase: Option<&str>) -> an
     let Some(passphrase) = passphrase else {
         return Ok(if sealed.is_empty() { KeysRestored::NotInIt } else { KeysRestored::StaySealed });
     };
-    anyhow::ensure!(!sealed.is_empty(), "no key is in it; restore without --passphrase-file");
+    anyhow::ensure!(!sealed.is_empty(), "the backup contains no key; restore without --passphrase-file");
     for key in sealed {
         let plain = passphrase::open(&std::fs::read(staging.join(key.sealed))?, passphrase).context(key.sealed)?;
         sealing::restore_file_key(&config.keys_dir.join(key.name), std::str::from_utf8(&plain)?)?;
@@ -158,7 +158,7 @@ fn refuse_database(database: &Path) -> Result<(), RestoreRefused> {
         file.push(suffix);
         let file = PathBuf::from(file);
         if file.exists() {
-            let words = "exists; a backup is restored into an empty place, never over data";
+            let words = "already exists; restore a backup only into an empty place, never over data";
             return Err(RestoreRefused::Input(format!("{}: {words}", file.display())));
         }
     }
@@ -176,22 +176,18 @@ async fn refuse_recordings(config: &Config) -> Result<(), RestoreRefused> {
         }
     };
     if holds_something {
-        return Err(RestoreRefused::Input(format!("{}: is not empty; restore into {what}", store.place())));
+        return Err(RestoreRefused::Input(format!("{}: not empty; restore into {what}", store.place())));
     }
     Ok(())
 }
 
 fn check_manifest(folder: &Path, manifest: &Manifest) -> anyhow::Result<()> {
-    anyhow::ensure!(
-        KNOWN.contains(&manifest.format),
-        "{MANIFEST}: format {}; allowed are 1 to {FORMAT}",
-        manifest.format
-    );
+    anyhow::ensure!(KNOWN.contains(&manifest.format), "{MANIFEST}: format {}; allowed: 1 to {FORMAT}", manifest.format);
     let (sha256, _) = hash_file(&folder.join(DATABASE))?;
-    anyhow::ensure!(sha256 == manifest.database_sha256, "{DATABASE}: its bytes are not those that were stored");
+    anyhow::ensure!(sha256 == manifest.database_sha256, "{DATABASE}: the bytes do not match the stored hash");
     for (name, expected) in &manifest.files {
         let (sha256, _) = hash_file(&folder.join(name)).with_context(|| name.clone())?;
-        anyhow::ensure!(sha256 == *expected, "{name}: its bytes are not those that were stored");
+        anyhow::ensure!(sha256 == *expected, "{name}: the bytes do not match the stored hash");
     }
     Ok(())
 }

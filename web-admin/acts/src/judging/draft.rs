@@ -63,7 +63,7 @@ pub fn same_id(found: &str, id: &str) -> Result<(), DocumentError> {
     match found == id {
         true => Ok(()),
         false => {
-            let allowed = phrase!("allowed: \"{id}\", whose draft this is", id = id);
+            let allowed = phrase!("allowed: \"{id}\", the id of this draft", id = id);
             Err(issue("document", "id", Phrase::quoted(found), allowed).into())
         }
     }
@@ -81,7 +81,7 @@ fn advice(bundle: &ExerciseBundle) -> Result<Vec<Issue>, DocumentError> {
 /// Plans the tissue of the nominal patient; returns `None` if the scene has no tissue model.
 fn plan(bundle: &ExerciseBundle) -> Result<Option<FieldPlan>, DocumentError> {
     let tissue = bundle.scene.tissue_spec(&Patient::nominal(&bundle.scene), bundle.exercise.planned_needle());
-    let allowed = || phrase!("allowed: a tissue that a model can be made of");
+    let allowed = || phrase!("allowed: a tissue for which a model can be built");
     let plan = tissue.map(|tissue| Field::new(&tissue).map(|field| field.plan().clone())).transpose();
     plan.map_err(|error| issue("attached scene", "tissue", error.in_words(), allowed()).into())
 }

@@ -239,7 +239,7 @@ fn not_read(brief: &Brief, unreadable: ReadError) -> JudgeAnswer {
 /// demand.
 fn keep_replay(folder: &Path, recording: &Recording) {
     if let Err(error) = replay_files::make(folder, recording) {
-        tracing::warn!(session = %recording.session.session_id, cause = format!("{error:#}"), "no replay was kept");
+        tracing::warn!(session = %recording.session.session_id, cause = format!("{error:#}"), "replay not stored");
     }
 }
 

@@ -124,7 +124,7 @@ impl Bucket {
             return Ok(());
         }
         Err(StoreError::Away(anyhow::anyhow!(
-            "{}/{name}: {size} bytes of another hash are there than were sent",
+            "{}/{name}: the stored {size} bytes have a different hash than the bytes sent",
             self.address
         )))
     }

@@ -7,12 +7,12 @@ pub enum StoreError {
     #[error(transparent)]
     Disk(#[from] std::io::Error),
     /// The object does not exist.
-    #[error("the bucket holds no such object")]
+    #[error("no such object in the bucket")]
     Missing,
     /// The store does not respond, or responds with an error.
-    #[error("the store does not do what was asked: {0:#}")]
+    #[error("the store failed: {0:#}")]
     Away(anyhow::Error),
     /// The store is full.
-    #[error("the store has no room: {0:#}")]
+    #[error("the store is full: {0:#}")]
     Full(anyhow::Error),
 }

@@ -279,7 +279,7 @@ fn copy_file(from: &Path, to: &Path, sha256: &str) -> std::io::Result<()> {
     std::fs::copy(from, &part.path)?;
     std::fs::File::open(&part.path)?.sync_all()?;
     if hash_file(&part.path)?.0 != sha256 {
-        return Err(std::io::Error::other("other bytes are there than were copied"));
+        return Err(std::io::Error::other("the bytes do not match the copied bytes"));
     }
     std::fs::rename(&part.path, to)?;
     std::fs::File::open(folder)?.sync_all()

@@ -45,7 +45,7 @@ pub async fn look(
     }
     let mut tx = state.db.write().await?;
     let begun = regradings::begin(&mut tx, by, exercise, revision, state.clock.now()).await?;
-    let nothing = || Error::Conflict(tr!("nobody whom you teach has a scored attempt at this exercise").to_owned());
+    let nothing = || Error::Conflict(tr!("none of your trainees has a scored attempt at this exercise").to_owned());
     let id = begun.ok_or_else(nothing)?;
     tx.commit().await?;
     state.jobs.notify_one();
@@ -83,7 +83,7 @@ pub async fn confirm(
     let mut tx = state.db.write().await?;
     let regrading = own(&mut tx, by, id).await?;
     if regrading.state != RegradingState::Shown {
-        return Err(Error::Conflict(tr!("this re-grading does not wait to be confirmed").to_owned()));
+        return Err(Error::Conflict(tr!("this re-grading is not waiting for confirmation").to_owned()));
     }
     let now_standing = regradings::standing(&mut *tx, by, &regrading.exercise_id).await?;
     if digest(&regrading, &now_standing)? != seen {
@@ -111,7 +111,7 @@ async fn own(tx: &mut Write, by: &CurrentPerson, id: RegradingId) -> Result<Regr
     refuse_trainees(by)?;
     let regrading = regradings::find(&mut **tx, by, id).await?.ok_or(Error::NotFound)?;
     if regrading.made_by != by.id {
-        return Err(Error::Forbidden(tr!("whoever has looked what would change confirms it")));
+        return Err(Error::Forbidden(tr!("only the person who previewed the changes can confirm them")));
     }
     Ok(regrading)
 }
@@ -124,7 +124,7 @@ pub async fn forget(state: &Service, by: &CurrentPerson, id: RegradingId) -> Res
     let mut tx = state.db.write().await?;
     let regrading = own(&mut tx, by, id).await?;
     if !matches!(regrading.state, RegradingState::Looking | RegradingState::Shown) {
-        return Err(Error::Conflict(tr!("this re-grading was confirmed: it is not taken back").to_owned()));
+        return Err(Error::Conflict(tr!("this re-grading is confirmed and can no longer be withdrawn").to_owned()));
     }
     regradings::forget(&mut tx, id).await?;
     tx.commit().await?;
@@ -172,7 +172,7 @@ async fn judge(
     let assessment = match rubric.judge(state, &session).await {
         Ok(assessment) => assessment,
         Err(error) => {
-            tracing::warn!(session = %id, cause = format!("{error:?}"), "an attempt cannot be graded again");
+            tracing::warn!(session = %id, cause = format!("{error:?}"), "attempt cannot be re-graded");
             return Ok(RegradedAttempt {
                 outcome: RegradingOutcome::Unreadable,
                 assessment: None,

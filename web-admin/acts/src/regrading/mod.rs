@@ -44,8 +44,7 @@ impl Rubric {
         let bytes =
             exercises::read_exercise_bytes(state.db.reader(), school, revision).await?.ok_or(Error::NotFound)?;
         let bundle = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
-        let bundle =
-            bundle.map_err(|refused| anyhow::Error::new(refused).context("a published exercise is refused"))?;
+        let bundle = bundle.map_err(|refused| anyhow::Error::new(refused).context("published exercise is invalid"))?;
         Ok(Self(bundle.exercise))
     }
 

@@ -173,6 +173,6 @@ const fn ensure(holds: bool, otherwise: Violation) -> Result<(), Violation> {
 }
 
 fn refuse(violation: Violation) -> AnswerRefused {
-    tracing::warn!(why = %violation, "refused the answer of a passkey");
+    tracing::warn!(why = %violation, "passkey response rejected");
     if violation == Violation::SignCount { AnswerRefused::Copied } else { AnswerRefused::Wrong }
 }

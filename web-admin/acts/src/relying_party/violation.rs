@@ -10,16 +10,16 @@ pub(super) enum Violation {
     #[error("the client data cannot be read")]
     ClientData,
     /// The client data belongs to another ceremony.
-    #[error("the client data is of another type")]
+    #[error("the client data has another type")]
     Type,
     /// The client data contains another challenge.
-    #[error("the client data holds another challenge")]
+    #[error("the client data contains another challenge")]
     Challenge,
     /// The client data comes from a page of another origin.
-    #[error("the client data is of another origin")]
+    #[error("the client data has another origin")]
     Origin,
     /// The page was embedded in another origin's page.
-    #[error("the client data is of a page inside another origin's")]
+    #[error("the client data is from a page embedded in another origin")]
     CrossOrigin,
     /// The attestation object is not CBOR, or lacks a member.
     #[error("the attestation object cannot be read")]
@@ -40,7 +40,7 @@ pub(super) enum Violation {
     #[error("the backup flags contradict each other or the credential record")]
     Backup,
     /// A registration without a credential, or an assertion with one.
-    #[error("the authenticator data is of another ceremony")]
+    #[error("the authenticator data belongs to another challenge")]
     Ceremony,
     /// The credential's id is empty or too long.
     #[error("the credential's id is empty or too long")]
@@ -52,10 +52,10 @@ pub(super) enum Violation {
     #[error("the public key is not valid for its algorithm")]
     PublicKey,
     /// The credential was not requested, or has been removed since.
-    #[error("the credential was not asked for, or is no longer registered")]
+    #[error("the credential was not requested, or is no longer registered")]
     NotAllowed,
     /// The user handle belongs to another person.
-    #[error("the user handle is another person's")]
+    #[error("the user handle belongs to another person")]
     UserHandle,
     /// The signature was not made by the credential's key.
     #[error("the signature is not valid")]

@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
 
-pub(super) const ANSWERED: &str = "these answers were sent already; they can be taken back, not changed";
+pub(super) const ANSWERED: &str = "these answers were already sent; they can be withdrawn, but not changed";
 
 /// A response with its survey.
 #[derive(Clone, Debug)]
@@ -45,10 +45,10 @@ pub async fn open(state: &Service, token: &str) -> Result<Answering, Error> {
     let now = state.clock.now();
     let open = matches!(found.state, ResponseState::Invited | ResponseState::Begun);
     if open && found.expires_at.is_some_and(|expires| expires <= now) {
-        return Err(Error::Gone(tr!("this link has expired; ask whoever sent it for another")));
+        return Err(Error::Gone(tr!("this link has expired; ask the sender for a new one")));
     }
     if open && !survey.is_open(now) {
-        return Err(Error::Gone(tr!("this survey is not open; ask whoever sent it")));
+        return Err(Error::Gone(tr!("this survey is not open; ask the person who sent you the link")));
     }
     let instrument = super::instrument_of(state, &survey).await?;
     let mut response = found;
@@ -141,7 +141,7 @@ impl Answering {
     pub async fn withdraw(&self, state: &Service) -> Result<(), Error> {
         let mut tx = state.db.write().await?;
         if !surveys::withdraw(&mut tx, &self.response).await? {
-            return Err(Error::Conflict(tr!("there are no sent answers to take back").to_owned()));
+            return Err(Error::Conflict(tr!("there are no submitted answers to withdraw").to_owned()));
         }
         self.note(&mut tx, "survey.withdrawn", state.clock.now()).await?;
         Ok(tx.commit().await?)

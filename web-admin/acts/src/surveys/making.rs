@@ -106,7 +106,7 @@ pub async fn mail_links(
     let left = letters_left(&mut *tx, survey.school_id, now).await?;
     if addresses.len() > left {
         return Err(Error::Unprocessable(tr!(
-            "{count} letters; {left} can go out now, at most {most} an hour from one school",
+            "{count} emails; {left} can be sent now, since a school may send at most {most} per hour",
             count = addresses.len(),
             left = left,
             most = LETTERS_AN_HOUR

@@ -56,5 +56,5 @@ pub async fn document(
 /// Fails if this version does not accept it.
 pub fn read(document: &[u8]) -> Result<Instrument, Error> {
     let parsed = Instrument::from_bytes("published instrument", document);
-    Ok(parsed.map_err(|refused| anyhow::Error::new(refused).context("a published instrument is refused"))?)
+    Ok(parsed.map_err(|refused| anyhow::Error::new(refused).context("published questionnaire is invalid"))?)
 }

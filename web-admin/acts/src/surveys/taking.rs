@@ -47,7 +47,7 @@ pub struct AnsweredSheet<'a> {
 /// already answered otherwise.
 pub async fn take(state: &Service, sheet: &AnsweredSheet<'_>) -> Result<ResponseState, Error> {
     if sheet.secret.len() != SECRET_DIGITS || !sheet.secret.bytes().all(|digit| digit.is_ascii_hexdigit()) {
-        return Err(Error::Unprocessable(format!("secret: allowed are {SECRET_DIGITS} hexadecimal digits")));
+        return Err(Error::Unprocessable(format!("secret: allowed: {SECRET_DIGITS} hexadecimal digits")));
     }
     let now = state.clock.now();
     let survey = asked(state, sheet, now).await?;
@@ -80,7 +80,7 @@ async fn asked(state: &Service, sheet: &AnsweredSheet<'_>, now: Moment) -> Resul
             return Ok(survey);
         }
     }
-    Err(Error::Gone("this survey is not asked after this attempt, or was not open"))
+    Err(Error::Gone("this survey does not follow this attempt, or was not open"))
 }
 
 fn read(instrument: &Instrument, given: &BTreeMap<String, Vec<String>>) -> Result<Vec<Option<Answer>>, Error> {
@@ -106,7 +106,7 @@ async fn response(
     let (session, token_sha256) = (sheet.session, secret::token_sha256(sheet.secret));
     if let Some(known) = surveys::by_token(&mut *writer, &token_sha256).await? {
         let own = known.survey_id == survey.id && known.session_id.is_none_or(|id| id == session.id);
-        return if own { Ok(known) } else { Err(Error::Conflict("secret: it is another response's".to_owned())) };
+        return if own { Ok(known) } else { Err(Error::Conflict("secret: it belongs to another response".to_owned())) };
     }
     let attempt = Some(session.id);
     let begun = surveys::draft_of(&mut *writer, survey.school_id, survey.id, session.trainee_id, attempt).await?;

@@ -160,7 +160,7 @@ impl Writing<'_> {
         // the size.
         let there = self.file.metadata().await?.len();
         if there != expected.unsigned_abs() {
-            let cause = anyhow::anyhow!("{there} bytes of {expected} are in the file of upload {}", self.upload.id);
+            let cause = anyhow::anyhow!("the file of upload {} contains {there} of {expected} bytes", self.upload.id);
             return Err(Error::Internal(cause));
         }
         let object = match &self.spool {
@@ -184,7 +184,7 @@ impl Writing<'_> {
 async fn next(state: &Service, turn: &mut Turn, chunks: &mut Chunks) -> Result<Option<Bytes>, Error> {
     let chunk = tokio::select! {
         chunk = tokio::time::timeout(state.config.upload_silence, chunks.next()) => chunk.map_err(|_| Error::Timeout)?,
-        () = turn.wanted() => return Err(Error::Conflict("another request has taken this upload over".to_owned())),
+        () = turn.wanted() => return Err(Error::Conflict("another request has taken over this upload".to_owned())),
     };
-    chunk.transpose().map_err(|_| Error::BadRequest("the body broke off".to_owned()))
+    chunk.transpose().map_err(|_| Error::BadRequest("the request body is incomplete".to_owned()))
 }

@@ -91,8 +91,7 @@ fn ensure_quota(begun: Unfinished, length: u64, quota: UploadQuota, who: &str) -
     }
     let UploadQuota { uploads: most, bytes: most_bytes } = quota;
     Err(Error::OverQuota(format!(
-        "{who} {uploads} unfinished uploads of {bytes} bytes; with this one of {length} bytes that is more than {most} uploads or \
-         {most_bytes} bytes: finish or end one of them first"
+        "{who} {uploads} unfinished uploads of {bytes} bytes; with this one of {length} bytes the limit of {most} uploads or {most_bytes} bytes is exceeded: finish or cancel one first"
     )))
 }
 
@@ -122,7 +121,7 @@ async fn look(state: &Service, owner: UploadOwner, id: UploadId, resting: bool) 
         return Err(Error::SetAside);
     }
     if upload.expires_at <= state.clock.now() || lost {
-        return Err(Error::Gone("this upload has expired: begin another"));
+        return Err(Error::Gone("this upload has expired: start another"));
     }
     Ok(upload)
 }
@@ -161,7 +160,7 @@ async fn complete(state: &Service, upload: Upload, looks: u32) -> Result<Upload,
         async move { release(&service, id, died).await }
     });
     if let Err(error) = released.await {
-        tracing::warn!(upload = %id, cause = tell_in_full(&error), "an upload still counts as being read");
+        tracing::warn!(upload = %id, cause = tell_in_full(&error), "failed to release the lease of an upload");
     }
     taken
 }
@@ -253,10 +252,10 @@ pub async fn tidy(state: &Service) -> Result<(), Error> {
             remove(state, &upload).await?;
         } else if upload.whole() && upload.session_id.is_none() {
             match complete(state, upload, 1).await {
-                Ok(_) => tracing::info!(upload = %id, "an upload that was left whole has been taken in"),
-                Err(Error::Locked) => tracing::debug!(upload = %id, "another service takes it in"),
+                Ok(_) => tracing::info!(upload = %id, "accepted a complete upload that was left over"),
+                Err(Error::Locked) => tracing::debug!(upload = %id, "another replica is accepting the upload"),
                 Err(error) => {
-                    tracing::warn!(upload = %id, cause = tell_in_full(&error), "an upload that is whole was not taken in")
+                    tracing::warn!(upload = %id, cause = tell_in_full(&error), "complete upload not accepted")
                 }
             }
         }
@@ -276,6 +275,6 @@ async fn remove(state: &Service, upload: &Upload) -> Result<(), Error> {
 /// Deletes the bytes of an upload. A failure is only logged; they are deleted later.
 async fn throw_away(state: &Service, id: UploadId) {
     if let Err(error) = pieces::remove(state, id).await {
-        tracing::warn!(upload = %id, cause = tell_in_full(&error), "the bytes of an upload that is over are still there");
+        tracing::warn!(upload = %id, cause = tell_in_full(&error), "failed to delete the bytes of a finished upload");
     }
 }

@@ -73,7 +73,7 @@ pub(super) async fn count(state: &Service, upload: &Upload, begins: i64, object:
         None => uploads::advance_upload(&mut tx, upload).await?,
         Some(object) if uploads::add_piece(&mut tx, upload, begins, object).await? => {}
         // Another replica has written at this offset; within this process there is only one writer.
-        Some(_) => return Err(Error::Conflict("another request has taken this upload over".to_owned())),
+        Some(_) => return Err(Error::Conflict("another request has taken over this upload".to_owned())),
     }
     Ok(tx.commit().await?)
 }
@@ -92,7 +92,7 @@ pub(super) async fn collect(state: &Service, upload: &Upload) -> Result<Received
                 return Ok(received);
             }
             let (there, id) = (received.size, upload.id);
-            Err(anyhow::anyhow!("{there} bytes of {} are in the pieces of upload {id}", upload.length).into())
+            Err(anyhow::anyhow!("{there} of {} bytes are in the chunks of upload {id}", upload.length).into())
         }
     }
 }

@@ -43,19 +43,19 @@ const MAX_CHARS: usize = 120;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Unreadable {
     /// It contains no line other than the headings.
-    #[error("{}", tr!("the file has no people in it"))]
+    #[error("{}", tr!("the file contains no people"))]
     Empty,
     /// It contains too many lines.
     #[error("{}", tr!("the file has more than {most} people; send it in parts", most = MAX_ROWS))]
     TooLong,
     /// It contains too many columns.
-    #[error("{}", tr!("the file has more than {most} columns; delete those that tell nothing about people", most = MAX_COLUMNS))]
+    #[error("{}", tr!("the file has more than {most} columns; delete the ones that are not needed", most = MAX_COLUMNS))]
     TooWide,
     /// The unpacked workbook exceeds the size limit.
-    #[error("{}", tr!("the workbook is too large: leave the list of people alone in it, or save it as CSV"))]
+    #[error("{}", tr!("the workbook is too large: keep only the list of people in it, or save it as CSV"))]
     TooMuch,
     /// The workbook is corrupt, or its sheet has no table.
-    #[error("{}", tr!("the workbook cannot be read: save it anew as .xlsx, or as CSV"))]
+    #[error("{}", tr!("the workbook cannot be read: save it again as .xlsx, or as CSV"))]
     NotSheet,
     /// All sheets of the workbook are hidden or contain no cells.
     #[error("{}", tr!("every sheet of the workbook is hidden or a chart: show the sheet with the list of people, and save the workbook"))]
@@ -73,13 +73,13 @@ pub enum Unreadable {
     #[error("{}", say_archive(.0.as_deref()))]
     Archive(Option<String>),
     /// A quoted field is not closed at its end.
-    #[error("{}", tr!("line {line}: a quotation mark opens a field and is not closed at the field’s end, so the lines after it cannot be told apart. Correct the line, and send the file again", line = .line))]
+    #[error("{}", tr!("line {line}: a quotation mark opens a field and is not closed at the field’s end, so the following lines cannot be separated. Correct the line, and send the file again", line = .line))]
     OpenQuote {
         /// Line number, from 1.
         line: u64,
     },
     /// It is a workbook from before 2007.
-    #[error("{}", tr!("this is an Excel file of the old kind (.xls): save it as .xlsx, or as CSV"))]
+    #[error("{}", tr!("this is an Excel file in the old format (.xls): save it as .xlsx, or as CSV"))]
     OldExcel,
     /// It is not valid CSV.
     #[error("{}", tr!("line {line}: {why}", line = .line, why = .why))]
@@ -93,8 +93,8 @@ pub enum Unreadable {
 
 fn say_archive(people: Option<&str>) -> String {
     match people {
-        Some(file) => tr!("this is a zip archive: unpack it, and send {file} alone", file = file),
-        None => tr!("this is a zip archive and no workbook: unpack it, and send the list of people as .xlsx or CSV")
+        Some(file) => tr!("this is a zip archive: unpack it, and send only {file}", file = file),
+        None => tr!("this is a zip archive, not a workbook: unpack it, and send the list of people as .xlsx or CSV")
             .to_owned(),
     }
 }

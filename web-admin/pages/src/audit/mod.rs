@@ -156,8 +156,8 @@ pub fn say_actor(actor: &str) -> String {
     match actor {
         "command line" => tr!("the command line").to_owned(),
         "worker" => tr!("the service itself").to_owned(),
-        "respondent" => tr!("somebody who answers").to_owned(),
-        "stranger" => tr!("a stranger").to_owned(),
+        "respondent" => tr!("a respondent").to_owned(),
+        "stranger" => tr!("an unknown visitor").to_owned(),
         other => match other.split_once(' ') {
             Some(("station", name)) => tr!("station {name}", name = name),
             _ => other.to_owned(),
@@ -217,6 +217,6 @@ mod tests {
         assert!(html.contains("something.of_before"), "what no program writes any more is shown as it was written");
         assert!(html.contains("station Skills lab 2") && html.contains("before=6"), "{html}");
         (page.acts, page.older, page.read_since) = (vec![], None, None);
-        assert!(samples::keep_page("audit-none", &page).contains("Nothing was found"));
+        assert!(samples::keep_page("audit-none", &page).contains("No entries"));
     }
 }

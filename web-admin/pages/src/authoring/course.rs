@@ -60,16 +60,16 @@ struct CourseFormMaker<'d> {
 impl CourseFormMaker<'_> {
     fn about_section(&self) -> FormSection {
         let mut fields = self.read.wording("title", tr!("Title"), &FieldInput::Line);
-        fields.extend(self.read.wording("description", tr!("What it teaches"), &FieldInput::Prose));
+        fields.extend(self.read.wording("description", tr!("What the course teaches"), &FieldInput::Prose));
         FormSection { id: "f-about", title: tr!("The course"), fields, ..FormSection::default() }
     }
 
     fn mastery_section(&self) -> FormSection {
         let read = &self.read;
         let rules = [
-            ("passes", tr!("So many passes among the last attempts").to_owned()),
-            ("lc-cusum", tr!("The learning curve shows few enough failures").to_owned()),
-            ("cusum", tr!("A chart of failures stays below its limit").to_owned()),
+            ("passes", tr!("A number of passes within the last attempts").to_owned()),
+            ("lc-cusum", tr!("The learning curve (LC-CUSUM) shows competence").to_owned()),
+            ("cusum", tr!("The failure chart (CUSUM) stays below its limit").to_owned()),
         ];
         let number = |key: &str, label: &str| read.field(format!("mastery.{key}"), label, FieldInput::Number);
         let mut fields = vec![read.choice("mastery.rule", tr!("Rule"), plain_choices(rules))];
@@ -77,21 +77,21 @@ impl CourseFormMaker<'_> {
         let shown = |keys: &[&str]| keys.iter().any(|key| read.document.is_written(&format!("mastery.{key}")));
         if rule == "passes" || shown(&["passes", "of"]) {
             fields.push(number("passes", tr!("Passes")));
-            fields.push(number("of", tr!("Among the last attempts")));
+            fields.push(number("of", tr!("Number of last attempts")));
         }
         if rule != "passes" || shown(&["p0", "p1", "alpha", "beta", "within"]) {
-            fields.push(number("p0", tr!("Acceptable share of failures")).hinted(tr!("Between 0 and 1, like 0.2.")));
-            fields.push(number("p1", tr!("Unacceptable share of failures")));
-            fields.push(number("alpha", tr!("Share of the unable taken for able")));
-            fields.push(number("beta", tr!("Share of the able not yet seen as able")));
+            fields.push(number("p0", tr!("Acceptable failure rate")).hinted(tr!("Between 0 and 1, like 0.2.")));
+            fields.push(number("p1", tr!("Unacceptable failure rate")));
+            fields.push(number("alpha", tr!("Proportion of non-competent trainees passed as competent (α)")));
+            fields.push(number("beta", tr!("Proportion of competent trainees missed (β)")));
         }
         if rule == "lc-cusum" || shown(&["within"]) {
-            fields.push(number("within", tr!("Within so many attempts")).hinted(tr!("Empty: 50.")));
+            fields.push(number("within", tr!("Within how many attempts")).hinted(tr!("Empty: 50.")));
         }
         FormSection {
             id: "f-mastery",
             title: tr!("When an exercise is mastered"),
-            about: tr!("After another rule is chosen, save: the fields that it needs appear."),
+            about: tr!("Save after you choose another rule, to see its fields."),
             fields,
             ..FormSection::default()
         }
@@ -138,7 +138,7 @@ impl CourseFormMaker<'_> {
             id: place_id(&format!("exercise[{row}]")),
             title: format!("{}. {}", row + 1, self.context.title_of(&ids[row])),
             note: self.read.problems_of(&at("file")).join(" "),
-            fields: vec![self.read.choice(&at("survey"), tr!("Asked after each attempt"), plain_choices(asked))],
+            fields: vec![self.read.choice(&at("survey"), tr!("After each attempt"), plain_choices(asked))],
             boxes: self.prerequisites_of(row, ids).into_iter().collect(),
             removal: format!("remove:exercise[{row}]"),
             moves: up.into_iter().chain(down).collect(),
@@ -159,6 +159,6 @@ impl CourseFormMaker<'_> {
         };
         let boxes: Vec<FormField> = others.chain(odd).map(tick).collect();
         let problems = self.read.problems_of(&list);
-        (!boxes.is_empty()).then_some(FormBoxes { title: tr!("To be mastered first"), boxes, problems })
+        (!boxes.is_empty()).then_some(FormBoxes { title: tr!("Prerequisites"), boxes, problems })
     }
 }

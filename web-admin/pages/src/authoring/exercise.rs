@@ -75,7 +75,7 @@ impl ExerciseFormMaker<'_> {
                     read.field("time_limit_s", tr!("Time limit"), FieldInput::Number)
                         .in_unit("s")
                         .hinted(tr!("Empty: 300.")),
-                    read.choice("feedback", tr!("What the trainee is given"), plain_choices(given)),
+                    read.choice("feedback", tr!("What the trainee sees and feels"), plain_choices(given)),
                 ])
                 .collect(),
             ..FormSection::default()
@@ -106,18 +106,18 @@ impl ExerciseFormMaker<'_> {
         let there = read.document.is_written("required");
         let present = FormField {
             value: if there { "yes" } else { "" }.to_owned(),
-            ..read.field("required", tr!("Nothing is earned before all of this has happened"), FieldInput::Tick)
+            ..read.field("required", tr!("No points until all of these are done"), FieldInput::Tick)
         };
         let layers = self.scene.layers.iter().map(|layer| (layer.as_str(), anatomy::say_structure(layer)));
         let layers = std::iter::once(("", tr!("None").to_owned())).chain(layers);
         FormSection {
             id: "f-required",
-            title: tr!("What must have happened"),
-            about: tr!("With a tick, a line about a layer that was never reached earns nothing, too."),
+            title: tr!("Required steps"),
+            about: tr!("If ticked, lines for a layer that was never reached score zero."),
             fields: vec![
                 present,
                 read.choice("required.reached", tr!("Layer whose boundary was opened"), plain_choices(layers)),
-                read.field("required.within_mm", tr!("Farthest from the target depth"), FieldInput::Number)
+                read.field("required.within_mm", tr!("Largest distance from the target depth"), FieldInput::Number)
                     .in_unit("mm"),
                 read.field("required.confirmed", tr!("The position was confirmed in the body"), FieldInput::Tick),
                 read.field("required.withdrawn", tr!("The needle was withdrawn"), FieldInput::Tick),
@@ -131,7 +131,7 @@ impl ExerciseFormMaker<'_> {
             id: "f-rubric",
             title: tr!("Rubric"),
             about: tr!(
-                "Each line earns everything at full marks, nothing at no marks, and in proportion between. The score is the weighted mean."
+                "A line scores 100 % at the value for full marks, 0 % at the value for no marks, and proportionally in between. The score is the weighted mean."
             ),
             rows: (0..self.read.document.count_rows("rubric")).map(|row| self.rubric_row(row)).collect(),
             adding: Some(self.metric_adding("add:rubric", "new.rubric", tr!("Add a line"), "rubric")),
@@ -171,7 +171,7 @@ impl ExerciseFormMaker<'_> {
         let at = |key: &str| format!("hard_fail[{row}].{key}");
         let unit = self.definition_of(&at("metric")).map_or("", |known| unit_in_words(known.unit));
         let mut fields = vec![self.read.field(at("above"), tr!("Fails above"), FieldInput::Number).in_unit(unit)];
-        fields.extend(self.read.wording(&at("why"), tr!("What the trainee is told"), &FieldInput::Line));
+        fields.extend(self.read.wording(&at("why"), tr!("Message to the trainee"), &FieldInput::Line));
         self.metric_row("hard_fail", row, fields)
     }
 
@@ -225,12 +225,14 @@ impl ExerciseFormMaker<'_> {
         FormSection {
             id: "f-coaching",
             title: tr!("Coaching"),
-            about: tr!("Said during the attempt when something rises above a limit, and again once it has fallen."),
+            about: tr!(
+                "Shown during the attempt when a value rises above the limit, and again after it has fallen below the second limit."
+            ),
             rows: (0..self.read.document.count_rows("coaching")).map(|row| self.coaching_row(row)).collect(),
             adding: Some(RowAdding {
                 act: "add:coaching".to_owned(),
                 name: "new.coaching",
-                label: tr!("What is watched"),
+                label: tr!("Measured value"),
                 button: tr!("Add a message"),
                 choices: plain_choices(QUANTITIES.iter().map(|known| (known.0, words::say(known.1).to_owned()))),
                 problems: self.read.problems_of("coaching"),
@@ -251,9 +253,9 @@ impl ExerciseFormMaker<'_> {
             title: format!("{}. {}", row + 1, known.map_or(watched.as_str(), |known| words::say(known.1))),
             note: String::new(),
             fields: vec![
-                read.choice(&at("quantity"), tr!("What is watched"), choices),
-                read.field(at("above"), tr!("Said above"), FieldInput::Number).in_unit(unit),
-                read.field(at("rearm_below"), tr!("Again after below"), FieldInput::Number)
+                read.choice(&at("quantity"), tr!("Measured value"), choices),
+                read.field(at("above"), tr!("Show when above"), FieldInput::Number).in_unit(unit),
+                read.field(at("rearm_below"), tr!("Show again after falling below"), FieldInput::Number)
                     .in_unit(unit)
                     .hinted(tr!("Empty: the same.")),
             ]
@@ -299,8 +301,10 @@ fn unit_in_words(unit: &'static str) -> &'static str {
 fn say_feedback(feedback: Feedback) -> (&'static str, String) {
     match feedback {
         Feedback::Both => ("both", tr!("Everything").to_owned()),
-        Feedback::Force => ("force", tr!("Force in the hand alone").to_owned()),
-        Feedback::Picture => ("picture", tr!("The inside of the body in the picture, no force").to_owned()),
-        Feedback::Overlay => ("overlay", tr!("Depth and force as numbers, no force in the hand").to_owned()),
+        Feedback::Force => ("force", tr!("Force feedback only").to_owned()),
+        Feedback::Picture => {
+            ("picture", tr!("The inside of the body in the picture, without force feedback").to_owned())
+        }
+        Feedback::Overlay => ("overlay", tr!("Depth and force as numbers, without force feedback").to_owned()),
     }
 }

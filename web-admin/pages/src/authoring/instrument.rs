@@ -51,23 +51,21 @@ impl InstrumentFormMaker<'_> {
         let mut fields = self.wording("title", tr!("Title"), &FieldInput::Line);
         let intro = self.wording("intro", tr!("Introduction"), &FieldInput::Note);
         fields.extend(
-            intro.into_iter().map(|text| text.hinted(tr!("Read before the first question. May be left empty."))),
+            intro.into_iter().map(|text| text.hinted(tr!("Shown before the first question. May be left empty."))),
         );
         fields.push(read.field("duration_min", tr!("How long it takes"), FieldInput::Number).in_unit("min"));
         fields.push(
             read.field("source", tr!("Source"), FieldInput::Note)
-                .hinted(tr!("Who made it, and where it was published; who translated it.")),
+                .hinted(tr!("Authors, place of publication, and translators.")),
         );
         fields.push(
             read.field("licence", tr!("Licence"), FieldInput::Note)
-                .hinted(tr!("Under which terms it may be used. Many questionnaires need their authors’ permission.")),
+                .hinted(tr!("Terms of use. Many questionnaires need their authors’ permission.")),
         );
         FormSection {
             id: "f-about",
             title: tr!("The questionnaire"),
-            about: tr!(
-                "The form shows every field of a questionnaire. Comments are in the TOML, and stay as they are."
-            ),
+            about: tr!("The form shows every field of a questionnaire. Comments in the TOML are preserved."),
             fields,
             ..FormSection::default()
         }
@@ -97,7 +95,7 @@ impl InstrumentFormMaker<'_> {
             },
         };
         FormSection {
-            about: tr!("Whoever answers chooses among these. Each text is needed in all of them."),
+            about: tr!("Participants choose one of these. Every text is needed in each of them."),
             rows: section.rows.into_iter().zip(&languages).map(note).collect(),
             ..section
         }
@@ -108,12 +106,12 @@ impl InstrumentFormMaker<'_> {
         FormSection {
             id: "f-item",
             title: tr!("Questions"),
-            about: tr!("In the order in which they are asked."),
+            about: tr!("In the order in which participants see them."),
             rows: (0..count).map(|row| self.question_row(row)).collect(),
             adding: Some(RowAdding {
                 act: "add:item".to_owned(),
                 name: "new.item",
-                label: tr!("How it is answered"),
+                label: tr!("Answer format"),
                 button: tr!("Add a question"),
                 choices: self.answering_choices(),
                 problems: self.read.problems_of("item"),
@@ -134,8 +132,8 @@ impl InstrumentFormMaker<'_> {
             label: words::say(kind.label).to_owned(),
             chosen: false,
         });
-        let known = ChoiceGroup { title: tr!("As others are answered"), choices: known.collect() };
-        let made = ChoiceGroup { title: tr!("In a new way"), choices: made.collect() };
+        let known = ChoiceGroup { title: tr!("Use an existing answer format"), choices: known.collect() };
+        let made = ChoiceGroup { title: tr!("New answer format"), choices: made.collect() };
         [known, made].into_iter().filter(|group| !group.choices.is_empty()).collect()
     }
 
@@ -144,17 +142,18 @@ impl InstrumentFormMaker<'_> {
         let scale = read.document.written_at(&at("scale"));
         let answered = read.document.find_row_of("scale", &scale).map(|scale| self.say_scale(scale));
         let mut fields = self.wording(&at("text"), tr!("Question"), &FieldInput::Line);
-        fields.push(read.choice(&at("scale"), tr!("How it is answered"), self.scale_choices()));
+        fields.push(read.choice(&at("scale"), tr!("Answer format"), self.scale_choices()));
         fields.extend(self.pair_fields(row));
         if read.document.count_rows("section") > 0 || read.document.is_written(&at("section")) {
             fields.push(read.choice(&at("section"), tr!("Page"), self.page_choices()));
         }
         let name = self.wording(&at("name"), tr!("Short name"), &FieldInput::Line);
-        fields.extend(name.into_iter().map(|name| name.hinted(tr!("In results and in pairs. May be left empty."))));
+        fields
+            .extend(name.into_iter().map(|name| name.hinted(tr!("Shown in results and in pairs. May be left empty."))));
         fields.extend(self.condition_field(&format!("item[{row}]")));
         let id = read
             .field(at("id"), tr!("Id"), FieldInput::Line)
-            .hinted(tr!("Its name in exports. Scores and conditions that name it follow."));
+            .hinted(tr!("The name in exports. Scores and conditions that use it are updated."));
         FormRow {
             title: self.number_row(row, &at("text")),
             note: answered.unwrap_or_default(),
@@ -183,7 +182,7 @@ impl InstrumentFormMaker<'_> {
             ChoiceGroup { title: "", choices: others.map(|other| self.option_of("item", other, "name")).collect() }
         };
         let field = |at: usize, label: &str| read.choice(&format!("{pair}[{at}]"), label, vec![offered()]);
-        vec![field(0, tr!("One of them")), field(1, tr!("The other"))]
+        vec![field(0, tr!("First question")), field(1, tr!("Second question"))]
     }
 
     fn scale_choices(&self) -> Vec<ChoiceGroup> {
@@ -229,12 +228,13 @@ impl InstrumentFormMaker<'_> {
         let questions = asks("item").into_iter().map(|at| self.option_of("item", at, "name").label);
         let pages = asks("section").into_iter().map(|at| self.option_of("section", at, "title").label);
         let others: Vec<String> = questions.chain(pages).collect();
-        let mut loss = tr!("The question goes from this draft, in every language.").to_owned();
+        let mut loss = tr!("The question is removed from this draft, in every language.").to_owned();
         if !scores.is_empty() {
-            loss += &format!(" {}", tr!("It no longer counts in: {scores}.", scores = scores.join(", ")));
+            loss += &format!(" {}", tr!("It is removed from the scores {scores}.", scores = scores.join(", ")));
         }
         if !others.is_empty() {
-            loss += &format!(" {}", tr!("These name it, and must be changed: {others}.", others = others.join(", ")));
+            loss +=
+                &format!(" {}", tr!("These refer to it and must be changed: {others}.", others = others.join(", ")));
         }
         loss
     }
@@ -282,7 +282,7 @@ impl InstrumentFormMaker<'_> {
         FormSection {
             id: "f-section",
             title: tr!("Pages"),
-            about: tr!("Without pages, all questions stand on one. A page can be asked only after certain answers."),
+            about: tr!("Without pages, all questions are shown on one page. A page can depend on earlier answers."),
             rows: (0..count).map(|row| self.page_row(row)).collect(),
             adding: Some(RowAdding::plain("add:section", tr!("Add a page"), self.read.problems_of("section"))),
             ..FormSection::default()
@@ -296,7 +296,7 @@ impl InstrumentFormMaker<'_> {
             .filter(|item| document.written_at(&format!("item[{item}].section")) == id)
             .count();
         let mut fields = self.wording(&at("title"), tr!("Heading"), &FieldInput::Line);
-        let text = self.wording(&at("text"), tr!("What to know before its questions"), &FieldInput::Note);
+        let text = self.wording(&at("text"), tr!("Instructions before the questions of this page"), &FieldInput::Note);
         fields.extend(text.into_iter().map(|text| text.hinted(tr!("May be left empty."))));
         fields.extend(self.condition_field(&format!("section[{row}]")));
         FormRow {
@@ -306,7 +306,7 @@ impl InstrumentFormMaker<'_> {
             boxes: self.condition_boxes(&format!("section[{row}]")).into_iter().collect(),
             rest: vec![self.read.field(at("id"), tr!("Id"), FieldInput::Line)],
             removal: format!("remove:section[{row}]"),
-            loss: tr!("Its heading and text go. Its questions stay, and need another page where there are others.")
+            loss: tr!("The heading and text are deleted. Questions on this page remain and must be moved to another page if there are others.")
                 .to_owned(),
             moves: self.moves_of("section", row),
             ..FormRow::at(format!("section[{row}]"))
@@ -318,7 +318,7 @@ impl InstrumentFormMaker<'_> {
         FormSection {
             id: "f-score",
             title: tr!("Scores"),
-            about: tr!("Without scores, answers are shown as they are."),
+            about: tr!("Without scores, results show the answers only."),
             rows: (0..count).map(|row| self.score_row(row)).collect(),
             adding: Some(RowAdding::plain("add:score", tr!("Add a score"), self.read.problems_of("score"))),
             ..FormSection::default()

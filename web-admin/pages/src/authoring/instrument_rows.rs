@@ -26,10 +26,10 @@ pub(super) fn list_new_kinds() -> impl Iterator<Item = NewKind> {
 
 /// Kinds of scale and their labels.
 const KINDS: [(&str, &str); 7] = [
-    ("likert", sentence!("A row of points (Likert)")),
+    ("likert", sentence!("Rating scale (Likert)")),
     ("choice", sentence!("One of several options")),
     ("choices", sentence!("Several options")),
-    ("slider", sentence!("A mark on a line")),
+    ("slider", sentence!("Position on a line")),
     ("number", sentence!("A number")),
     ("text", sentence!("A text")),
     ("pair", sentence!("One of two questions (pair)")),
@@ -139,14 +139,14 @@ impl InstrumentFormMaker<'_> {
         let kinds = list_new_kinds().map(|kind| (kind.word, words::say(kind.label).to_owned()));
         FormSection {
             id: "f-scale",
-            title: tr!("Ways of answering"),
-            about: tr!("Each is shared by the questions that use it: what is changed here changes for all of them."),
+            title: tr!("Answer formats"),
+            about: tr!("Each format is shared by the questions that use it: a change here applies to all of them."),
             rows: (0..count).map(|row| self.scale_row(row)).collect(),
             adding: Some(RowAdding {
                 act: "add:scale".to_owned(),
                 name: "new.scale",
                 label: tr!("Kind"),
-                button: tr!("Add a way of answering"),
+                button: tr!("Add an answer format"),
                 choices: plain_choices(kinds),
                 problems: self.read.problems_of("scale"),
             }),
@@ -162,21 +162,20 @@ impl InstrumentFormMaker<'_> {
             .count();
         let kinds = plain_choices(KINDS.map(|(word, label)| (word, words::say(label).to_owned())));
         let mut fields = vec![FormField {
-            hint: tr!("Choosing another and saving drops what only this one has.").to_owned(),
+            hint: tr!("If you choose another and save, settings that only this one has are lost.").to_owned(),
             ..read.choice(&at("kind"), tr!("Kind"), kinds)
         }];
         fields.extend(self.scale_numbers(row, &kind));
         fields.extend(self.scale_words(row, &kind));
-        fields.push(
-            read.field(at("id"), tr!("Id"), FieldInput::Line).hinted(tr!("Questions that are answered so follow.")),
-        );
+        fields
+            .push(read.field(at("id"), tr!("Id"), FieldInput::Line).hinted(tr!("Questions that use it are updated.")));
         let has_options = ["choice", "choices"].contains(&kind.as_str()) || read.document.is_written(&at("option"));
         let options = 0..read.document.count_rows(&at("option"));
         FormRow {
             title: format!("{}. {}", row + 1, self.say_scale(row)),
             note: match uses {
-                0 => tr!("No question is answered so.").to_owned(),
-                uses => trn!("{n} question is answered so.", "{n} questions are answered so.", uses),
+                0 => tr!("No question uses this format.").to_owned(),
+                uses => trn!("{n} question uses this format.", "{n} questions use this format.", uses),
             },
             fields,
             parts: options.map(|option| self.option_row(row, option)).collect(),
@@ -196,16 +195,16 @@ impl InstrumentFormMaker<'_> {
         let at = |key: &str| format!("scale[{row}].{key}");
         let number = |key: &str, label: &str| self.read.field(at(key), label, FieldInput::Number);
         let known = [
-            ("points", number("points", tr!("How many points")).hinted(tr!("2 to 11."))),
+            ("points", number("points", tr!("Number of points")).hinted(tr!("2 to 11."))),
             ("min", number("min", tr!("Lowest answer"))),
             ("max", number("max", tr!("Highest answer"))),
             ("step", number("step", tr!("Distance between two marks"))),
             ("unit", self.read.field(at("unit"), tr!("Unit"), FieldInput::Line)),
-            ("max_characters", number("max_characters", tr!("Most characters"))),
+            ("max_characters", number("max_characters", tr!("Maximum number of characters"))),
             (
                 "relevant_from",
                 number("relevant_from", tr!("Relevant from"))
-                    .hinted(tr!("For content validity: answers from here on call it relevant. Otherwise empty.")),
+                    .hinted(tr!("For content validity: answers from this point count as relevant. Empty otherwise.")),
             ),
         ];
         let own: &[&str] = match kind {
@@ -223,7 +222,7 @@ impl InstrumentFormMaker<'_> {
     fn scale_words(&self, row: usize, kind: &str) -> Vec<FormField> {
         let (read, at) = (&self.read, |key: &str| format!("scale[{row}].{key}"));
         let mut fields = Vec::new();
-        for (key, label) in [("first", tr!("The low end means")), ("last", tr!("The high end means"))] {
+        for (key, label) in [("first", tr!("Label of the low end")), ("last", tr!("Label of the high end"))] {
             if ["likert", "slider"].contains(&kind) || read.document.is_written(&at(key)) {
                 fields.extend(self.wording(&at(key), label, &FieldInput::Line));
             }
@@ -233,11 +232,7 @@ impl InstrumentFormMaker<'_> {
         if kind == "likert" || has_labels {
             fields.push(FormField {
                 value: if has_labels { "yes" } else { "" }.to_owned(),
-                ..read.field(
-                    &labels,
-                    tr!("Each point has words of its own (save, and their fields appear)"),
-                    FieldInput::Tick,
-                )
+                ..read.field(&labels, tr!("Each point has its own label (save to see the fields)"), FieldInput::Tick)
             });
         }
         for point in 0..read.document.count_rows(&labels) {
@@ -251,7 +246,11 @@ impl InstrumentFormMaker<'_> {
         let array = format!("scale[{scale}].option");
         let at = |key: &str| format!("{array}[{row}].{key}");
         let mut fields = self.wording(&at("text"), tr!("Option"), &FieldInput::Line);
-        fields.push(self.read.field(at("id"), tr!("Id"), FieldInput::Line).hinted(tr!("What is stored and exported.")));
+        fields.push(
+            self.read
+                .field(at("id"), tr!("Id"), FieldInput::Line)
+                .hinted(tr!("The value that is stored and exported.")),
+        );
         FormRow {
             title: self.number_row(row, &at("text")),
             fields,
@@ -273,8 +272,8 @@ impl InstrumentFormMaker<'_> {
         let asked: Vec<_> = earlier.into_iter().map(|item| self.option_of("item", item, "name")).collect();
         let asked = asked.iter().map(|option| (option.value.as_str(), option.label.clone()));
         let choices = plain_choices(std::iter::once(("", tr!("Always").to_owned())).chain(asked));
-        let made = self.read.choice(&field, tr!("Asked only after certain answers to"), choices);
-        Some(made.hinted(tr!("After another question is chosen, save: its answers appear.")))
+        let made = self.read.choice(&field, tr!("Shown only after certain answers to"), choices);
+        Some(made.hinted(tr!("Save after you choose another question, to see its answers.")))
     }
 
     /// Returns whether an item with selectable answers is on an earlier page than the row.
@@ -305,7 +304,7 @@ impl InstrumentFormMaker<'_> {
             }
         }
         let boxes = self.boxes_of(&list, answers);
-        Some(FormBoxes { title: tr!("Asked after these answers"), boxes, problems: self.read.problems_of(&list) })
+        Some(FormBoxes { title: tr!("Shown after these answers"), boxes, problems: self.read.problems_of(&list) })
     }
 
     /// Returns the answers of a scale: id and text.
@@ -331,45 +330,49 @@ impl InstrumentFormMaker<'_> {
     pub(super) fn score_row(&self, row: usize) -> FormRow {
         let (read, at) = (&self.read, |key: &str| format!("score[{row}].{key}"));
         let number = |key: &str, label: &str| read.field(at(key), label, FieldInput::Number);
-        let combine = [("sum", tr!("Their sum")), ("mean", tr!("Their mean"))];
-        let weighted = ("pair-weighted", tr!("Their mean, each weighing how often the pairs choose it"));
-        let missing = [("mean-of-answered", tr!("It counts as the mean of those that are answered"))];
+        let combine = [("sum", tr!("Sum")), ("mean", tr!("Mean"))];
+        let weighted = ("pair-weighted", tr!("Mean, weighted by how often a question is chosen in the pairs"));
+        let missing = [("mean-of-answered", tr!("It counts as the mean of the answered questions"))];
         let better = [("higher", tr!("Higher")), ("lower", tr!("Lower"))];
         let combine =
             plain_choices(combine.into_iter().chain([weighted]).map(|(word, label)| (word, label.to_owned())));
         let mut fields = self.wording(&at("title"), tr!("Title"), &FieldInput::Line);
-        fields.push(read.choice(&at("combine"), tr!("The score is"), combine));
-        let mut missing = read.choice(&at("missing"), tr!("Where an answer is missing"), {
-            let none = ("no-score", tr!("There is no score"));
+        fields.push(read.choice(&at("combine"), tr!("Calculation"), combine));
+        let mut missing = read.choice(&at("missing"), tr!("If an answer is missing"), {
+            let none = ("no-score", tr!("No score is calculated"));
             let is_said = read.document.is_written(&at("missing"));
             let rest = is_said.then_some(none).into_iter().chain(missing);
             match is_said {
                 true => plain_choices(rest.map(|(word, label)| (word, label.to_owned()))),
-                false => choices_or(tr!("There is no score"), rest),
+                false => choices_or(tr!("No score is calculated"), rest),
             }
         });
-        missing.hint = tr!("After another is chosen, save: the field that it needs appears.").to_owned();
+        missing.hint = tr!("Save after you choose another, to see its field.").to_owned();
         fields.push(missing);
         if read.document.is_written(&at("least_answered"))
             || read.document.written_at(&at("missing")) == "mean-of-answered"
         {
-            fields.push(number("least_answered", tr!("At least so many answered")));
+            fields.push(number("least_answered", tr!("Minimum number of answered questions")));
         }
         fields.push(read.choice(&at("better"), tr!("Better is"), choices_or(tr!("Neither"), better)));
         let rest = vec![
             number("shift", tr!("Added to each answer")).hinted(tr!("Empty: 0.")),
-            number("factor", tr!("Then multiplied by")).hinted(tr!("Empty: 1.")),
-            number("offset", tr!("Added in the end")).hinted(tr!("Empty: 0.")),
-            read.field(at("id"), tr!("Id"), FieldInput::Line).hinted(tr!("Its name in exports.")),
+            number("factor", tr!("Multiplied by")).hinted(tr!("Empty: 1.")),
+            number("offset", tr!("Added to the total")).hinted(tr!("Empty: 0.")),
+            read.field(at("id"), tr!("Id"), FieldInput::Line).hinted(tr!("The name in exports.")),
         ];
         FormRow {
             title: self.number_row(row, &at("title")),
-            note: trn!("{n} question counts", "{n} questions count", read.document.texts_at(&at("items")).len()),
+            note: trn!(
+                "{n} question is counted",
+                "{n} questions are counted",
+                read.document.texts_at(&at("items")).len()
+            ),
             fields,
             boxes: self.score_boxes(row),
             rest,
             removal: format!("remove:score[{row}]"),
-            loss: tr!("Answers stay; results no longer have this score.").to_owned(),
+            loss: tr!("Answers are kept; results no longer show this score.").to_owned(),
             moves: self.moves_of("score", row),
             ..FormRow::at(format!("score[{row}]"))
         }
@@ -399,11 +402,11 @@ impl InstrumentFormMaker<'_> {
         let counted =
             numeric.iter().copied().filter(|item| read.document.names_id(&at("items"), &id_of(*item))).collect();
         let mut groups = vec![
-            boxes("items", tr!("Questions that count"), numeric),
-            boxes("reversed", tr!("Reversed among them: a high answer counts low"), counted),
+            boxes("items", tr!("Questions in this score"), numeric),
+            boxes("reversed", tr!("Reverse-scored: a high answer counts low"), counted),
         ];
         if read.document.written_at(&at("combine")) == "pair-weighted" || read.document.is_written(&at("pairs")) {
-            groups.push(boxes("pairs", tr!("Pairs that weigh them"), of_kinds(&["pair"]).collect()));
+            groups.push(boxes("pairs", tr!("Pairs for weighting"), of_kinds(&["pair"]).collect()));
         }
         groups.retain(|group| !group.boxes.is_empty() || !group.problems.is_empty());
         groups

@@ -313,29 +313,31 @@ impl FormReader<'_> {
         let others = list_document_languages().filter(|code| languages.iter().all(|known| known != code));
         let choices = vec![ChoiceGroup { title: "", choices: others.map(option).collect() }];
         let all = plain_choices(list_document_languages().map(|code| (code, words::own_name(code).to_owned())));
-        let own = self.choice("languages", tr!("This document is written in"), all);
+        let own = self.choice("languages", tr!("Language of this document"), all);
         let row = |(at, code): (usize, &String)| FormRow {
             id: place_id(&format!("languages[{at}]")),
             title: words::own_name(code).to_owned(),
             note: if at == 0 {
-                tr!("Its own language: for whoever speaks none of the others.").to_owned()
+                tr!("Default language, shown to anyone whose language is not listed.").to_owned()
             } else {
                 String::new()
             },
             removal: if at == 0 { String::new() } else { format!("remove:languages[{at}]") },
-            loss: tr!("Every text in this language is removed from this draft.").to_owned(),
+            loss: tr!("All texts in this language are removed from this draft.").to_owned(),
             ..FormRow::default()
         };
         FormSection {
             id: "f-languages",
             title: tr!("Languages"),
-            about: tr!("Trainees read it in their language, where it is written in that, and else in its own."),
+            about: tr!(
+                "Trainees see the document in their own language if a translation exists, otherwise in its default language."
+            ),
             fields: if languages.is_empty() { vec![own] } else { Vec::new() },
             rows: languages.iter().enumerate().map(row).collect(),
             adding: Some(RowAdding {
                 act: "add:languages".to_owned(),
                 name: "new.languages",
-                label: tr!("Also in"),
+                label: tr!("Also available in"),
                 button: tr!("Add the language"),
                 choices,
                 problems: self.problems_of("languages"),

@@ -39,9 +39,7 @@ impl FormReader<'_> {
         FormSection {
             id: "f-picture",
             title: tr!("Pictures"),
-            about: tr!(
-                "Shown below the briefing, on this site and at the stations. They do not change how attempts are judged."
-            ),
+            about: tr!("Shown below the briefing, here and at the stations. Pictures do not affect scoring."),
             rows: (0..count).map(|row| self.picture_row(row, count, pictures)).collect(),
             uploading: Some(PictureAdding {
                 href: pictures.href.clone(),

@@ -72,6 +72,6 @@ fn describe_box_row(row: &BoxRow) -> String {
                 upper = format::format_fixed(upper, 1)
             )
         }
-        None => tr!("{label}: nothing to show.", label = row.label),
+        None => tr!("{label}: no data.", label = row.label),
     }
 }

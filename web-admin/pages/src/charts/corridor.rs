@@ -20,7 +20,7 @@ pub fn find_deepest(curve: &AttemptCurve, corridor: &Corridor) -> f64 {
 #[must_use]
 pub fn draw_corridor(curve: &AttemptCurve, corridor: &Corridor, size: DrawingSize) -> String {
     let id = format!("corridor-{}", size.name());
-    let title = tr!("Force against depth on the way in, and the experts' corridor");
+    let title = tr!("Force against depth during insertion, with the experts’ corridor");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe_corridor(corridor) };
     let deepest = find_deepest(curve, corridor);
     let forces = curve.points.iter().map(|p| p.force_n).chain(corridor.places.iter().map(|p| p.high_n));
@@ -49,8 +49,7 @@ pub fn draw_corridor(curve: &AttemptCurve, corridor: &Corridor, size: DrawingSiz
 
 fn describe_corridor(corridor: &Corridor) -> String {
     tr!(
-        "The solid line is this attempt. The band holds eight in ten of {n} experts, the dashed line is their median; both \
-         are aligned by the crossing of each layer.",
+        "The solid line is this attempt. The band covers the middle 80 % of {n} experts, the dashed line is their median; both are aligned at the crossing of each layer.",
         n = corridor.experts
     )
 }

@@ -150,7 +150,7 @@ fn describe_section(section: &CrossSection) -> String {
     let besides =
         if structures.is_empty() { String::new() } else { tr!("Structures: {names}.", names = structures.join(", ")) };
     let needle = tr!(
-        "Layers from the skin down: {layers}. The needle goes in at {angle} to the surface normal, {depth} to the target.",
+        "Layers from the skin down: {layers}. The needle enters at {angle} to the surface normal, {depth} to the target.",
         layers = layers.join(", "),
         angle = format!("{:.0}°", section.angle_deg),
         depth = format::format_stated(section.target_depth_mm, "mm")

@@ -39,7 +39,7 @@ pub fn draw_force_over_depth(curve: &AttemptCurve, size: DrawingSize) -> String 
     draw_curve(&mut svg, &plot, curve);
     draw_marks(&mut svg, &plot, curve);
     if !lanes.is_empty() {
-        svg.text("lane-title", PaperPoint::new(LEFT, lanes_top + 10.0), tr!("Stage of each boundary"));
+        svg.text("lane-title", PaperPoint::new(LEFT, lanes_top + 10.0), tr!("Stage at each boundary"));
     }
     for (row, boundary) in (0_u32..).zip(&lanes) {
         draw_lane(&mut svg, &plot, curve, *boundary, lanes_top + 20.0 + LANE * f64::from(row));
@@ -73,7 +73,7 @@ fn describe_force_over_depth(curve: &AttemptCurve) -> String {
             force = format::format_quantity(peak.force_n, "N"),
             depth = format::format_quantity(peak.advance_mm, "mm")
         ),
-        None => tr!("The recording holds no samples.").to_owned(),
+        None => tr!("The recording contains no samples.").to_owned(),
     }
 }
 

@@ -39,7 +39,7 @@ fn deciding_lines(points: &[LearningPoint], rule: &Rule) -> Vec<(f64, &'static s
         lines.push((learning.h, tr!("competent")));
     }
     if rule.learning.is_none() || points.iter().any(|p| !p.learning) {
-        lines.push((rule.monitor.h1, tr!("too many fail")));
+        lines.push((rule.monitor.h1, tr!("too many failures")));
         lines.push((-rule.monitor.h0, tr!("acceptable")));
     }
     lines
@@ -78,8 +78,7 @@ fn draw_crossing(svg: &mut Svg, at: PaperPoint, crossed: Crossing) {
 fn describe_crossings(points: &[LearningPoint]) -> String {
     let crossed = |wanted| points.iter().filter(|p| p.crossed == Some(wanted)).count();
     tr!(
-        "Attempts: {all}. The curve reached a line of competence {acceptable} times and one of too many failures \
-         {unacceptable} times.",
+        "Attempts: {all}. The curve reached the line of competence {acceptable} times and the line of too many failures {unacceptable} times.",
         all = points.len(),
         acceptable = crossed(Crossing::Acceptable),
         unacceptable = crossed(Crossing::Unacceptable)

@@ -64,7 +64,7 @@ fn describe_scores(points: &[ScorePoint], pass_mark: f64) -> String {
     let passed = points.iter().filter(|p| p.passed).count();
     match (points.first(), points.last()) {
         (Some(first), Some(last)) => tr!(
-            "Attempts: {all}, of them passed at the mark of {mark}: {passed}. The first scored {first}, the last {last}.",
+            "Attempts: {all}, of which {passed} passed at the pass mark of {mark}. The first scored {first}, the last {last}.",
             all = points.len(),
             mark = format::line_points(pass_mark),
             passed = passed,

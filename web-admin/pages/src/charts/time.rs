@@ -19,7 +19,7 @@ const GAP: f64 = 16.0;
 #[must_use]
 pub fn draw_force_and_depth(curve: &AttemptCurve, size: DrawingSize) -> String {
     let id = format!("force-time-{}", size.name());
-    let title = tr!("Force and depth against time");
+    let title = tr!("Force and depth over time");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe_attempt(curve) };
     let (force, depth) = plots_over_time(curve, size);
     let mut svg = Svg::new(size.width(), depth.area.bottom() + 40.0, &caption);
@@ -57,8 +57,7 @@ fn plots_over_time(curve: &AttemptCurve, size: DrawingSize) -> (Plot, Plot) {
 fn describe_attempt(curve: &AttemptCurve) -> String {
     let deepest = curve.points.iter().map(|p| p.advance_mm).fold(0.0, f64::max);
     tr!(
-        "Above, the axial force on the hand; below, the depth of the tip, down to {deepest}, with the layers behind it. The \
-         attempt lasted {span}. Numbers are those of the table of events.",
+        "Above, the axial force on the hand; below, the depth of the tip, down to {deepest}, with the layers in the background. The attempt lasted {span}. The numbers refer to the table of events.",
         deepest = format::format_quantity(deepest, "mm"),
         span = format::format_span(curve.duration_s)
     )

@@ -41,7 +41,7 @@ pub fn draw_trace_strip(strip: &TraceStrip<'_>, size: DrawingSize) -> String {
     let id = format!("strip-{}-{}", strip.number, size.name());
     let title = tr!("Force from {from} to {to} s", from = format!("{from_s:.0}"), to = format!("{to_s:.0}"));
     let description = tr!(
-        "The force on the hand against time. {marks} marks, {pops} pops shown.",
+        "Force on the hand over time. {marks} marks, {pops} pops shown.",
         marks = moments_within(strip.marks, strip.stretch_s).count(),
         pops = moments_within(strip.pops, strip.stretch_s).count()
     );

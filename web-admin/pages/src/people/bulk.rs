@@ -81,9 +81,9 @@ pub const fn name_bulk_act(act: BulkAct) -> &'static str {
 #[must_use]
 pub fn list_bulk_acts(chosen: Option<BulkAct>) -> Vec<SelectOption> {
     let word = |act| match act {
-        BulkAct::Invite => tr!("Send the invitation again"),
+        BulkAct::Invite => tr!("Resend the invitation"),
         BulkAct::Join => tr!("Add to a cohort"),
-        BulkAct::Leave => tr!("Take out of a cohort"),
+        BulkAct::Leave => tr!("Remove from a cohort"),
         BulkAct::Disable => tr!("Disable"),
         BulkAct::Enable => tr!("Enable"),
     };
@@ -101,14 +101,14 @@ pub fn say_bulk_done(done: &BulkDone) -> String {
     let n = done.people;
     match done.act {
         BulkAct::Invite if done.mail_way == MailWay::Folder => trn!(
-            "{n} invitation lies as a file on the service’s machine: no mail server is set up, and nobody receives it.",
-            "{n} invitations lie as files on the service’s machine: no mail server is set up, and nobody receives them.",
+            "{n} invitation was saved as a file on the server: no mail server is set up, so nobody receives it.",
+            "{n} invitations were saved as files on the server: no mail server is set up, so nobody receives them.",
             n
         ),
-        BulkAct::Invite => trn!("{n} invitation is on its way.", "{n} invitations are on their way.", n),
-        BulkAct::Join => trn!("{n} person joined the cohort.", "{n} people joined the cohort.", n),
+        BulkAct::Invite => trn!("{n} invitation is being sent.", "{n} invitations are being sent.", n),
+        BulkAct::Join => trn!("{n} person was added to the cohort.", "{n} people were added to the cohort.", n),
         BulkAct::Leave => {
-            trn!("{n} person was taken out of the cohort.", "{n} people were taken out of the cohort.", n)
+            trn!("{n} person was removed from the cohort.", "{n} people were removed from the cohort.", n)
         }
         BulkAct::Disable => trn!(
             "{n} account was disabled: signed out everywhere, tokens revoked. Attempts and scores stay.",
@@ -123,24 +123,24 @@ pub fn say_bulk_done(done: &BulkDone) -> String {
 #[must_use]
 pub fn say_bulk_refused(refused: &BulkRefused) -> String {
     match refused {
-        BulkRefused::Nobody => tr!("Nobody was chosen: tick people in the list first.").to_owned(),
-        BulkRefused::NoAct => tr!("Choose what is to be done.").to_owned(),
-        BulkRefused::NoCohort => tr!("Choose the cohort.").to_owned(),
+        BulkRefused::Nobody => tr!("Nobody is selected: tick people in the list first.").to_owned(),
+        BulkRefused::NoAct => tr!("Choose an action.").to_owned(),
+        BulkRefused::NoCohort => tr!("Choose a cohort.").to_owned(),
         BulkRefused::TooMany(most) => {
-            tr!("These are too many: {n} people at most at once. Narrow the search.", n = most)
+            tr!("Too many people are selected: at most {n} at once. Narrow the search.", n = most)
         }
     }
 }
 
 fn say_exemption(why: impl Borrow<BulkExemption>) -> &'static str {
     match why.borrow() {
-        BulkExemption::Themselves => tr!("nobody disables themselves"),
-        BulkExemption::SignedUp => tr!("has chosen a password already"),
+        BulkExemption::Themselves => tr!("you cannot disable your own account"),
+        BulkExemption::SignedUp => tr!("has already chosen a password"),
         BulkExemption::Disabled => tr!("the account is disabled"),
         BulkExemption::Enabled => tr!("the account is not disabled"),
-        BulkExemption::Anonymous => tr!("was made anonymous"),
-        BulkExemption::Administrator => tr!("administrators are in no cohort"),
-        BulkExemption::Member => tr!("is in the cohort already"),
+        BulkExemption::Anonymous => tr!("was anonymised"),
+        BulkExemption::Administrator => tr!("administrators cannot be in a cohort"),
+        BulkExemption::Member => tr!("is already in the cohort"),
         BulkExemption::Stranger => tr!("is not in the cohort"),
     }
 }
@@ -157,13 +157,13 @@ impl BulkPage {
     fn heading(&self) -> String {
         let n = self.count();
         match self.act {
-            BulkAct::Invite => trn!("Send {n} invitation again", "Send {n} invitations again", n),
+            BulkAct::Invite => trn!("Resend {n} invitation", "Resend {n} invitations", n),
             BulkAct::Join => {
                 trn!("Add {n} person to “{cohort}”", "Add {n} people to “{cohort}”", n, cohort = self.cohort_name())
             }
             BulkAct::Leave => trn!(
-                "Take {n} person out of “{cohort}”",
-                "Take {n} people out of “{cohort}”",
+                "Remove {n} person from “{cohort}”",
+                "Remove {n} people from “{cohort}”",
                 n,
                 cohort = self.cohort_name()
             ),
@@ -174,21 +174,25 @@ impl BulkPage {
 
     fn consequence(&self) -> &'static str {
         match self.act {
-            BulkAct::Invite => tr!("Links that were mailed before no longer work."),
+            BulkAct::Invite => tr!("Links sent earlier no longer work."),
             BulkAct::Join => {
-                tr!("What is assigned to the cohort is theirs from now on, and those who teach it see their attempts.")
+                tr!(
+                    "Assignments of the cohort now apply to them, and the instructors of the cohort see their attempts."
+                )
             }
-            BulkAct::Leave => tr!("Those who teach the cohort see their attempts no more. Attempts and scores stay."),
+            BulkAct::Leave => {
+                tr!("The instructors of the cohort can no longer see their attempts. Attempts and scores are kept.")
+            }
             BulkAct::Disable => tr!(
                 "They are signed out everywhere, and their tokens are revoked. Attempts and scores stay. Can be undone."
             ),
-            BulkAct::Enable => tr!("They can sign in again. Tokens that were revoked stay so."),
+            BulkAct::Enable => tr!("They can sign in again. Revoked tokens stay revoked."),
         }
     }
 
     fn exempt_summary(&self) -> String {
         let n = count_i64(self.plan.exempt.len());
-        trn!("{n} person is left out", "{n} people are left out", n)
+        trn!("{n} person is skipped", "{n} people are skipped", n)
     }
 }
 
@@ -224,7 +228,7 @@ mod tests {
         let shell = samples::shell(Role::Administrator);
         let page = BulkPage { shell: shell.clone(), act: BulkAct::Join, cohort: Some(cohort), plan };
         let html = samples::keep_page("people-bulk", &page);
-        assert!(html.contains("Add 2 people to “Spring”") && html.contains("is in the cohort already"), "{html}");
+        assert!(html.contains("Add 2 people to “Spring”") && html.contains("is already in the cohort"), "{html}");
         assert!(html.contains("Bo &#60;i&#62;") && html.contains("name=\"cohort\" value=\"c1\""), "{html}");
         let page = BulkPage { shell, act: BulkAct::Enable, cohort: None, plan: BulkPlan::default() };
         let html = samples::keep_page("people-bulk-nobody", &page);

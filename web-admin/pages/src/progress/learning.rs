@@ -222,7 +222,8 @@ mod tests {
     #[test]
     fn a_curve_says_state_parameters_and_what_is_needed() {
         let html = samples::keep_page("learning", &made::learning_page(9));
-        for words in ["more straight successes", "LC-CUSUM", "revisions", "Overshoot", "/sessions/0", "attempts.csv"] {
+        for words in ["more consecutive successes", "LC-CUSUM", "revisions", "Overshoot", "/sessions/0", "attempts.csv"]
+        {
             assert!(html.contains(words), "{words}: {html}");
         }
         assert!(!html.contains("no longer holds"));
@@ -232,13 +233,13 @@ mod tests {
     fn a_curve_beside_another_rule_is_folded_for_those_who_teach_and_absent_for_trainees() {
         let page = made::learning_beside_passes(9);
         let html = samples::keep_page("learning-beside", &page);
-        for words in ["3 passes", "which decides nothing in this course", "an example", "<details>"] {
+        for words in ["3 passes", "not used for mastery in this course", "an example", "<details>"] {
             assert!(html.contains(words), "{words}: {html}");
         }
         assert!(!html.contains("<th scope=\"col\">The curve"), "no column of what decides nothing: {html}");
         let own = samples::keep_page("learning-own", &LearningPage { beside: None, own: true, ..page });
         assert!(!own.contains("LC-CUSUM") && !own.contains("statistical"), "{own}");
-        assert!(!samples::keep_page("learning", &made::learning_page(9)).contains("decides nothing"));
+        assert!(!samples::keep_page("learning", &made::learning_page(9)).contains("not used for mastery"));
     }
 
     #[test]

@@ -41,7 +41,7 @@ impl SpreadTheme {
     /// Sorts metrics, given with their ids, into those of the rubric and the themes of the others.
     #[must_use]
     pub fn sort_metrics(metrics: Vec<(String, MetricSpreadRow)>, judged: &[&str]) -> Vec<Self> {
-        let mut themes = vec![Self { title: tr!("What the rubric judges"), judged: true, rows: Vec::new() }];
+        let mut themes = vec![Self { title: tr!("Metrics of the rubric"), judged: true, rows: Vec::new() }];
         themes.extend(GROUPS.map(|(title, _)| Self { title: words::say(title), judged: false, rows: Vec::new() }));
         for (id, row) in metrics {
             let theme = if judged.contains(&id.as_str()) { 0 } else { theme_of_metric(&id) + 1 };

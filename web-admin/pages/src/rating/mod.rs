@@ -126,7 +126,7 @@ mod tests {
         let html = samples::keep_page("ratings", &page);
         assert!(html.contains("&#60;round&#62;") && html.contains("7 of 12") && html.contains("Rate 3"), "{html}");
         let empty = RatingsPage { shell, rounds: vec![] };
-        assert!(samples::keep_page("ratings-none", &empty).contains("Nobody has asked for ratings yet"));
+        assert!(samples::keep_page("ratings-none", &empty).contains("No rating rounds yet"));
     }
 
     #[test]

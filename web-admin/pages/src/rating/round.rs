@@ -109,7 +109,7 @@ fn say_rating_figure(
             let why = || {
                 let agreed = found.single_random >= 1.0;
                 let too_little = tr!("not computable: the raters agree too little");
-                if agreed { tr!("not computable: the raters agree to the last point") } else { too_little }.to_owned()
+                if agreed { tr!("not computable: all raters agree exactly") } else { too_little }.to_owned()
             };
             let ends = ends.map_or_else(why, |(low, high)| {
                 tr!("{low} to {high}", low = format::format_fixed(low, 2), high = format::format_fixed(high, 2))

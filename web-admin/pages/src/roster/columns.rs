@@ -150,8 +150,8 @@ const fn split_word(split: GroupSplit) -> &'static str {
 pub fn say_column(column: RosterColumn) -> &'static str {
     match column {
         RosterColumn::Email => tr!("email address"),
-        RosterColumn::Login => tr!("sign-in name, where the email address is empty"),
-        RosterColumn::Name => tr!("whole name"),
+        RosterColumn::Login => tr!("sign-in name, if the email address is empty"),
+        RosterColumn::Name => tr!("full name"),
         RosterColumn::Given => tr!("given name"),
         RosterColumn::Family => tr!("family name"),
         RosterColumn::RegistrarId => tr!("registrar’s number"),
@@ -221,9 +221,9 @@ impl RosterColumnsPage {
 
     fn splits(&self) -> Vec<SelectOption> {
         let all = [
-            ("one", tr!("Each line names one cohort")),
-            ("comma", tr!("Several, with commas between them")),
-            ("semicolon", tr!("Several, with semicolons between them")),
+            ("one", tr!("Each line contains one cohort")),
+            ("comma", tr!("Several, separated by commas")),
+            ("semicolon", tr!("Several, separated by semicolons")),
             ("sentence", tr!("Several, as a list in a sentence: A, B, and C")),
         ];
         let choice = |(value, label): (&str, &str)| SelectOption {
@@ -236,13 +236,13 @@ impl RosterColumnsPage {
 
     fn said_doubts(&self) -> Vec<String> {
         let say = |doubt: &MappingDoubt| match doubt {
-            MappingDoubt::NoEmail => tr!("No column is recognised as the email address.").to_owned(),
-            MappingDoubt::NoName => tr!("No column is recognised as the name.").to_owned(),
+            MappingDoubt::NoEmail => tr!("No column was recognised as the email address.").to_owned(),
+            MappingDoubt::NoName => tr!("No column was recognised as the name.").to_owned(),
             MappingDoubt::Alike(one, other) => {
-                tr!("The columns “{one}” and “{other}” may tell the same.", one = one, other = other)
+                tr!("The columns “{one}” and “{other}” may contain the same data.", one = one, other = other)
             }
             MappingDoubt::Unclear(heading) => {
-                tr!("It is not clear what the column “{heading}” tells.", heading = heading)
+                tr!("It is not clear what the column “{heading}” contains.", heading = heading)
             }
         };
         self.doubts.iter().map(say).collect()

@@ -121,7 +121,7 @@ impl RosterPreviewPage {
             (tr!("New"), "new", new, self.shown == RosterFilter::New),
             (tr!("Changed"), "changed", changed, self.shown == RosterFilter::Changed),
             (tr!("Unchanged"), "unchanged", unchanged, self.shown == RosterFilter::Unchanged),
-            (tr!("Left out"), "refused", refused, self.shown == RosterFilter::Refused),
+            (tr!("Skipped"), "refused", refused, self.shown == RosterFilter::Refused),
         ]
     }
 
@@ -155,7 +155,7 @@ pub fn line_badge(outcome: &RosterOutcome) -> String {
         RosterOutcome::New => StatusWord::Passed.badge_saying(tr!("New")),
         RosterOutcome::Changed { .. } => StatusWord::Current.badge_saying(tr!("Changed")),
         RosterOutcome::Unchanged | RosterOutcome::Together(_) => StatusWord::OnTrack.badge_saying(tr!("Unchanged")),
-        RosterOutcome::Refused(_) => StatusWord::Refused.badge_saying(tr!("Left out")),
+        RosterOutcome::Refused(_) => StatusWord::Refused.badge_saying(tr!("Skipped")),
     }
 }
 
@@ -222,13 +222,13 @@ mod tests {
             "no domain",
             "Mtknr",
             "&#60;b&#62;New",
-            "a spreadsheet would run",
-            "line 3 has this address already",
-            "no name",
+            "a spreadsheet would execute",
+            "line 3 already has this address",
+            "the name is missing",
             "“asleep”",
             "Import 2 lines",
             "colour",
-            "People have changed since",
+            "people have changed since",
         ] {
             assert!(html.contains(words), "{words} is missing in {html}");
         }

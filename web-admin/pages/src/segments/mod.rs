@@ -169,7 +169,7 @@ mod tests {
         let html = samples::keep_page("segments-own", &page);
         assert!(
             html.contains("1 of 3")
-                && html.contains("2 days longer for you")
+                && html.contains("2 more days for you")
                 && html.contains("&#60;pops&#62;")
                 && html.contains("Late"),
             "{html}"

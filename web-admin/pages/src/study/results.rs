@@ -199,7 +199,7 @@ impl StudyResultsPage {
         let number = |value: f64| format::format_fixed(value, 2);
         let (low, high) = found.single_random_95.unwrap_or((found.single_random, found.single_random));
         tr!(
-            "ICC(2,1) = {single} ({low} to {high}) for one attempt; ICC(2,k) = {average} for the mean of {k} attempts. Of {n} participants with all attempts; {missing} left out.",
+            "ICC(2,1) = {single} ({low} to {high}) for one attempt; ICC(2,k) = {average} for the mean of {k} attempts. {n} participants with all attempts; {missing} excluded.",
             single = number(found.single_random),
             low = number(low),
             high = number(high),
@@ -279,7 +279,7 @@ mod tests {
             "learning-wide",
             "series s1",
             "Masters: larger",
-            "0.5 where they do not differ",
+            "0.5 if they do not differ",
         ] {
             assert!(html.contains(drawn), "{drawn}: {html}");
         }

@@ -72,7 +72,9 @@ pub fn say_alpha(figure: &SurveyFigure<Alpha>) -> String {
 pub fn say_alpha_remark(figure: &SurveyFigure<Alpha>) -> &'static str {
     match figure.value().and_then(|alpha| alpha.remark) {
         Some(AlphaRemark::Negative) => {
-            tr!("Negative: some items work against the others. Look for one that should be scored the other way round.")
+            tr!(
+                "Negative: some items correlate negatively with the others. Check whether an item should be reverse-scored."
+            )
         }
         Some(AlphaRemark::FewResponses) | None => "",
     }

@@ -270,7 +270,7 @@ impl Refusals {
     /// Creates refusals for items that were left blank by mistake.
     #[must_use]
     pub fn of_blanks(items: &[usize]) -> Self {
-        let why = tr!("No answer. Choose one, or tick that you leave it out.");
+        let why = tr!("No answer. Choose one, or tick the box to skip the question.");
         Self(items.iter().map(|at| (*at, String::new(), why.to_owned())).collect())
     }
 

@@ -113,7 +113,7 @@ pub fn verdict_of_instrument(instrument: &Instrument) -> DraftVerdict {
         (tr!("Languages"), preview.languages),
         (tr!("Questions"), instrument.items.len().to_string()),
         (tr!("Pages"), instrument.pages().len().to_string()),
-        (tr!("Takes"), format::format_stated(instrument.duration_min, "min")),
+        (tr!("Duration"), format::format_stated(instrument.duration_min, "min")),
     ]);
     let scored =
         instrument.scores.iter().map(|key| (key.title.in_language(language).to_owned(), say_scoring_rule(key)));

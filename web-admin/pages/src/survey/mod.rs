@@ -15,8 +15,8 @@ use model::survey::Identity;
 #[must_use]
 pub fn identity_words(identity: Identity) -> &'static str {
     match identity {
-        Identity::Anonymous => tr!("Anonymous: neither names nor attempts are kept"),
-        Identity::Pseudonymous => tr!("Pseudonymous: without names, and with the attempt where it is asked after one"),
+        Identity::Anonymous => tr!("Anonymous: neither names nor attempts are stored"),
+        Identity::Pseudonymous => tr!("Pseudonymous: without names; linked to the attempt if the survey follows one"),
         Identity::Named => tr!("Named"),
     }
 }

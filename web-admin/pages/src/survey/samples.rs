@@ -117,9 +117,9 @@ fn before_the_first_question_it_is_said_what_leads_to_a_person() {
 #[test]
 fn the_end_says_what_became_of_the_answers() {
     for (end, says) in [
-        (SurveyEnd::Sent, "were sent"),
+        (SurveyEnd::Sent, "have been sent"),
         (SurveyEnd::Withdrawn, "are deleted"),
-        (SurveyEnd::Discarded, "Nothing was sent"),
+        (SurveyEnd::Discarded, "No answers were sent"),
     ] {
         let (language, title, action) = ("en".to_owned(), "Survey".to_owned(), "/survey/secret".to_owned());
         let page = EndPage { language, title, end, identity: Identity::Anonymous, action };
@@ -141,7 +141,7 @@ fn letters() -> Vec<LetterDelivery> {
         letter("Dr A", Some(at), None, None),
         letter("", None, None, Some(at)),
         letter("Dr C", None, Some("no such mailbox <x>"), Some(at)),
-        letter("Dr D", None, Some("the address cannot be written to"), None),
+        letter("Dr D", None, Some("invalid email address"), None),
         letter("Dr E", None, None, None),
     ]
 }

@@ -57,7 +57,7 @@ impl Caller {
     pub(super) const fn person(&self) -> Result<&CurrentPerson, Error> {
         match self {
             Self::Person(person) => Ok(person),
-            Self::Station(_) => Err(Error::Forbidden("a station's token uploads, and reads no attempts")),
+            Self::Station(_) => Err(Error::Forbidden("a station's token can upload attempts, but not read them")),
         }
     }
 
@@ -65,7 +65,7 @@ impl Caller {
     pub(super) const fn station(&self) -> Result<&CallingStation, Error> {
         match self {
             Self::Station(station) => Ok(station),
-            Self::Person(_) => Err(Error::Forbidden("this needs the token of a training station")),
+            Self::Person(_) => Err(Error::Forbidden("this requires the token of a training station")),
         }
     }
 
@@ -123,13 +123,13 @@ async fn caller_of_token(state: &AppState, token: &str) -> Result<Option<Caller>
         return Ok(None);
     };
     if let Some(end) = token.expires_at.filter(|end| *end <= state.clock.now()) {
-        let why = format!("this token expired at {end}; make another on the page of your account, under \"Programs\"");
+        let why = format!("this token expired at {end}; create another on your account page, under \"Programs\"");
         return Err(Error::Expired(why));
     }
     if let Some(id) = token.person_id {
         // A disk that accepts no writes must not keep anyone from reading.
         if let Err(error) = acts::stations::note_token_use(state, &token).await {
-            tracing::warn!(cause = tell_in_full(&error), "the use of a token was not noted");
+            tracing::warn!(cause = tell_in_full(&error), "failed to record the use of a token");
         }
         let person = people::find_person(state.db.reader(), id).await?;
         return Ok(person.and_then(Person::into_current).map(Caller::Person));

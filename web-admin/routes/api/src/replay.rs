@@ -41,8 +41,8 @@ pub(super) struct Series {
 /// it.
 #[utoipa::path(get, path = "/sessions/{id}/series", tag = "replay", operation_id = "show_series",
     params(("id" = Uuid, Path), ("points" = Option<usize>, Query, description = "1 to 10000; 1000 by default"),
-           ("from_s" = Option<f64>, Query, description = "where the stretch begins, in s; the start by default"),
-           ("to_s" = Option<f64>, Query, description = "where it ends, in s; the end by default")),
+           ("from_s" = Option<f64>, Query, description = "start of the interval, in s; the start of the attempt by default"),
+           ("to_s" = Option<f64>, Query, description = "end of the interval, in s; the end of the attempt by default")),
     responses((status = 200, body = Series), (status = 400, body = ProblemDocument), (status = 404, body = ProblemDocument),
               (status = 410, body = ProblemDocument), (status = 503, body = ProblemDocument)))]
 pub(super) async fn show_series(
@@ -66,7 +66,7 @@ pub(super) async fn series_of_spans(
     let (from_s, to_s) =
         (round_seconds("from_s", asked.from_s.as_deref())?, round_seconds("to_s", asked.to_s.as_deref())?);
     if from_s.zip(to_s).is_some_and(|(from_s, to_s)| from_s > to_s) {
-        return Err(Error::BadRequest("to_s: before from_s; allowed is a moment after it".to_owned()).into());
+        return Err(Error::BadRequest("to_s: before from_s; allowed: a later moment".to_owned()).into());
     }
     let pyramid = replays::pyramid(state, session).await?;
     Ok(Json(Series { spans: pyramid.spans(points, AttemptStretch { from_s, to_s }) }))
@@ -77,7 +77,7 @@ fn series_of_points(asked: Option<&str>) -> Result<usize, Error> {
     let points = asked.parse().ok().filter(|points| (1..=series::MAX_POINTS).contains(points));
     points.ok_or_else(|| {
         let most = series::MAX_POINTS;
-        Error::BadRequest(format!("points: \"{asked}\"; allowed is a whole number from 1 to {most}"))
+        Error::BadRequest(format!("points: \"{asked}\"; allowed: a whole number from 1 to {most}"))
     })
 }
 
@@ -85,7 +85,7 @@ fn round_seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error>
     let Some(asked) = asked else { return Ok(None) };
     match asked.parse::<f64>() {
         Ok(seconds) if seconds.is_finite() => Ok(Some(seconds)),
-        _ => Err(Error::BadRequest(format!("{field}: \"{asked}\"; allowed is a number of seconds"))),
+        _ => Err(Error::BadRequest(format!("{field}: \"{asked}\"; allowed: a number of seconds"))),
     }
 }
 

@@ -135,7 +135,7 @@ impl SessionListQuery {
         let Some(limit) = &self.limit else { return Ok(LONGEST_PAGE) };
         let parsed = limit.parse().ok().filter(|limit| (1..=LONGEST_PAGE).contains(limit));
         parsed.ok_or_else(|| {
-            Error::BadRequest(format!("limit: \"{limit}\"; allowed is a whole number from 1 to {LONGEST_PAGE}"))
+            Error::BadRequest(format!("limit: \"{limit}\"; allowed: a whole number from 1 to {LONGEST_PAGE}"))
         })
     }
 }
@@ -143,10 +143,10 @@ impl SessionListQuery {
 /// Lists the attempts that the caller may see, newest first, at most `limit`. If there are more,
 /// `next` and a `Link` header lead to the next page.
 #[utoipa::path(get, path = "/sessions", tag = "sessions", operation_id = "list_sessions",
-    params(("after" = Option<String>, Query, description = "what `next` of the list before said; the newest by default"),
+    params(("after" = Option<String>, Query, description = "`next` from the previous page; the newest attempts by default"),
            ("limit" = Option<u32>, Query, minimum = 1, maximum = 100, description = "1 to 100; 100 by default")),
     responses((status = 200, body = SessionList,
-               headers(("Link" = String, description = "the address of what comes next, rel=\"next\" (RFC 8288)"))),
+               headers(("Link" = String, description = "the address of the next page, rel=\"next\" (RFC 8288)"))),
               (status = 400, body = ProblemDocument)))]
 pub(super) async fn list_sessions(
     State(state): State<AppState>,
@@ -201,7 +201,7 @@ pub(super) struct RecordingQuery {
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 400, body = ProblemDocument), (status = 416),
               (status = 404, body = ProblemDocument), (status = 410, body = ProblemDocument),
-              (status = 503, body = ProblemDocument, description = "The store of the recordings does not answer")))]
+              (status = 503, body = ProblemDocument, description = "The recording store is unavailable")))]
 pub(super) async fn serve_recording(
     State(state): State<AppState>,
     caller: Caller,
@@ -215,7 +215,7 @@ pub(super) async fn serve_recording(
         None => serve_stored(recordings::find(&state, &session).await?, request).await?,
         Some("comments") => serve_file(recordings::with_comments(&state, &session).await?.path(), request).await,
         Some(other) => {
-            return Err(Error::BadRequest(format!("with: \"{other}\"; allowed is comments")).into());
+            return Err(Error::BadRequest(format!("with: \"{other}\"; allowed: comments")).into());
         }
     };
     let name = HeaderValue::from_str(&format!("attachment; filename=\"{id}.mcap\"")).map_err(anyhow::Error::from)?;

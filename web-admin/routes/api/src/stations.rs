@@ -52,7 +52,7 @@ pub(super) struct PairedView {
 #[utoipa::path(post, path = "/stations/pair", tag = "stations", operation_id = "pair_station", request_body = PairRequest, security(()),
     responses((status = 201, body = PairedView), (status = 400, body = ProblemDocument),
               (status = 403, body = ProblemDocument, description = "The code is unknown, used or expired"),
-              (status = 409, body = ProblemDocument, description = "A station of the school has this name"),
+              (status = 409, body = ProblemDocument, description = "Another station of the school has this name"),
               (status = 422, body = ProblemDocument), (status = 429, body = ProblemDocument)))]
 pub(super) async fn pair_station(
     State(state): State<AppState>,
@@ -151,9 +151,9 @@ impl From<&Study> for ConsentAskedView {
 /// remains valid. After 20 wrong codes in an hour the station is locked for the rest of the hour.
 #[utoipa::path(post, path = "/stations/sign-in", tag = "stations", operation_id = "sign_in_at_station", request_body = SignInRequest,
     responses((status = 200, body = SignedInView),
-              (status = 202, body = ConsentAskedView, description = "A guest has to agree first: nobody is signed in yet"),
+              (status = 202, body = ConsentAskedView, description = "A guest must agree first: nobody is signed in yet"),
               (status = 401, body = ProblemDocument),
-              (status = 403, body = ProblemDocument, description = "Nobody's code, one of a study that has ended, or not a station's token"),
+              (status = 403, body = ProblemDocument, description = "An unknown code, a code of a study that has ended, or not a station's token"),
               (status = 429, body = ProblemDocument)))]
 pub(super) async fn sign_in_at_station(
     State(state): State<AppState>,

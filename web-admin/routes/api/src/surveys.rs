@@ -189,8 +189,8 @@ pub(super) struct TakenAnswers {
     request_body = GivenAnswers,
     responses((status = 200, body = TakenAnswers), (status = 400, body = ProblemDocument),
               (status = 404, body = ProblemDocument, description = "No such attempt (yet), or no such survey"),
-              (status = 409, body = ProblemDocument, description = "The person has answered elsewhere, or begun to"),
-              (status = 410, body = ProblemDocument, description = "The survey is not asked after this attempt"),
+              (status = 409, body = ProblemDocument, description = "The person has already answered or started elsewhere"),
+              (status = 410, body = ProblemDocument, description = "The survey does not follow this attempt"),
               (status = 422, body = ProblemDocument, description = "An answer that is not allowed, or no consent")))]
 pub(super) async fn take_answers(
     State(state): State<AppState>,
@@ -202,7 +202,7 @@ pub(super) async fn take_answers(
     let session = find_own_session(&state, &caller, id).await?;
     let survey = survey.parse::<SurveyId>().map_err(|_| Error::NotFound)?;
     if !given.consent {
-        return Err(Error::Unprocessable("consent: false; without consent no answer is kept".to_owned()).into());
+        return Err(Error::Unprocessable("consent: false; without consent no answer is stored".to_owned()).into());
     }
     let said = given.answers.into_iter().map(|(item, value)| Ok((item.clone(), values_of_answers(&item, value)?)));
     let answers = said.collect::<Result<BTreeMap<_, _>, Error>>()?;
@@ -229,6 +229,6 @@ fn values_of_answers(item: &str, value: Value) -> Result<Vec<String>, Error> {
         Value::Array(several) => several.into_iter().map(one).collect(),
         value => one(value).map(|text| vec![text]),
     };
-    let allowed = || format!("answers.{item}: allowed are a number, a text or a list of texts");
+    let allowed = || format!("answers.{item}: allowed: a number, a text or a list of texts");
     read.ok_or_else(|| Error::Unprocessable(allowed()))
 }

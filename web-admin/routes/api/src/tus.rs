@@ -91,7 +91,7 @@ async fn answer_with_version(request: Request, next: Next) -> Response {
 
 async fn require_tus_version(request: Request, next: Next) -> Result<Response, ApiError> {
     if request.headers().get(RESUMABLE).is_none_or(|version| version != VERSION) {
-        return Err(Error::WrongVersion("Tus-Resumable: only 1.0.0 is spoken here").into());
+        return Err(Error::WrongVersion("Tus-Resumable: only 1.0.0 is supported").into());
     }
     Ok(next.run(request).await)
 }
@@ -113,12 +113,12 @@ pub(super) async fn describe_server(State(state): State<AppState>) -> impl IntoR
 #[utoipa::path(post, path = "/uploads", tag = "tus", operation_id = "begin_upload",
     params(("Tus-Resumable" = String, Header), ("Upload-Length" = u64, Header, description = "In bytes"),
            ("Upload-Metadata" = Option<String>, Header),
-           ("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339: a wrong clock is corrected"),
+           ("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339, used to correct a wrong clock"),
            ("Upload-Checksum" = Option<String>, Header)),
     responses((status = 201, description = "Location, Upload-Expires"), (status = 400, body = ProblemDocument),
               (status = 401, body = ProblemDocument), (status = 412, body = ProblemDocument), (status = 413, body = ProblemDocument),
               (status = 415, body = ProblemDocument), (status = 422, body = ProblemDocument),
-              (status = 429, body = ProblemDocument, description = "Too much was begun and not ended"), (status = 507, body = ProblemDocument)))]
+              (status = 429, body = ProblemDocument, description = "Too many unfinished uploads"), (status = 507, body = ProblemDocument)))]
 pub(super) async fn create_upload(
     State(state): State<AppState>,
     caller: Caller,
@@ -176,16 +176,16 @@ pub(super) async fn show_upload(
 /// `Stylet-Session`.
 #[utoipa::path(patch, path = "/uploads/{id}", tag = "tus", operation_id = "append_upload", request_body(content_type = "application/offset+octet-stream"),
     params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header),
-           ("Upload-Offset" = u64, Header, description = "Where the piece begins, in bytes"),
+           ("Upload-Offset" = u64, Header, description = "Offset of the chunk, in bytes"),
            ("Upload-Checksum" = Option<String>, Header, description = "sha256 or sha1, a space, the hash in base64")),
     responses((status = 204, description = "Upload-Offset, Upload-Expires; Stylet-Session once it is an attempt"),
               (status = 400, body = ProblemDocument), (status = 404, body = ProblemDocument),
-              (status = 409, body = ProblemDocument, description = "Another offset, another request has taken over, or another recording of this session"),
+              (status = 409, body = ProblemDocument, description = "A different offset, another request has taken over, or a different recording of this session"),
               (status = 410, body = ProblemDocument), (status = 412, body = ProblemDocument), (status = 413, body = ProblemDocument),
               (status = 415, body = ProblemDocument), (status = 422, body = ProblemDocument),
-              (status = 423, body = ProblemDocument, description = "It is being taken in"),
-              (status = 460, body = ProblemDocument, description = "The piece is not what its checksum says"),
-              (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner or the store does not answer; Retry-After")))]
+              (status = 423, body = ProblemDocument, description = "The upload is being accepted"),
+              (status = 460, body = ProblemDocument, description = "The chunk does not match its checksum"),
+              (status = 503, body = ProblemDocument, description = "The queue is full, the reader crashed, or the scanner or the store is unavailable; see Retry-After")))]
 pub(super) async fn append_piece(
     State(state): State<AppState>,
     caller: Caller,
@@ -246,7 +246,7 @@ fn receive_piece(headers: &HeaderMap, offset: u64, body: Body) -> Result<UploadP
 fn parse_metadata(headers: &HeaderMap) -> Result<String, Error> {
     let Some(header) = headers.get(METADATA) else { return Ok(String::new()) };
     let refused = || {
-        let allowed = "pairs of a key and its value in base64, separated by commas, are allowed; each key once";
+        let allowed = "allowed: pairs of a key and its value in base64, separated by commas; each key once";
         Error::BadRequest(format!("Upload-Metadata: {allowed}"))
     };
     let header = header.to_str().map_err(|_| refused())?;
@@ -280,7 +280,7 @@ fn header_number(headers: &HeaderMap, name: &HeaderName) -> Result<u64, Error> {
     // `parse` alone would accept a plus sign.
     let digits = given.bytes().all(|byte| byte.is_ascii_digit());
     let parsed = given.parse().ok().filter(|_| digits);
-    parsed.ok_or_else(|| Error::BadRequest(format!("{name}: \"{given}\"; a number of bytes is needed")))
+    parsed.ok_or_else(|| Error::BadRequest(format!("{name}: \"{given}\"; allowed: a number of bytes")))
 }
 
 /// Returns a response with the offset and expiry of an upload, and its session once there is one.

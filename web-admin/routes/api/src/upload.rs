@@ -27,17 +27,17 @@ use crate::sessions::SessionView;
 /// `uncounted` set is stored but does not count.
 #[utoipa::path(post, path = "/sessions", tag = "upload", operation_id = "upload_recording", request_body(content_type = "application/octet-stream"),
     params(("Content-Digest" = Option<String>, Header, description = "sha-256=:HASH:, the hash in base64 (RFC 9530)"),
-           ("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339: a wrong clock is corrected")),
+           ("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339, used to correct a wrong clock")),
     responses((status = 201, body = SessionView), (status = 200, body = SessionView), (status = 400, body = ProblemDocument),
               (status = 401, body = ProblemDocument),
-              (status = 409, body = ProblemDocument, description = "Another recording of this session, or somebody else's attempt"),
+              (status = 409, body = ProblemDocument, description = "A different recording of this session, or another person's attempt"),
               (status = 413, body = ProblemDocument), (status = 415, body = ProblemDocument),
-              (status = 422, body = ProblemDocument, description = "No recording, or one in which a scanner has found malware"),
-              (status = 424, body = ProblemDocument, description = "Whoever read it has died of it twice; keep it until it is let be tried again"),
-              (status = 429, body = ProblemDocument, description = "More than a person may bring in a day, or have in all"),
-              (status = 451, body = ProblemDocument, description = "Of somebody who was erased, has withdrawn, or never agreed; remove it"),
-              (status = 507, body = ProblemDocument, description = "The disk is down to its reserve"),
-              (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner or the store does not answer; Retry-After")))]
+              (status = 422, body = ProblemDocument, description = "Not a recording, or a scanner has found malware in it"),
+              (status = 424, body = ProblemDocument, description = "Quarantined after crashing its reader twice; keep it until the operator releases it"),
+              (status = 429, body = ProblemDocument, description = "Above the daily or the total limit of a person"),
+              (status = 451, body = ProblemDocument, description = "The person was erased, has withdrawn, or never agreed; delete it"),
+              (status = 507, body = ProblemDocument, description = "Only the disk reserve is left"),
+              (status = 503, body = ProblemDocument, description = "The queue is full, the reader crashed, or the scanner or the store is unavailable; see Retry-After")))]
 pub(super) async fn upload_recording(
     State(state): State<AppState>,
     caller: Caller,
@@ -84,7 +84,7 @@ pub(super) fn read_clock_ahead(headers: &HeaderMap, now: Moment) -> Result<Optio
     let Some(told) = headers.get("stylet-clock") else { return Ok(None) };
     let told = told.to_str().unwrap_or_default();
     let clock = OffsetDateTime::parse(told, &Rfc3339)
-        .map_err(|_| Error::BadRequest(format!("Stylet-Clock: \"{told}\"; allowed is a time as in RFC 3339")))?;
+        .map_err(|_| Error::BadRequest(format!("Stylet-Clock: \"{told}\"; allowed: a time as in RFC 3339")))?;
     Ok(Some(Moment::from(clock).micros().saturating_sub(now.micros())))
 }
 

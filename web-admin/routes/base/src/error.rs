@@ -73,16 +73,16 @@ pub fn finish_answer(error: &Error, mut response: Response) -> Response {
         response.extensions_mut().insert(Denied);
     }
     if let Error::Deadly(how) = error {
-        tracing::error!(how, "whoever worked on this has died of it");
+        tracing::error!(how, "sandboxed process crashed");
     }
     if let Error::Unscanned(cause) = error {
-        tracing::error!(cause = format!("{cause:#}"), "a recording was not scanned, and not taken in");
+        tracing::error!(cause = format!("{cause:#}"), "malware scanner unavailable; recording not accepted");
     }
     if let Error::StoreAway(cause) = error {
-        tracing::error!(cause = format!("{cause:#}"), "the store of the recordings does not answer");
+        tracing::error!(cause = format!("{cause:#}"), "recording store unavailable");
     }
     if let Error::DatabaseAway(cause) = error {
-        tracing::error!(cause = format!("{cause:#}"), "the database does not answer");
+        tracing::error!(cause = format!("{cause:#}"), "the database does not respond");
     }
     if let Error::Internal(cause) | Error::NoRoom(cause) = error {
         tracing::error!(cause = format!("{cause:#}"), "request failed");

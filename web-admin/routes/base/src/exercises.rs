@@ -21,5 +21,5 @@ pub async fn published_bundle(
         return Ok(None);
     };
     let parsed = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
-    Ok(Some(parsed.map_err(|refused| anyhow::Error::new(refused).context("a published exercise is refused"))?))
+    Ok(Some(parsed.map_err(|refused| anyhow::Error::new(refused).context("published exercise is invalid"))?))
 }

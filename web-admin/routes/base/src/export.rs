@@ -180,7 +180,7 @@ pub fn stream_csv(
 ) -> anyhow::Result<Response> {
     let (heading, width) = (write_csv(names, &[])?, names.len());
     let bodies = rows.and_then(move |rows| ready(stream_lines(CsvDialect::Point, width, &rows))).inspect_err(|cause| {
-        tracing::error!(cause = format!("{cause:#}"), "an export broke off");
+        tracing::error!(cause = format!("{cause:#}"), "export interrupted");
     });
     let body = Body::from_stream(futures::stream::once(async { Ok(heading) }).chain(bodies.into_stream()));
     Ok((csv_headers(file), body).into_response())

@@ -46,5 +46,5 @@ fn language_cookie(headers: &HeaderMap) -> Option<Language> {
 #[must_use]
 pub fn refuse_language(code: &str) -> Error {
     let all: Vec<&str> = Language::all().map(Language::code).collect();
-    Error::BadRequest(tr!("language: “{code}”; allowed are {all}", code = code, all = all.join(", ")))
+    Error::BadRequest(tr!("language: “{code}”; allowed: {all}", code = code, all = all.join(", ")))
 }

@@ -99,8 +99,8 @@ impl Pulse {
 async fn beat(state: &Service) -> bool {
     match tokio::time::timeout(LONGEST_BEAT, state.db.beat(state.clock.now())).await {
         Ok(Ok(())) => return true,
-        Ok(Err(error)) => tracing::warn!(cause = tell_in_full(&error), "the database takes nothing"),
-        Err(_silent) => tracing::warn!("the database does not answer"),
+        Ok(Err(error)) => tracing::warn!(cause = tell_in_full(&error), "database is not writable"),
+        Err(_silent) => tracing::warn!("the database does not respond"),
     }
     false
 }

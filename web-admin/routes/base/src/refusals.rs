@@ -126,7 +126,7 @@ impl RefusalLog {
         let RequestFacts { method, route, object, from } = asked;
         let route = route.as_ref().map_or("none", MatchedPath::as_str);
         let object = object.map(|id| id.to_string()).unwrap_or_default();
-        tracing::warn!(%who, role, %method, route, object, status, %from, "refused: not theirs, or not there");
+        tracing::warn!(%who, role, %method, route, object, status, %from, "request refused: no access, or not found");
     }
 
     /// Logs the number of refusals that were not logged individually, and forgets askers without
@@ -134,7 +134,7 @@ impl RefusalLog {
     pub fn tidy(&self) {
         let untold = std::mem::take(&mut *self.untold.lock().unwrap_or_else(PoisonError::into_inner));
         for (who, count) in untold {
-            tracing::warn!(%who, count, "refused more often than is written down one by one");
+            tracing::warn!(%who, count, "many refused requests; only counted from here on");
         }
         self.pace.retain_recent();
         self.pace.shrink_to_fit();

@@ -57,7 +57,7 @@ fn rubric_option(revision: &exercises::Revision, current: RevisionId) -> SelectO
         (format::format_date_time(revision.published_at.to_utc()), format::shorten_hash(&revision.exercise_sha256));
     let chosen = revision.id == current;
     let label = match chosen {
-        true => tr!("{date}, {hash}, given to trainees now", date = date, hash = hash),
+        true => tr!("{date}, {hash}, current for trainees", date = date, hash = hash),
         false => format!("{date}, {hash}"),
     };
     SelectOption { value: revision.id.to_string(), label, chosen }

@@ -154,13 +154,13 @@ pub(super) async fn change_own_consent(
     CsrfForm(form): CsrfForm<ConsentForm>,
 ) -> Result<Redirect, PageError> {
     if person.role == Role::Trainee {
-        return Err(Error::Forbidden(tr!("the corridor is of those who teach")).into());
+        return Err(Error::Forbidden(tr!("the experts’ corridor is for instructors")).into());
     }
     match form.consent.as_str() {
         "given" => consents::give_own_consent(&state, &person, words::say(corridor::WORDING)).await?,
         "withdrawn" => consents::withdraw_consent(&state, &person, person.id).await?,
         other => {
-            let why = format!("consent: \"{other}\"; allowed are given and withdrawn");
+            let why = format!("consent: \"{other}\"; allowed: given, withdrawn");
             return Err(Error::BadRequest(why).into());
         }
     }

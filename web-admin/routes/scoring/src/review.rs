@@ -289,7 +289,7 @@ pub(super) async fn mark_reviewed(
         "reviewed" => true,
         "waiting" => false,
         other => {
-            let why = format!("mark: \"{other}\"; allowed are reviewed and waiting");
+            let why = format!("mark: \"{other}\"; allowed: reviewed, waiting");
             return Err(Error::BadRequest(why).into());
         }
     };
@@ -349,7 +349,7 @@ async fn make_regrade_page(
 async fn assess_by_today(state: &AppState, session: &Session) -> Result<Assessment, Error> {
     let rubric = Rubric::of_today(state, session.school_id, &session.exercise_id).await?;
     let not_taught =
-        || Error::Conflict(tr!("this exercise is no longer taught, so there is no rubric of today").to_owned());
+        || Error::Conflict(tr!("this exercise is no longer taught, so it has no current rubric").to_owned());
     rubric.ok_or_else(not_taught)?.judge(state, session).await
 }
 

@@ -189,15 +189,16 @@ fn list_session_facts(session: &Session) -> Vec<(&'static str, String)> {
     let recording = match (session.recording_erased_at, session.complete) {
         (Some(at), _) => tr!("erased on {date}", date = format::format_date(at.to_utc())),
         (None, true) => tr!("{size}, complete", size = size),
-        (None, false) => tr!("{size}, cut off before its end", size = size),
+        (None, false) => tr!("{size}, truncated", size = size),
     };
     let short = |hash: &str| format::shorten_hash(hash).to_owned();
     let revision = match session.revision_id {
         Some(_) => short(&session.exercise_sha256),
         None => tr!("{hash}, never published by this school", hash = short(&session.exercise_sha256)),
     };
-    let claimed =
-        session.claimed_started_at.map(|at| (tr!("Began, by the recording"), format::format_date_time(at.to_utc())));
+    let claimed = session
+        .claimed_started_at
+        .map(|at| (tr!("Started, according to the recording"), format::format_date_time(at.to_utc())));
     let facts = [
         (tr!("Duration"), format::format_span(session.duration_s)),
         (tr!("Device"), session.device.clone()),

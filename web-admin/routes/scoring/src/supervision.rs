@@ -33,7 +33,7 @@ pub(super) async fn confirm_supervision(
         "yes" => true,
         "no" => false,
         other => {
-            return Err(Error::BadRequest(format!("confirm: \"{other}\"; allowed are yes and no")).into());
+            return Err(Error::BadRequest(format!("confirm: \"{other}\"; allowed: yes, no")).into());
         }
     };
     reviewing::set_supervised(&state, &person, &session, was_there).await?;

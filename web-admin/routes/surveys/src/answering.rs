@@ -159,7 +159,7 @@ async fn act_on_form(
         step @ ("save" | "next" | "back" | "send") => {
             if answering.response.state != ResponseState::Begun {
                 return Err(
-                    Error::Conflict(tr!("these answers were not begun, or were sent already").to_owned()).into()
+                    Error::Conflict(tr!("these answers were not started or were already sent").to_owned()).into()
                 );
             }
             let page = form.page.parse().unwrap_or(0);

@@ -112,11 +112,10 @@ pub struct AddressRefused {
 impl AddressRefused {
     /// Accepted addresses.
     #[cfg(feature = "postgres")]
-    pub const ALLOWED: &str = "allowed is a sqlite: URL, a path, or a postgres:// URL";
+    pub const ALLOWED: &str = "allowed: a sqlite: URL, a path, or a postgres:// URL";
     /// Accepted addresses, and how to build the program with support for PostgreSQL.
     #[cfg(not(feature = "postgres"))]
-    pub const ALLOWED: &str = "this program is built for SQLite: allowed is a sqlite: URL or a path; one for a postgres:// URL, too, is \
-                               built by `cargo build --release -p web-admin --features replicas`";
+    pub const ALLOWED: &str = "this program is built for SQLite: allowed: a sqlite: URL or a path; for postgres:// URLs, build with `cargo build --release -p web-admin --features replicas`";
 }
 
 /// Returns an address that is safe to show: user, host and database, without the password and

@@ -257,7 +257,9 @@ impl Database {
             twin!(self, sqlite::list_triggers(&self.reader).await?, postgres::list_triggers(&self.reader).await?);
         let lost = expected.into_iter().filter(|trigger| !found.contains(trigger));
         Ok(lost
-            .map(|(name, _)| format!("trigger {name} is gone or changed: rows that it keeps may have been altered"))
+            .map(|(name, _)| {
+                format!("trigger {name} is missing or changed: the rows it protects may have been altered")
+            })
             .collect())
     }
 

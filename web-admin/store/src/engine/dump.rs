@@ -37,10 +37,10 @@ impl DumpedDatabase {
         let refused = |why: String| DumpRefused { file: file.to_owned(), why };
         let name = format!("{PREFIX}{}", Uuid::new_v4().simple());
         let program = beside.for_program(&name).ok_or_else(|| {
-            refused(format!("{beside}: its password cannot be told to pg_restore; put it into PGPASSWORD or ~/.pgpass"))
+            refused(format!("{beside}: the password cannot be passed to pg_restore; set PGPASSWORD or use ~/.pgpass"))
         })?;
         let made = async { beside.sibling(&name)?.make_anew().await };
-        made.await.map_err(|error| refused(format!("{beside}: no database can be made to look at it in: {error}")))?;
+        made.await.map_err(|error| refused(format!("{beside}: cannot create a temporary database: {error}")))?;
         let opened = async {
             let file = file.to_owned();
             let put = tokio::task::spawn_blocking(move || put_dump(&file, &program.0, program.1.as_deref()));
@@ -50,7 +50,7 @@ impl DumpedDatabase {
             database
                 .migrate()
                 .await
-                .map_err(|error| format!("what is in it is no database of the service: {error}"))?;
+                .map_err(|error| format!("it does not contain a database of the service: {error}"))?;
             Ok::<_, String>(database)
         };
         match opened.await {

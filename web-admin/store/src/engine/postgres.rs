@@ -42,9 +42,7 @@ const VIGILANCE: [(&str, &str); 5] = [
     ("idle_in_transaction_session_timeout", "60s"),
 ];
 /// Error message: the alternatives to copying the database as a file.
-const COPIES: &str = "this database is kept by a PostgreSQL server and is no file: pg_dump copies it while it is served, `web-admin verify --dump` \
-                      checks the copy, pg_restore puts it back, or the server archives its write-ahead log (WAL archiving); recordings are \
-                      copied as files";
+const COPIES: &str = "this database is on a PostgreSQL server, not in a file: copy it with pg_dump while it is served, check the copy with `web-admin verify --dump` and restore it with pg_restore, or let the server archive its write-ahead log (WAL archiving); recordings are copied as files";
 
 /// A lock on a database, held until dropped: an advisory lock on a dedicated connection, which the
 /// server releases when the connection ends.

@@ -26,8 +26,7 @@ impl DatabaseMove {
     pub fn parse(from: &str, to: &str) -> std::result::Result<Self, MoveError> {
         Err(MoveError::Refused {
             place: format!("{} to {}", without_password(from), without_password(to)),
-            why: "this program is built for SQLite alone; one that moves is built by \
-                  `cargo build --release -p web-admin --features replicas`"
+            why: "this program is built for SQLite only; for moves, build with `cargo build --release -p web-admin --features replicas`"
                 .to_owned(),
         })
     }

@@ -54,8 +54,7 @@ impl DatabaseMove {
             (Some(EngineKind::Sqlite), Some(EngineKind::Postgres)) => (from, to, MoveDirection::ToPostgres),
             (Some(EngineKind::Postgres), Some(EngineKind::Sqlite)) => (to, from, MoveDirection::ToSqlite),
             _ => {
-                let why = "allowed is one database of SQLite, a sqlite: URL or a path, and one of PostgreSQL, a postgres:// URL; between \
-                           two of one engine `web-admin backup` and `restore` carry a school, or the server's own tools";
+                let why = "allowed: one SQLite database, a sqlite: URL or a path, and one PostgreSQL database, a postgres:// URL; between two databases of one engine, use `web-admin backup` and `restore`, or the server's own tools";
                 let place = format!("--from {} --to {}", without_password(from), without_password(to));
                 return Err(MoveError::Refused { place, why: why.to_owned() });
             }
@@ -159,17 +158,17 @@ impl DatabaseMove {
     fn check_version(&self, newest: Option<i64>, known: &Migrator) -> std::result::Result<(), MoveError> {
         let own = known.iter().map(|migration| migration.version).max();
         match newest {
-            None => Err(self.refuse_source("no database of the service is there")),
+            None => Err(self.refuse_source("it contains no database of the service")),
             newest if newest < own => Err(self.refuse_source(
-                "an earlier program has kept this database; run `web-admin migrate` of one that is built for it and as new as this",
+                "this database is of an earlier version; run `web-admin migrate` of a program of this version that is built for it",
             )),
-            newest if newest > own => Err(self.refuse_source("a newer program has kept this database; move it with that")),
+            newest if newest > own => Err(self.refuse_source("this database is of a newer version; move it with the newer program")),
             _ => Ok(()),
         }
     }
 
     fn refuse_rows(&self, holds_rows: bool) -> std::result::Result<(), MoveError> {
-        let why = "a school is in it; allowed is a database that is empty, for a move never goes over data";
+        let why = "it contains a school; allowed: an empty database, because a move never overwrites data";
         if holds_rows { Err(MoveError::Refused { place: self.target(), why: why.to_owned() }) } else { Ok(()) }
     }
 
@@ -242,7 +241,7 @@ impl DatabaseMove {
         let on_server: BTreeSet<String> = plans.iter().flat_map(own).collect();
         match on_file.symmetric_difference(&on_server).next() {
             None => Ok(()),
-            Some(column) => Err(self.refuse_source(format!("{column}: only one of both databases has this column"))),
+            Some(column) => Err(self.refuse_source(format!("{column}: only one of the two databases has this column"))),
         }
     }
 }
@@ -296,7 +295,7 @@ fn compare_tables(read: &[CarriedTable], written: &[CarriedTable]) -> Vec<String
     let differing = read.iter().zip(written).filter(|(read, written)| read != written);
     let words = |(read, written): (&CarriedTable, &CarriedTable)| {
         format!(
-            "{}: {} rows of hash {} were read, {} of hash {} are there",
+            "{}: read {} rows with hash {}, found {} with hash {}",
             read.name, read.rows, read.sha256, written.rows, written.sha256
         )
     };

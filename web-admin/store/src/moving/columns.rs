@@ -106,7 +106,7 @@ fn plan_tables(listed: &[ListedColumn]) -> std::result::Result<Vec<TablePlan>, S
 fn plan_table(name: &str, listed: &[&ListedColumn]) -> std::result::Result<TablePlan, String> {
     let carried = |column: &&ListedColumn| match ValueKind::parse(&column.kind) {
         Some(kind) => Ok(CarriedColumn { name: column.column.clone(), kind }),
-        None => Err(format!("{name}.{}: {} is no kind of ours", column.column, column.kind)),
+        None => Err(format!("{name}.{}: {} is not a known type", column.column, column.kind)),
     };
     let columns = listed.iter().map(carried).collect::<std::result::Result<_, _>>()?;
     let mut key: Vec<_> = listed.iter().filter_map(|column| Some((column.key_place?, column.column.clone()))).collect();

@@ -184,7 +184,7 @@ impl<'a> TableWriter<'a> {
 type Insert<'q> = Query<'q, Sqlite, SqliteArguments>;
 
 fn bind_row<'q>(mut query: Insert<'q>, row: &[u8], table: &TablePlan) -> Result<Insert<'q>> {
-    let broken = || Error::Protocol(format!("{}: PostgreSQL has sent no row of this table", table.name));
+    let broken = || Error::Protocol(format!("{}: PostgreSQL sent no row of this table", table.name));
     let mut fields = FieldReader::new(row).ok_or_else(broken)?;
     for column in &table.columns {
         query = bind_value(query, column.kind, fields.next_field().ok_or_else(broken)?).ok_or_else(broken)?;

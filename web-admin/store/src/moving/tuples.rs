@@ -60,7 +60,7 @@ fn append_value(
 ) -> std::result::Result<(), Box<dyn std::error::Error + Send + Sync>> {
     match column.kind {
         ValueKind::Id => match row.try_get_unchecked::<Option<&[u8]>, _>(place)? {
-            Some(id) if id.len() != 16 => Err(format!("an id of {} bytes; allowed are 16", id.len()).into()),
+            Some(id) if id.len() != 16 => Err(format!("an id of {} bytes; allowed: 16", id.len()).into()),
             id => append_field(id, to),
         },
         ValueKind::Bytes => append_field(row.try_get_unchecked(place)?, to),
@@ -76,10 +76,10 @@ fn append_value(
             None => append_field(None, to),
             Some(0) => append_field(Some(&[0]), to),
             Some(1) => append_field(Some(&[1]), to),
-            Some(other) => Err(format!("{other} as a truth value; allowed are 0 and 1").into()),
+            Some(other) => Err(format!("{other} as a truth value; allowed: 0, 1").into()),
         },
         ValueKind::Text => match row.try_get_unchecked::<Option<&str>, _>(place)? {
-            Some(text) if text.contains('\0') => Err("a text with U+0000, which PostgreSQL does not keep".into()),
+            Some(text) if text.contains('\0') => Err("a text with U+0000, which PostgreSQL cannot store".into()),
             text => append_field(text.map(str::as_bytes), to),
         },
     }

@@ -64,7 +64,7 @@ async fn the_account_decides_wherever_somebody_signs_in() {
     let csrf = crate::support::client::csrf_in(&ada.get("/account").await.text());
     let unknown = ada.form("/account/language", &[("csrf", &csrf), ("language", "tlh")]).await;
     assert_eq!(unknown.status, 400);
-    assert!(unknown.text().contains("“tlh”; allowed are en, de"), "{}", unknown.text());
+    assert!(unknown.text().contains("“tlh”; allowed: en, de"), "{}", unknown.text());
     let set = ada.form("/account/language", &[("csrf", &csrf), ("language", "de")]).await;
     assert_eq!((set.status.as_u16(), set.header("location")), (303, "/account"));
     let mut elsewhere = app.stranger();

@@ -28,7 +28,7 @@ pub(super) const BATCH: u32 = 50;
 pub async fn run_outbox(state: AppState) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::Letters, work_off_letters(&state)).await {
-            tracing::warn!(cause = tell_in_full(&error), "mails could not be sent");
+            tracing::warn!(cause = tell_in_full(&error), "failed to send emails");
         }
         tokio::select! {
             () = state.mails.notified() => {}

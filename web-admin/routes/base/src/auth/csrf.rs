@@ -90,7 +90,7 @@ pub(super) fn too_many_fields() -> Error {
 
 /// Returns the error for a form that contains U+0000.
 pub fn refuse_nul() -> Error {
-    Error::BadRequest(tr!("The form holds the character U+0000, which no text does.").to_owned())
+    Error::BadRequest(tr!("The form contains the character U+0000, which is not allowed.").to_owned())
 }
 
 /// Whether a token is that of the session.
@@ -112,7 +112,9 @@ async fn is_ours(session: &Session, stranger: &StrangerToken, sent: &str) -> Res
 /// Returns the error for a form without a valid token.
 #[must_use]
 pub fn refuse_form() -> Error {
-    Error::Forbidden(tr!("This form is stale or came from another site. Go back, reload the page and send it again."))
+    Error::Forbidden(tr!(
+        "This form is out of date or was sent from another site. Go back, reload the page and send it again."
+    ))
 }
 
 /// A form without fields of its own.

@@ -156,7 +156,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Teacher {
         let Visitor(person) = Visitor::from_request_parts(parts, state).await?;
         match person.role {
             Role::Instructor | Role::Administrator => Ok(Self(person)),
-            Role::Trainee | Role::Guest => Err(refuse_role(tr!("this page is for those who teach"))),
+            Role::Trainee | Role::Guest => Err(refuse_role(tr!("this page is for instructors"))),
         }
     }
 }

@@ -121,7 +121,7 @@ async fn read_text(mut part: Field<'_>, left_bytes: &mut usize) -> Result<String
 
 fn too_much_text() -> Error {
     Error::Unprocessable(
-        tr!("The fields of the form hold more than 2 MB of text, the most allowed beside a file.").to_owned(),
+        tr!("The form fields contain more than 2 MB of text, the most allowed in addition to a file.").to_owned(),
     )
 }
 

@@ -53,14 +53,16 @@ async fn plan_search(state: &AppState, school: SchoolId, form: &AuditForm, limit
     let zone = schools::find_time_zone(state.db.reader(), school).await?;
     let day = |said: &str, later: i32| match said {
         "" => Ok(None),
-        _ => find_day_start(said, &zone, later).map(Some).ok_or_else(|| {
-            Error::BadRequest(tr!("the day: “{typed}”; a date like 2026-11-30 is needed", typed = said))
-        }),
+        _ => find_day_start(said, &zone, later)
+            .map(Some)
+            .ok_or_else(|| Error::BadRequest(tr!("the day: “{typed}”; enter a date like 2026-11-30", typed = said))),
     };
     let themes = match form.theme.as_str() {
         "" => json!([]),
         key => json!(
-            AuditTheme::of_key(key).ok_or_else(|| Error::BadRequest(format!("theme: \"{key}\" is none")))?.actions
+            AuditTheme::of_key(key)
+                .ok_or_else(|| Error::BadRequest(format!("theme: \"{key}\" does not exist")))?
+                .actions
         ),
     };
     let before = match day(&form.until, 1)? {

@@ -39,7 +39,7 @@ pub(super) async fn put_logo(
     CsrfFileForm { file, .. }: CsrfFileForm<MOST_LOGO_BYTES>,
 ) -> Result<FormAnswer<SettingsPage>, PageError> {
     let taken = if file.is_cut {
-        Err(tr!("the logo: the file is too large; {most} bytes are allowed", most = MOST_LOGO_BYTES))
+        Err(tr!("the logo: the file is too large; at most {most} bytes are allowed", most = MOST_LOGO_BYTES))
     } else {
         split_refusal(settling::put_logo(&state, &person, file.bytes).await)?
     };

@@ -59,7 +59,7 @@ fn parse_origins(text: &str) -> Result<Vec<String>, String> {
     let checked = lines.into_iter().map(|line| {
         let refused = |_| {
             tr!(
-                "“{value}” is no origin: a scheme and a host, as https://lab.example.org, without a path",
+                "“{value}” is not an origin: enter a scheme and a host, such as https://lab.example.org, without a path",
                 value = line.chars().take(100).collect::<String>()
             )
         };

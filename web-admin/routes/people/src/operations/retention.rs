@@ -86,15 +86,16 @@ fn read_settings(form: &RetentionForm) -> Result<Settings, String> {
     let number = |text: &str, allowed: std::ops::RangeInclusive<u32>| {
         text.trim().parse().ok().filter(|number| allowed.contains(number))
     };
-    let months = match form.months.trim() {
-        "" => None,
-        typed => Some(number(typed, MONTHS).ok_or_else(|| {
-            tr!("months: “{typed}”; allowed are whole months from 3 to 240, or nothing", typed = typed)
-        })?),
-    };
+    let months =
+        match form.months.trim() {
+            "" => None,
+            typed => Some(number(typed, MONTHS).ok_or_else(|| {
+                tr!("months: “{typed}”; allowed: whole months from 3 to 240, or empty", typed = typed)
+            })?),
+        };
     let typed = form.warn_days.trim();
-    let warn_days = number(typed, DAYS)
-        .ok_or_else(|| tr!("days: “{typed}”; allowed are whole days from 7 to 365", typed = typed))?;
+    let warn_days =
+        number(typed, DAYS).ok_or_else(|| tr!("days: “{typed}”; allowed: whole days from 7 to 365", typed = typed))?;
     Ok(Settings { months, warn_days, texts: form.texts, recordings: form.recordings })
 }
 
@@ -132,7 +133,7 @@ pub(super) async fn hold_person(
     let held = match form.hold.as_str() {
         "yes" => true,
         "no" => false,
-        other => return Err(Error::BadRequest(format!("hold: \"{other}\"; allowed are yes and no")).into()),
+        other => return Err(Error::BadRequest(format!("hold: \"{other}\"; allowed: yes, no")).into()),
     };
     acts::retention::set_held(&state, &person, id, held).await?;
     Ok(Redirect::to(&format!("/people/{id}?done=changed")))

@@ -142,11 +142,11 @@ pub(super) async fn send_test_letter(
     };
     Ok(match settling::send_test_letter(&state, &person, letter).await? {
         Ok(()) => {
-            let done = Some(tr!("A test letter was sent to {email}.", email = page.own_email));
+            let done = Some(tr!("A test email was sent to {email}.", email = page.own_email));
             SettingsPage { done, ..page }
         }
         Err(why) => {
-            let why = tr!("the test letter was not sent: {why}", why = why);
+            let why = tr!("the test email was not sent: {why}", why = why);
             let form = FilledForm::refused(page.form.typed, why);
             SettingsPage { form, ..page }
         }
@@ -166,7 +166,7 @@ pub(super) async fn set_certificate_needs(
 ) -> Result<Redirect, PageError> {
     let needed = Needed::of_word(&form.needed).ok_or_else(|| {
         let allowed = Needed::ALL.map(Needed::word).join(", ");
-        Error::BadRequest(format!("needed: \"{}\"; allowed are {allowed}", form.needed))
+        Error::BadRequest(format!("needed: \"{}\"; allowed: {allowed}", form.needed))
     })?;
     settling::set_certificate_needs(&state, &person, needed).await?;
     Ok(Redirect::to("/admin/settings?saved=true#certificates"))

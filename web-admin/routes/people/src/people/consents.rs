@@ -37,9 +37,10 @@ async fn find_expert(state: &AppState, visitor: &CurrentPerson, id: PersonId) ->
         directory::find_directory_entry(state.db.reader(), visitor.school_id, id).await.map_err(Error::from)?;
     let person = person.ok_or(Error::NotFound)?;
     if person.role == Role::Trainee {
-        return Err(
-            Error::Conflict(tr!("the experts’ corridor is of those who teach; this is a trainee").to_owned()).into()
-        );
+        return Err(Error::Conflict(
+            tr!("the experts’ corridor is for instructors; this person is a trainee").to_owned(),
+        )
+        .into());
     }
     Ok(person)
 }
@@ -102,14 +103,14 @@ pub(super) async fn record_declaration(
 
 /// Parses the form as a consent; the error explains invalid input.
 fn read_declaration(typed: &DeclarationForm, recorded_by: PersonId, now: Moment) -> Result<NewDeclaration<'_>, String> {
-    let wording = read_words(tr!("wording"), &typed.wording, MOST_WORDING)?;
+    let wording = read_words(tr!("consent text"), &typed.wording, MOST_WORDING)?;
     let how = read_words(tr!("how it was given"), &typed.how, MOST_HOW)?;
     let given_at = Date::parse(typed.given.trim(), &Iso8601::DATE)
         .map(|date| Moment::from(date.with_time(Time::MIDNIGHT).assume_utc()))
         .ok()
         .filter(|given| *given <= now);
     let given_at = given_at.ok_or_else(|| {
-        tr!("day: “{day}”; allowed is a day as 2026-05-20 that is not in the future", day = typed.given)
+        tr!("day: “{day}”; allowed: a day like 2026-05-20 that is not in the future", day = typed.given)
     })?;
     Ok(NewDeclaration { wording, how, given_at, recorded_by })
 }

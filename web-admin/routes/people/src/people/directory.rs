@@ -323,7 +323,7 @@ pub(super) async fn change_person(
 ) -> Result<FormAnswer<PersonPage>, PageError> {
     let person = find_person(&state, &visitor, id).await?;
     if person.state == AccountState::Erased {
-        return Err(Error::Conflict(tr!("whoever was made anonymous stays so").to_owned()).into());
+        return Err(Error::Conflict(tr!("this person is anonymised; that cannot be undone").to_owned()).into());
     }
     let details = typed_details(&form.name, &form.email, &form.number);
     let own_role = visitor.id == id && form.role != Role::Administrator;
@@ -387,7 +387,7 @@ pub(super) async fn disable_person(
 
 pub(super) fn refuse_own_account(visitor: &CurrentPerson, id: PersonId) -> Result<(), Error> {
     if visitor.id == id {
-        return Err(Error::Conflict(tr!("nobody disables themselves: another administrator does that").to_owned()));
+        return Err(Error::Conflict(tr!("you cannot disable your own account: ask another administrator").to_owned()));
     }
     Ok(())
 }

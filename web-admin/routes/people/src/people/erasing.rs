@@ -38,7 +38,7 @@ async fn find_erasable(state: &AppState, visitor: &CurrentPerson, id: PersonId) 
     let person = find_person(state, visitor, id).await?;
     refuse_own_account(visitor, id)?;
     if person.state == AccountState::Erased {
-        return Err(Error::Conflict(tr!("whoever was made anonymous stays so").to_owned()).into());
+        return Err(Error::Conflict(tr!("this person is anonymised; that cannot be undone").to_owned()).into());
     }
     Ok(person)
 }

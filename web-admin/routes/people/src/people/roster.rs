@@ -76,7 +76,7 @@ async fn keep_sent_roster(
 ) -> Result<RosterId, Error> {
     let cohort = Some(tidy(&form.cohort)).filter(|cohort| !cohort.is_empty());
     if let Some(cohort) = cohort.as_ref().filter(|cohort| !is_name(cohort)) {
-        return Err(Error::Unprocessable(tr!("“{cohort}” cannot be the name of a cohort", cohort = cohort)));
+        return Err(Error::Unprocessable(tr!("“{cohort}” is not allowed as the name of a cohort", cohort = cohort)));
     }
     let wanted = RosterRequest { cohort, remove_missing: form.remove_missing, mapping: None };
     roster_import::keep(state, person, shorten_file_name(&file.name), &file.bytes, &wanted).await

@@ -121,7 +121,7 @@ async fn check_code(
             Ok(Ok(proof)) => proof,
             Ok(Err(refused)) => {
                 let words = match refused {
-                    FactorRefused::Code => tr!("This code is wrong, was used before, or is too old.").to_owned(),
+                    FactorRefused::Code => tr!("This code is wrong, already used or expired.").to_owned(),
                     other => other.said(),
                 };
                 let page = make_code_page(&state, &browser, &person, Some(words)).await?;

@@ -116,7 +116,7 @@ async fn leave_stale_form(
             Err(refuse_form().into())
         };
     }
-    let why = tr!("Not signed in: the form was out of date. Type your address and password once more.");
+    let why = tr!("Not signed in: the form was out of date. Enter your address and password again.");
     let page = LoginPage {
         error: Some(why.to_owned()),
         email: form.email.clone(),
@@ -129,7 +129,7 @@ async fn leave_stale_form(
 /// Returns the error for an expired one-time password.
 fn refuse_outworn_password() -> Error {
     let why = tr!(
-        "this password was made for you to sign in with once, and is too old now: ask for a link below, and choose your own"
+        "this password was created for a single sign-in and has expired: request a link below, and choose your own password"
     );
     Error::Expired(why.to_owned())
 }

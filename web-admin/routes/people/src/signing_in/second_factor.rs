@@ -276,7 +276,7 @@ async fn reset_factor(
     let person =
         directory::find_directory_entry(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?;
     if person.id == visitor.id {
-        let why = tr!("one's own second factor is turned off on one's own account's page, by a code");
+        let why = tr!("turn off your own second factor on your account page, with a code");
         return Err(Error::Conflict(why.to_owned()).into());
     }
     let key = PersonKey { school_id: visitor.school_id, person_id: person.id };
@@ -299,7 +299,7 @@ async fn set_factor_rule(
 ) -> Result<Redirect, PageError> {
     let rule = FactorRule::of_word(&form.rule).ok_or_else(|| {
         let allowed = FactorRule::ALL.map(FactorRule::word).join(", ");
-        Error::BadRequest(format!("rule: \"{}\"; allowed are {allowed}", form.rule))
+        Error::BadRequest(format!("rule: \"{}\"; allowed: {allowed}", form.rule))
     })?;
     acts::schools::set_second_factor_rule(&state, &person, rule).await?;
     Ok(Redirect::to("/admin/settings?saved=true#second-factor"))

@@ -153,7 +153,7 @@ async fn read_new_round(state: &AppState, person: &CurrentPerson, form: &NewRoun
     let asked = form.instrument.as_str();
     let Some(instrument) = instruments::find_current_instrument(state.db.reader(), person.school_id, asked).await?
     else {
-        return refused(tr!("instrument: “{id}”; there is none of that id", id = asked));
+        return refused(tr!("questionnaire: “{id}” does not exist", id = asked));
     };
     let raters = read_raters(state, person, form).await?;
     let sessions = read_attempts(state, person, form, &raters).await?;
@@ -172,7 +172,7 @@ async fn read_raters(state: &AppState, person: &CurrentPerson, form: &NewRoundFo
     }
     let find = |id: &str| known.iter().find(|rater| rater.id.to_string() == id).map(|rater| rater.id);
     let unknown =
-        |id: &str| Error::Unprocessable(tr!("rater: “{id}”; allowed are the instructors of the school", id = id));
+        |id: &str| Error::Unprocessable(tr!("rater: “{id}”; allowed: the instructors of the school", id = id));
     chosen.into_iter().map(|id| find(id).ok_or_else(|| unknown(id))).collect()
 }
 
@@ -196,11 +196,13 @@ async fn read_attempts(
         let session = sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
         if raters.contains(&session.trainee_id) {
             return Err(Error::Unprocessable(
-                tr!("attempts: one is a rater’s own; nobody rates themselves").to_owned(),
+                tr!("attempts: one of them is a rater’s own; raters cannot rate themselves").to_owned(),
             ));
         }
         if session.uncounted.is_some() {
-            return Err(Error::Unprocessable(tr!("attempts: one counts nowhere, and is not rated").to_owned()));
+            return Err(Error::Unprocessable(
+                tr!("attempts: one of them does not count and cannot be rated").to_owned(),
+            ));
         }
         grades::find_grade(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
         attempts.push(id);

@@ -180,7 +180,7 @@ async fn export_round(
 ) -> Result<Response, PageError> {
     let round = find_round(&state, &person, id).await?;
     if round.own_open > 0 {
-        let why = tr!("your own ratings come first: what the others gave is shown when you have finished yours");
+        let why = tr!("you see the other ratings when you have finished your own");
         return Err(Error::Conflict(why.to_owned()).into());
     }
     let instrument = instrument_of_round(&state, &round).await?;
@@ -238,7 +238,7 @@ async fn withdraw_round(
 ) -> Result<Response, PageError> {
     let round = find_round(&state, &person, id).await?;
     if !owns_round(&person, &round) {
-        return Err(Error::Forbidden(tr!("a round is taken back by whoever asked for it")).into());
+        return Err(Error::Forbidden(tr!("a round can be withdrawn only by the person who requested it")).into());
     }
     ratings::withdraw(&state, &person, &round).await?;
     Ok(Redirect::to("/ratings").into_response())

@@ -136,7 +136,7 @@ fn read_due_date(said: &str, time_zone: &str, now: Moment) -> Result<Option<(Str
     }
     let due = due::read(said, time_zone).map_err(|refused| Error::Unprocessable(refused.to_string()))?;
     if due.at < now {
-        return Err(Error::Unprocessable(tr!("the due date is over already").to_owned()));
+        return Err(Error::Unprocessable(tr!("the due date is in the past").to_owned()));
     }
     Ok(Some((due.local, due.at)))
 }

@@ -131,12 +131,12 @@ pub(super) async fn mark_trace(
 ) -> Result<FormAnswer<TracePage>, PageError> {
     let open = open_trace(&state, &person, id).await?;
     if person.role != Role::Trainee {
-        return Err(Error::Forbidden(tr!("pops are marked by trainees")).into());
+        return Err(Error::Forbidden(tr!("only trainees can mark pops")).into());
     }
     let sent = match form.step.as_str() {
         "save" => false,
         "send" => true,
-        other => return Err(Error::BadRequest(format!("do: \"{other}\"; allowed are save and send")).into()),
+        other => return Err(Error::BadRequest(format!("do: \"{other}\"; allowed: save, send")).into()),
     };
     match read_pop_marks(&form.mark, open.session.duration_s) {
         Ok(marks) => {
@@ -146,7 +146,7 @@ pub(super) async fn mark_trace(
         Err(refused) => {
             let kept = stored::list_marks_of(state.db.reader(), id, person.id).await?;
             if kept.as_ref().is_some_and(|kept| kept.sent_at.is_some()) {
-                return Err(Error::Conflict(tr!("these marks were sent already").to_owned()).into());
+                return Err(Error::Conflict(tr!("these marks were already sent").to_owned()).into());
             }
             let shown = ShownTrace {
                 marks: kept.map(|kept| kept.marks.0).unwrap_or_default(),

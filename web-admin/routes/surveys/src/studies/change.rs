@@ -87,7 +87,7 @@ fn read_change(form: &NewStudyForm, agreed: bool) -> Result<StudyChange, String>
             groups: read_names(tr!("groups"), &form.groups, 2, MOST_GROUPS)?,
             questions: read_names(tr!("questions"), &form.questions, 0, MOST_QUESTIONS)?,
             consent: read_consent(&form.consent)?,
-            controller: read_line(tr!("who answers for the data"), &form.controller)?,
+            controller: read_line(tr!("data controller"), &form.controller)?,
         })
     };
     Ok(StudyChange {

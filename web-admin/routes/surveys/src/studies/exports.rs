@@ -105,8 +105,7 @@ fn codebook_of_study(gathered: &GatheredStudy, columns: &[StudyColumn]) -> serde
         "table": "study.csv: a row for each attempt",
         "columns": columns,
         "findings": gathered.exercises.iter().map(found).collect::<BTreeMap<_, _>>(),
-        "findings_note": "People are compared, each by the mean of their attempts: the last group against the first. p of Mann and Whitney, \
-                          p_holm by Holm over all metrics of the exercise, Hedges' g and the area under the curve with 95 % intervals.",
+        "findings_note": "Each person is represented by the mean of their attempts; the last group is compared with the first. p from the Mann-Whitney test, p_holm corrected after Holm over all metrics of the exercise, Hedges' g and the area under the curve with 95 % intervals.",
         "surveys": gathered.answered.iter().map(answered).collect::<Vec<_>>(),
     })
 }
@@ -156,7 +155,7 @@ fn columns_of_attempts(attempts: &[StudyAttempt]) -> Vec<StudyColumn> {
     };
     let score = StudyColumn {
         unit: "points of 100".to_owned(),
-        formula: "100 less the points lost by the rubric of the exercise; an override counts in place of it".to_owned(),
+        formula: "100 minus the points lost by the rubric of the exercise; an override replaces it".to_owned(),
         ..column("score", "Score", "numeric", &|attempt| CsvCell::Number(attempt.score))
     };
     vec![
@@ -167,7 +166,7 @@ fn columns_of_attempts(attempts: &[StudyAttempt]) -> Vec<StudyColumn> {
         column("began", "Begin, UTC", "string", &|attempt| {
             format::format_machine_time(attempt.started_at.to_utc()).into()
         }),
-        column("session", "Attempt as the service knows it", "string", &|attempt| {
+        column("session", "Id of the attempt in the service", "string", &|attempt| {
             attempt.session_id.to_string().into()
         }),
         score,
@@ -244,7 +243,7 @@ fn formula_of_score(instrument: &Instrument, key: &ScoreKey) -> String {
     let shift = if key.shift == 0.0 { String::new() } else { format!(", each plus {}", key.shift) };
     let (least, greatest) = assessment::questionnaire::score_range(instrument, key);
     format!(
-        "{} * {combined} of ({}){shift}, plus {}; from {least} to {greatest}; reversed is least plus largest less the answer",
+        "{} * {combined} of ({}){shift}, plus {}; from {least} to {greatest}; reversed: smallest plus largest value minus the answer",
         key.factor,
         items.join(", "),
         key.offset

@@ -37,8 +37,7 @@ pub(super) async fn show_new_study(
         groups: [tr!("Novices"), tr!("Intermediates"), tr!("Experts")].join("\n"),
         questions: [tr!("Role"), tr!("Speciality"), tr!("Years of practice")].join("\n"),
         consent: tr!(
-            "I take part of my own free will. My attempts at the simulator and my answers are recorded under a pseudonym and \
-             evaluated for this study. I can stop at any time and have my data taken out, without giving a reason."
+            "My participation is voluntary. My attempts at the simulator and my answers are recorded under a pseudonym and analysed for this study. I can stop at any time and have my data deleted, without giving a reason."
         )
         .to_owned(),
         controller: school,
@@ -100,7 +99,7 @@ fn read_study(form: &NewStudyForm, known: &[InstrumentRevision]) -> Result<Study
         after_each: read_instruments(&form.after, known)?,
         at_end: read_instruments(&form.end, known)?,
         consent,
-        controller: read_line(tr!("who answers for the data"), &form.controller)?,
+        controller: read_line(tr!("data controller"), &form.controller)?,
         contact: read_line(tr!("contact"), &form.contact)?,
         kept_months: read_count(tr!("months"), &form.kept, 360)?,
         generated: false,
@@ -110,7 +109,7 @@ fn read_study(form: &NewStudyForm, known: &[InstrumentRevision]) -> Result<Study
 pub(super) fn read_consent(typed: &str) -> Result<String, String> {
     let consent = typed.replace("\r\n", "\n").trim().to_owned();
     if consent.is_empty() || consent.chars().count() > LONGEST_CONSENT {
-        return Err(tr!("what participants agree to: 1 to {most} characters", most = LONGEST_CONSENT));
+        return Err(tr!("the consent text: allowed: 1 to {most} characters", most = LONGEST_CONSENT));
     }
     Ok(consent)
 }
@@ -161,7 +160,7 @@ fn read_instruments(chosen: &[String], known: &[InstrumentRevision]) -> Result<V
     let find = |id: &String| {
         let found = known.iter().find(|instrument| instrument.instrument_id == *id);
         let found = found.map(|instrument| (instrument.id, instrument.title.clone()));
-        found.ok_or_else(|| tr!("instrument: “{id}” is known nowhere here", id = id))
+        found.ok_or_else(|| tr!("questionnaire: “{id}” does not exist in this school", id = id))
     };
     chosen.iter().take(MOST).map(find).collect()
 }

@@ -167,8 +167,8 @@ async fn list_study_facts(
     let mut facts = vec![
         (tr!("Exercises"), exercises.join(", ")),
         (tr!("Attempts at each"), study.attempts.to_string()),
-        (tr!("Asked after each attempt"), titles(false)),
-        (tr!("Asked after the last attempt"), titles(true)),
+        (tr!("After each attempt"), titles(false)),
+        (tr!("After the last attempt"), titles(true)),
         (tr!("Run by"), study.owner.clone()),
         (tr!("Since"), format::format_date(study.created_at.to_utc())),
     ];
@@ -180,7 +180,7 @@ async fn list_study_facts(
 /// Returns controller, contact and retention period of the data.
 fn terms_of_study(study: &Study) -> Vec<(&'static str, String)> {
     vec![
-        (tr!("Answers for the data"), study.controller.clone()),
+        (tr!("Data controller"), study.controller.clone()),
         (tr!("Contact"), study.contact.clone()),
         (tr!("Data are kept"), kept_in_words(study.kept_months as usize)),
     ]
@@ -216,10 +216,10 @@ async fn add_participant(
 fn read_participant(study: &Study, form: &ParticipantForm) -> Result<ParticipantFacts, String> {
     // Members give their consent after signing in.
     if form.email.is_empty() && !form.consent {
-        return Err(tr!("Nobody takes part who has not agreed.").to_owned());
+        return Err(tr!("Participation requires consent.").to_owned());
     }
     let group_place = form.group.parse().ok().filter(|place| (*place as usize) < study.groups.0.len());
-    let group_place: u32 = group_place.ok_or_else(|| tr!("group: choose one of the list").to_owned())?;
+    let group_place: u32 = group_place.ok_or_else(|| tr!("group: choose one from the list").to_owned())?;
     let fact = |(at, question): (usize, &String)| {
         let told = form.facts.get(at).map_or("", |fact| fact.trim());
         if told.chars().count() > LONGEST_FACT {

@@ -73,7 +73,7 @@ pub(super) async fn serve_export(
     let name = format!("{}-{}", instrument.id, file.trim_end_matches(".csv"));
     match file.as_str() {
         "answers-wide.csv" | "answers-long.csv" if !owner => {
-            return Err(Error::Forbidden(tr!("single answers are for the owner of the survey")).into());
+            return Err(Error::Forbidden(tr!("single answers are visible only to the owner of the survey")).into());
         }
         "answers-wide.csv" => return Ok(wide_table(&name, instrument, submitted)?),
         "answers-long.csv" => {

@@ -133,7 +133,7 @@ fn make_editor_page(
 ) -> EditPage {
     EditPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Surveys),
-        heading: if id.is_some() { tr!("Paste another version") } else { tr!("Paste an instrument") },
+        heading: if id.is_some() { tr!("Paste another version") } else { tr!("Paste a questionnaire") },
         action: id.map_or_else(|| "/surveys/instruments/new".to_owned(), |id| format!("{}/edit", instrument_href(id))),
         form,
         preview: None,
@@ -188,7 +188,7 @@ async fn store_instrument(
         return Ok(FormAnswer::Answered(page.into_response()));
     }
     if !surveys::publish_written(state, person, &instrument, &bytes, id.is_none()).await? {
-        let issues = vec![tr!("id: “{id}”; there is an instrument of that id: edit it", id = instrument.id)];
+        let issues = vec![tr!("id: “{id}” already exists: edit that questionnaire", id = instrument.id)];
         return Ok(refuse(issues));
     }
     Ok(FormAnswer::lead_to(&instrument_href(&instrument.id)))
@@ -208,7 +208,7 @@ fn read_instrument(text: &str, id: Option<&str>) -> Result<(Instrument, Vec<u8>)
     let instrument = Instrument::from_bytes("document", &bytes).map_err(all)?;
     match id.filter(|id| *id != instrument.id) {
         Some(id) => Err(vec![tr!(
-            "id: “{typed}”; allowed: {id}, for an instrument keeps its id",
+            "id: “{typed}”; allowed: {id}, because a questionnaire keeps its id",
             typed = instrument.id,
             id = id
         )]),

@@ -96,7 +96,7 @@ async fn list_survey_facts(state: &AppState, survey: &Survey) -> Result<Vec<(&'s
 /// Returns the chosen cohorts, which must be taught by the visitor.
 fn read_cohorts(form: &NewSurveyForm, known: &[NamedItem<CohortId>]) -> Result<Vec<CohortId>, String> {
     let find = |id: &String| known.iter().find(|cohort| cohort.id.to_string() == *id).map(|cohort| cohort.id);
-    let read = |id| find(id).ok_or_else(|| tr!("cohort: “{id}”; allowed are the cohorts you teach", id = id));
+    let read = |id| find(id).ok_or_else(|| tr!("cohort: “{id}”; allowed: the cohorts you teach", id = id));
     form.cohorts.iter().map(read).collect()
 }
 
@@ -183,8 +183,7 @@ fn check_new_survey(
     now: Moment,
 ) -> Result<SurveyRequest, String> {
     let NewSurveyForm { title, identity, opens, closes, .. } = form;
-    let revision_id =
-        revision.ok_or_else(|| tr!("instrument: “{id}”; there is none of that id", id = form.instrument))?;
+    let revision_id = revision.ok_or_else(|| tr!("questionnaire: “{id}” does not exist", id = form.instrument))?;
     let title = line::title(title)?.to_owned();
     let identity = [Identity::Anonymous, Identity::Pseudonymous, Identity::Named]
         .into_iter()
@@ -194,7 +193,7 @@ fn check_new_survey(
     // The last day is included.
     let closes_at = read_day(tr!("last day"), closes, 1)?;
     if closes_at.is_some_and(|closes| closes <= opens_at || closes <= now) {
-        return Err(tr!("last day: {closes}; allowed: a day that is not over, not before the first", closes = closes));
+        return Err(tr!("last day: {closes}; allowed: today or later, and not before the first day", closes = closes));
     }
     Ok(SurveyRequest {
         revision_id,
@@ -215,7 +214,7 @@ fn read_fresh_hours(typed: &str) -> Result<Option<u32>, String> {
         return Ok(None);
     }
     let hours = typed.parse().ok().filter(|hours| (1..=8760).contains(hours));
-    let why = || tr!("hours after an attempt: “{typed}”; 1 to 8760 are allowed", typed = typed);
+    let why = || tr!("hours after an attempt: “{typed}”; allowed: 1 to 8760", typed = typed);
     hours.map(Some).ok_or_else(why)
 }
 
@@ -225,7 +224,7 @@ fn read_day(name: &str, typed: &str, days_later: i32) -> Result<Option<Moment>, 
     if typed.is_empty() {
         return Ok(None);
     }
-    let refused = || tr!("{name}: “{typed}”; allowed: a day as 2026-05-20, or nothing", name = name, typed = typed);
+    let refused = || tr!("{name}: “{typed}”; allowed: a day like 2026-05-20, or empty", name = name, typed = typed);
     find_day_start(typed, &zone_name(), days_later).map(Some).ok_or_else(refused)
 }
 
@@ -247,7 +246,7 @@ pub(super) async fn make_links(
 ) -> Result<FormAnswer<ManagePage>, PageError> {
     let survey = find_school_survey(&state, &person, id).await?;
     if !owns_survey(&person, &survey) || !survey.is_open(state.clock.now()) {
-        return Err(Error::Forbidden(tr!("links are made by the owner of an open survey")).into());
+        return Err(Error::Forbidden(tr!("only the owner can create links, while the survey is open")).into());
     }
     let labels: Vec<String> =
         form.labels.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect();
@@ -334,7 +333,7 @@ pub(super) async fn close_survey(
 ) -> Result<Redirect, PageError> {
     let survey = find_school_survey(&state, &person, id).await?;
     if !owns_survey(&person, &survey) {
-        return Err(Error::Forbidden(tr!("a survey is closed by its owner")).into());
+        return Err(Error::Forbidden(tr!("only the owner can close a survey")).into());
     }
     surveys::close(&state, &person, &survey, form.closed).await?;
     Ok(Redirect::to(&format!("/surveys/{id}")))

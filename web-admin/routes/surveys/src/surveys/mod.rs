@@ -127,7 +127,7 @@ async fn show_survey(
     let begun = surveys::draft_of(state.db.reader(), survey.school_id, id, person.id, query.session).await?;
     if begun.is_none() && surveys::answered(state.db.reader(), &survey, person.id, query.session).await? {
         return Err(Error::Gone(tr!(
-            "you have answered this survey; only the address of its last page leads to your answers"
+            "you have already answered this survey; only the address of its last page leads to your answers"
         ))
         .into());
     }

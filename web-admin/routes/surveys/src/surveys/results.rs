@@ -253,7 +253,7 @@ pub(super) async fn tag_comment(
 ) -> Result<Response, PageError> {
     let survey = find_school_survey(&state, &person, id).await?;
     if !owns_survey(&person, &survey) {
-        return Err(Error::Forbidden(tr!("themes are given by the owner of the survey")).into());
+        return Err(Error::Forbidden(tr!("only the owner of the survey can assign themes")).into());
     }
     let tag = form.tag.trim().to_lowercase();
     let length = tag.chars().count();

@@ -345,7 +345,7 @@ pub(super) async fn discard_draft(
     match drafting::discard(&state, &person, id, seen).await? {
         true => Ok(Redirect::to("/drafts")),
         false => {
-            let why = tr!("somebody has saved this draft since you opened it; look at it before you throw it away");
+            let why = tr!("another person has saved this draft since you opened it; look at it before you discard it");
             Err(Error::Conflict(why.to_owned()).into())
         }
     }
@@ -365,7 +365,7 @@ fn make_draft_row(draft: &DocumentDraft) -> DraftRow {
         kind: match draft.kind {
             DraftKind::Exercise => tr!("Exercise"),
             DraftKind::Course => tr!("Course"),
-            DraftKind::Instrument => tr!("Instrument"),
+            DraftKind::Instrument => tr!("Questionnaire"),
         },
         title: EditedDocument::from_text(&draft.texts.document)
             .map(|text| text.title_in(words::current().code()))

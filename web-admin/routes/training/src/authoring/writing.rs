@@ -105,7 +105,10 @@ impl SentDraft {
 }
 
 fn refuse_field(name: &str) -> Error {
-    Error::BadRequest(tr!("The form lacks “{field}”, or has something in it that no page sends.", field = name))
+    Error::BadRequest(tr!(
+        "The form lacks “{field}” or contains a value that no page sends. Reload the page and try again.",
+        field = name
+    ))
 }
 
 fn read_act(asked: &str) -> Result<DraftAct, Error> {

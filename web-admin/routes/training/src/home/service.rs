@@ -38,8 +38,8 @@ pub(super) async fn show_service_log(
             (stations, tr!("stations")),
             (counts.attempts, tr!("scored attempts")),
             (counts.waiting, tr!("recordings in the queue")),
-            (counts.refused, tr!("refused recordings")),
-            (counts.flagged, tr!("re-simulations that differ")),
+            (counts.refused, tr!("rejected recordings")),
+            (counts.flagged, tr!("differing re-simulations")),
         ],
         failing: count_i64(failing),
         letters: letters

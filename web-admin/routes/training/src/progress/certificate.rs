@@ -123,7 +123,7 @@ async fn earned_by_trainee(
     let progress = Progress::of(&course, &proved, now.to_utc());
     if !progress.complete() {
         let why = tr!(
-            "a certificate is issued when every exercise of the course is mastered; the school certifies by: {needed}",
+            "a certificate is issued once every exercise of the course is mastered; the school requires {needed}",
             needed = needed_in_words(needed)
         );
         return Err(Error::Conflict(why));

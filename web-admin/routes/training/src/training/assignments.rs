@@ -188,8 +188,8 @@ pub(super) async fn make_assignment(
 fn say_locks(locks: &LockedTrainees) -> String {
     let missing = locks.missing.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
     trn!(
-        "it is locked for {n} trainee of {of}, who must first master: {missing}; tick “Assign it anyway”, or assign that first",
-        "it is locked for {n} trainees of {of}, who must first master: {missing}; tick “Assign it anyway”, or assign that first",
+        "it is locked for {n} trainee of {of}, who must first master {missing}; tick “Assign anyway”, or assign that first",
+        "it is locked for {n} trainees of {of}, who must first master {missing}; tick “Assign anyway”, or assign that first",
         locks.locked,
         of = locks.of,
         missing = missing
@@ -211,7 +211,7 @@ async fn read_assignment(
         said => {
             let due = due::read(said, &time_zone).map_err(|refused| Error::Unprocessable(refused.to_string()))?;
             if due.at < state.clock.now() {
-                return Err(Error::Unprocessable(tr!("the due date is over already").to_owned()));
+                return Err(Error::Unprocessable(tr!("the due date is in the past").to_owned()));
             }
             Some((due.local, due.at))
         }
@@ -234,7 +234,7 @@ async fn read_assignment(
 
 fn read_attempt_limit(said: &str) -> Result<u32, Error> {
     let number = said.parse().ok().filter(|number| (1..=100).contains(number));
-    number.ok_or_else(|| Error::Unprocessable(tr!("attempts that count: “{said}”; 1 to 100 are allowed", said = said)))
+    number.ok_or_else(|| Error::Unprocessable(tr!("attempts that count: “{said}”; allowed: 1 to 100", said = said)))
 }
 
 async fn read_task(state: &AppState, school: SchoolId, said: &str) -> Result<AssignmentTask, Error> {
@@ -259,7 +259,7 @@ async fn read_assignee(
     typed: &TypedAssignment,
 ) -> Result<(Option<CohortId>, Option<PersonId>), Error> {
     match (typed.cohort.trim(), typed.email.trim()) {
-        ("", "") => Err(Error::Unprocessable(tr!("choose a cohort, or type a trainee’s address").to_owned())),
+        ("", "") => Err(Error::Unprocessable(tr!("choose a cohort, or enter a trainee’s address").to_owned())),
         (cohort, "") => {
             let id: CohortId = cohort.parse().map_err(|_| Error::NotFound)?;
             reports::cohort(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
@@ -274,11 +274,14 @@ async fn read_assignee(
                 None => None,
             };
             let nobody = || {
-                Error::Unprocessable(tr!("the trainee: “{email}”; none whom you teach has this address", email = email))
+                Error::Unprocessable(tr!(
+                    "the trainee: “{email}”; none of your trainees has this address",
+                    email = email
+                ))
             };
             seen.map(|trainee| (None, Some(trainee.id))).ok_or_else(nobody)
         }
-        _ => Err(Error::Unprocessable(tr!("choose a cohort or type a trainee’s address, not both").to_owned())),
+        _ => Err(Error::Unprocessable(tr!("choose a cohort or enter a trainee’s address, not both").to_owned())),
     }
 }
 

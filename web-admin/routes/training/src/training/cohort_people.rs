@@ -39,7 +39,7 @@ pub(super) async fn make_cohort(
     let name = form.name.trim();
     if !is_name(name) {
         let why = tr!(
-            "the cohort's name: “{name}”; allowed are 1 to 120 characters, not beginning with = + - or @",
+            "the cohort’s name: “{name}”; allowed: 1 to 120 characters, not beginning with = + - or @",
             name = name
         );
         return Err(Error::Unprocessable(why).into());
@@ -129,7 +129,7 @@ impl RequestAnswerForm {
         match self.answer.as_str() {
             "yes" => Ok(true),
             "no" => Ok(false),
-            other => Err(Error::BadRequest(format!("answer: \"{other}\"; allowed are yes and no"))),
+            other => Err(Error::BadRequest(format!("answer: \"{other}\"; allowed: yes, no"))),
         }
     }
 }
@@ -144,7 +144,7 @@ pub(super) async fn answer_request(
     let Path((id, asked)) = path.map_err(|_| Error::NotFound)?;
     find_taught_cohort(&state, &person, id).await?;
     if form.answer == "yes" && person.role != Role::Administrator {
-        return Err(Error::Forbidden(tr!("only the trainee or an administrator says yes")).into());
+        return Err(Error::Forbidden(tr!("only the trainee or an administrator can agree")).into());
     }
     let request = RequestKey { cohort_id: id, person_id: asked };
     membership::answer_request(&state, &person, request, form.joins()?).await?;

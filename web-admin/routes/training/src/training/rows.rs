@@ -44,7 +44,7 @@ fn note_of_attempt(attempt: &ListedAttempt) -> String {
         return refusal.clone();
     }
     if attempt.computed.is_some() {
-        return tr!("an instructor has put another score in place").to_owned();
+        return tr!("an instructor has set another score").to_owned();
     }
     if let Some(failure) = attempt.hard_fails.as_ref().and_then(|fails| fails.0.first()) {
         return metric::say_failure(failure);
