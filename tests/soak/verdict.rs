@@ -10,7 +10,10 @@ use acts::config::Config;
 use acts::recording_files::hash_file;
 use anyhow::{Context, bail};
 use model::SessionKey;
-use store::{Database, jobs, schools, scores, sessions};
+use store::Database;
+use store::operations::schools;
+use store::recordings::sessions;
+use store::scoring::{jobs, scores};
 use tests::endings::say;
 
 use crate::Harm;

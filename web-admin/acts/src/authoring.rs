@@ -4,8 +4,10 @@
 use model::authoring::{EditedDocument, FieldSort, find_exercise_id, id_from_title};
 use model::ids::{DraftId, SchoolId};
 use model::{CurrentPerson, authoring};
-use store::drafts::{DraftKind, NewDocumentDraft, Texts};
-use store::{curricula, drafts, exercises, instruments};
+use store::authoring::drafts::{DraftKind, NewDocumentDraft, Texts};
+use store::authoring::{drafts, exercises};
+use store::surveys::instruments;
+use store::training::curricula;
 
 use crate::drafting::{
     SaveOutcome, begin_draft_of, current_exercise, current_instrument, draft_editor, open_course, save_draft,

@@ -6,7 +6,8 @@ use std::net::IpAddr;
 use model::Moment;
 use model::email::normalize_email;
 use model::ids::PersonId;
-use store::{Connection, Executor, brakes};
+use store::auth::rate_limits;
+use store::{Connection, Executor};
 
 use crate::error::Error;
 use crate::secret;
@@ -59,13 +60,13 @@ impl Brake {
 
     /// Returns the time up to which attempts would extend after one more.
     async fn count(&self, executor: impl Executor<'_>, now: Moment) -> Result<Moment, Error> {
-        let until = brakes::find_brake(executor, &self.key_sha256).await?;
+        let until = rate_limits::find_brake(executor, &self.key_sha256).await?;
         self.pace.count(until, now).map_err(refuse)
     }
 
     async fn press(&self, tx: &mut Connection, now: Moment) -> Result<(), Error> {
         let next = self.count(&mut *tx, now).await?;
-        Ok(brakes::put_brake(tx, &self.key_sha256, next).await?)
+        Ok(rate_limits::put_brake(tx, &self.key_sha256, next).await?)
     }
 }
 
@@ -120,7 +121,7 @@ pub async fn take_sign_in(service: &Service, address: IpAddr, email: &str) -> Re
 /// # Errors
 /// Fails if the database fails.
 pub async fn is_known(service: &Service, address: IpAddr, email: &str) -> Result<bool, Error> {
-    let until = brakes::find_brake(service.db.reader(), &known_key(address, email)).await?;
+    let until = rate_limits::find_brake(service.db.reader(), &known_key(address, email)).await?;
     Ok(until.is_some_and(|until| until > service.clock.now()))
 }
 
@@ -130,7 +131,7 @@ pub async fn is_known(service: &Service, address: IpAddr, email: &str) -> Result
 /// Fails if the database fails.
 pub async fn welcome(service: &Service, address: IpAddr, email: &str) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
-    brakes::put_brake(&mut tx, &known_key(address, email), service.clock.now().plus_s(KNOWN_S)).await?;
+    rate_limits::put_brake(&mut tx, &known_key(address, email), service.clock.now().plus_s(KNOWN_S)).await?;
     Ok(tx.commit().await?)
 }
 

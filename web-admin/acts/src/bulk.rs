@@ -3,15 +3,16 @@
 
 use std::collections::BTreeSet;
 
-use model::CurrentPerson;
 use model::directory::{BulkAct, BulkPlan, DirectoryEntry, ExemptPerson};
 use model::ids::{CohortId, PersonId};
-use model::{PersonKey, Role, count_u32};
+use model::{CurrentPerson, PersonKey, Role, count_u32};
 use serde_json::json;
-use store::account_links::Purpose;
+use store::Connection;
 use store::audit::AuditEntry;
-use store::cohorts::{self, Deed, Membership, MembershipKey};
-use store::{Connection, directory};
+use store::auth::account_links::Purpose;
+use store::people::directory;
+use store::training::cohorts;
+use store::training::cohorts::{Deed, Membership, MembershipKey};
 
 use crate::accounts;
 use crate::error::Error;

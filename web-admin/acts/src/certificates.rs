@@ -7,7 +7,7 @@ use model::ids::PersonId;
 use model::{CurrentPerson, certificate};
 use serde_json::json;
 use store::audit::AuditEntry;
-use store::curricula::TaughtCurriculum;
+use store::training::curricula::TaughtCurriculum;
 
 use crate::error::Error;
 use crate::sealing;

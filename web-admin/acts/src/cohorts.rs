@@ -5,8 +5,9 @@ use model::ids::{CohortId, PersonId};
 use model::{CurrentPerson, Role};
 use serde_json::json;
 use store::audit::AuditEntry;
-use store::cohorts::{self, Cohort, Deed, Membership, MembershipKey};
 use store::people;
+use store::training::cohorts;
+use store::training::cohorts::{Cohort, Deed, Membership, MembershipKey};
 
 use crate::error::Error;
 use crate::service::Service;

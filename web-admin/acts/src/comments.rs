@@ -5,10 +5,10 @@ use model::comment::{Comment, CommentKind};
 use model::ids::CommentId;
 use serde_json::json;
 use store::audit::AuditEntry;
-use store::comments;
-use store::comments::CommentAnswer;
-use store::notices as told;
-use store::sessions::Session;
+use store::letters::notices as told;
+use store::recordings::sessions::Session;
+use store::training::comments;
+use store::training::comments::CommentAnswer;
 
 use crate::error::Error;
 use crate::notices::{self, News};

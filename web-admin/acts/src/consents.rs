@@ -4,7 +4,8 @@ use model::ids::PersonId;
 use model::{CurrentPerson, PersonKey};
 use serde_json::json;
 use store::audit::AuditEntry;
-use store::experts::{self, NewDeclaration};
+use store::privacy::experts;
+use store::privacy::experts::NewDeclaration;
 
 use crate::error::Error;
 use crate::service::Service;

@@ -4,7 +4,7 @@ use model::PersonKey;
 use model::draft::CourseChange;
 use model::ids::{PersonId, SchoolId};
 use model::progress::Progress;
-use store::practice;
+use store::training::practice;
 
 use crate::assignments::taught_curricula;
 use crate::drafting::CheckedCourse;

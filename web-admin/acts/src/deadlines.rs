@@ -7,9 +7,10 @@ use model::mail::MailKind;
 use model::{CurrentPerson, due};
 use serde_json::json;
 use store::audit::AuditEntry;
-use store::deadlines::{DeadlineKey, DeadlineKind};
-use store::mails::NewMail;
-use store::{deadlines, mails};
+use store::letters::mails;
+use store::letters::mails::NewMail;
+use store::training::deadlines;
+use store::training::deadlines::{DeadlineKey, DeadlineKind};
 
 use crate::error::{Error, tell_in_full};
 use crate::replicas::{self, Duty};

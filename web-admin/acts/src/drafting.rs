@@ -11,9 +11,11 @@ use model::draft::{DraftRemark, DraftVerdict};
 use model::ids::{DraftId, RevisionId, SchoolId};
 use model::progress::Mastery;
 use store::audit::{Actor, AuditEntry};
-use store::drafts::{DocumentDraft, DraftEditor, DraftKind, NewDocumentDraft, Texts};
-use store::exercises::RevisionBytes;
-use store::{curricula, drafts, exercises, instruments, pictures};
+use store::authoring::drafts::{DocumentDraft, DraftEditor, DraftKind, NewDocumentDraft, Texts};
+use store::authoring::exercises::RevisionBytes;
+use store::authoring::{drafts, exercises, pictures};
+use store::surveys::instruments;
+use store::training::curricula;
 
 use crate::error::{Error, refuse_trainees};
 use crate::judging::{DraftQuestion, JudgeAnswer, JudgeQuestion, same_id};

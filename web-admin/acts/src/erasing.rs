@@ -7,9 +7,13 @@ use model::directory::{AccountState, DirectoryEntry};
 use model::ids::SchoolId;
 use model::{CurrentPerson, PersonKey};
 use serde_json::{Value, json};
+use store::Connection;
 use store::audit::{Actor, AuditEntry};
-use store::texts::{ErasedRecording, TextSide, Whose};
-use store::{Connection, directory, retention, schools, second_factors, texts, tokens};
+use store::auth::{second_factors, tokens};
+use store::operations::schools;
+use store::people::directory;
+use store::privacy::texts::{ErasedRecording, TextSide, Whose};
+use store::privacy::{retention, texts};
 
 use crate::erasure_store::ErasureStore;
 use crate::erasures::{Erasure, ErasureScope};

@@ -11,12 +11,14 @@ use model::survey::{Identity, ResponseState};
 use model::{Moment, Role};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
-use store::cohorts::{self, Deed, Membership};
-use store::directory::{self, Details};
-use store::generated::GeneratedCrowd;
-use store::people::{self, NewPerson, Person};
-use store::surveys::{NewResponse, NewSurvey, Submission, SurveyResponse};
-use store::{Connection, Json, generated, instruments, schools, surveys as stored};
+use store::operations::fixtures::GeneratedCrowd;
+use store::operations::{fixtures, schools};
+use store::people::directory::Details;
+use store::people::{self, NewPerson, Person, directory};
+use store::surveys::{NewResponse, NewSurvey, Submission, SurveyResponse, instruments};
+use store::training::cohorts;
+use store::training::cohorts::{Deed, Membership};
+use store::{Connection, Json, surveys as stored};
 
 use crate::publishing::DocumentPublisher;
 use crate::service::Service;
@@ -85,7 +87,7 @@ async fn add_generated(
 /// Adds the people of a crowd.
 pub async fn found_crowd(service: &Service, crowd: &GeneratedCrowd<'_>) -> anyhow::Result<()> {
     let mut tx = service.db.write().await?;
-    generated::found(&mut tx, crowd).await?;
+    fixtures::found(&mut tx, crowd).await?;
     Ok(tx.commit().await?)
 }
 
@@ -93,7 +95,7 @@ pub async fn found_crowd(service: &Service, crowd: &GeneratedCrowd<'_>) -> anyho
 pub async fn practise_crowd(service: &Service, crowd: &GeneratedCrowd<'_>, trainees: Range<u32>) -> anyhow::Result<()> {
     const ENTRIES_EACH: u32 = 10;
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
-    generated::practise(&mut tx, crowd, trainees.clone()).await?;
+    fixtures::practise(&mut tx, crowd, trainees.clone()).await?;
     for place in trainees.flat_map(|place| [place; ENTRIES_EACH as usize]) {
         AuditEntry::new(crowd.school_id, Actor::CommandLine, "session.generated", format!("generated-{place}"))
             .with(json!({ "attempts": crowd.attempts_each / ENTRIES_EACH }))
@@ -106,7 +108,7 @@ pub async fn practise_crowd(service: &Service, crowd: &GeneratedCrowd<'_>, train
 /// Updates the database's aggregates for a crowd's attempts.
 pub async fn conclude_crowd(service: &Service, crowd: &GeneratedCrowd<'_>) -> anyhow::Result<()> {
     let mut tx = service.db.write().await?;
-    generated::conclude(&mut tx, crowd).await?;
+    fixtures::conclude(&mut tx, crowd).await?;
     Ok(tx.commit().await?)
 }
 

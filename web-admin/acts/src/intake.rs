@@ -10,9 +10,13 @@ use model::{Moment, PersonKey, SessionKey, Uncounted, count_i64};
 use recording::signature;
 use serde_json::{Value, json};
 use store::audit::{Actor, AuditEntry};
-use store::sessions::{self, Session, SessionState};
+use store::authoring::exercises;
+use store::operations::schools;
+use store::recordings::sessions::{Session, SessionState};
+use store::recordings::{parse_attempts, sessions, uploads};
+use store::scoring::jobs;
 use store::stations::{self, Signer};
-use store::{Connection, exercises, jobs, people, schools, tries, uploads};
+use store::{Connection, people};
 
 use crate::error::Error;
 use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
@@ -106,8 +110,9 @@ async fn scan(state: &Service, bearer: &Bearer, received: &Received) -> Result<(
 /// opened, so that a crash counts against it.
 async fn read_counted(state: &Service, school: SchoolId, received: &Received) -> Result<RecordingFacts, Error> {
     let mut tx = state.db.write().await?;
-    let begun = tries::begin_reading(&mut tx, school, &received.sha256, state.replica, state.clock.now()).await?;
-    if begun.deaths >= tries::MOST_DEATHS {
+    let begun =
+        parse_attempts::begin_reading(&mut tx, school, &received.sha256, state.replica, state.clock.now()).await?;
+    if begun.deaths >= parse_attempts::MOST_DEATHS {
         // Dropping the transaction undoes the attempt.
         return Err(Error::SetAside);
     }
@@ -125,7 +130,7 @@ async fn read_counted(state: &Service, school: SchoolId, received: &Received) ->
 
 async fn end_reading(state: &Service, reader: ReaderId, died: bool) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    tries::end_reading(&mut tx, reader, died).await?;
+    parse_attempts::end_reading(&mut tx, reader, died).await?;
     Ok(tx.commit().await?)
 }
 

@@ -4,9 +4,11 @@
 use model::PersonKey;
 use model::mail::{Mail, RetentionLetter, SurveyLetter};
 use model::survey::{Identity, PROFESSIONAL, Survey};
-use store::account_links::Purpose;
+use store::auth::account_links::Purpose;
+use store::letters::mails;
+use store::privacy::retention;
+use store::surveys;
 use store::surveys::{NewResponse, letters};
-use store::{mails, retention, surveys};
 
 use crate::error::Error;
 use crate::service::Service;

@@ -6,9 +6,11 @@ use anyhow::Context;
 use data_encoding::HEXLOWER;
 use model::SessionKey;
 use serde_json::json;
+use store::Connection;
 use store::audit::{Actor, AuditEntry};
-use store::sessions::{self, Session, SessionState};
-use store::{Connection, motions, practice};
+use store::recordings::sessions::{Session, SessionState};
+use store::recordings::{duplicate_backfill, sessions};
+use store::training::practice;
 
 use crate::asking;
 use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
@@ -19,13 +21,13 @@ use crate::service::Service;
 /// # Errors
 /// Fails if the database fails, or the helper cannot be started.
 pub async fn step(state: &Service) -> anyhow::Result<bool> {
-    let Some(session) = motions::list_unhashed_motions(state.db.reader()).await? else { return Ok(false) };
+    let Some(session) = duplicate_backfill::list_unhashed_motions(state.db.reader()).await? else { return Ok(false) };
     let motion = read(state, &session).await?;
     let mut tx = state.db.write().await?;
     if let Some(motion) = motion {
         compare(state, &mut tx, &session, &motion).await?;
     }
-    motions::mark_motions_done(&mut tx, session.key()).await?;
+    duplicate_backfill::mark_motions_done(&mut tx, session.key()).await?;
     tx.commit().await?;
     Ok(true)
 }
@@ -55,11 +57,11 @@ async fn compare(state: &Service, tx: &mut Connection, session: &Session, motion
     };
     if let Some(same) = same {
         let other = sessions::find_session(&mut *tx, own.school_id, same).await?.context("an attempt that is gone")?;
-        let is_first = motions::find_earlier_motion(&mut *tx, own, other.key()).await?;
+        let is_first = duplicate_backfill::find_earlier_motion(&mut *tx, own, other.key()).await?;
         let (first, later) = if is_first { (session, &other) } else { (&other, session) };
         mark_duplicate(state, tx, first.key(), later).await?;
     }
-    Ok(motions::set_motion(tx, own, motion).await?)
+    Ok(duplicate_backfill::set_motion(tx, own, motion).await?)
 }
 
 /// Marks a counted attempt as a duplicate of another, and subtracts it from its trainee's totals.
@@ -69,7 +71,7 @@ pub(crate) async fn mark_duplicate(
     original: SessionKey,
     duplicate: &Session,
 ) -> anyhow::Result<()> {
-    motions::mark_repeated(tx, duplicate.key(), original).await?;
+    duplicate_backfill::mark_repeated(tx, duplicate.key(), original).await?;
     if duplicate.state == SessionState::Scored {
         practice::refresh_practice(tx, duplicate.key()).await?;
     }

@@ -11,9 +11,9 @@ use futures::{StreamExt, TryStreamExt};
 use model::Moment;
 use store::audit;
 use store::locks::{FileLock, LockError};
-use store::moving::{CarriedTable, DatabaseMove, MoveLock};
-use store::sessions::RecordingFile;
-use store::texts::ErasedRecording;
+use store::operations::moving::{CarriedTable, DatabaseMove, MoveLock};
+use store::privacy::texts::ErasedRecording;
+use store::recordings::sessions::RecordingFile;
 
 use crate::config::Config;
 use crate::erasure_store::ErasureStore;

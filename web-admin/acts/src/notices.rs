@@ -8,11 +8,12 @@ use model::mail::MailKind;
 use model::notice::{NoticeKind, NoticePlace};
 use model::{CurrentPerson, Moment, PersonKey};
 use serde_json::json;
+use store::Connection;
 use store::audit::AuditEntry;
-use store::mails::NewMail;
-use store::notices::{LetterTimes, NewNotice};
-use store::sessions::Session;
-use store::{Connection, mails, notices};
+use store::letters::mails::NewMail;
+use store::letters::notices::{LetterTimes, NewNotice};
+use store::letters::{mails, notices};
+use store::recordings::sessions::Session;
 
 use crate::error::{Error, tell_in_full};
 use crate::replicas::{self, Duty};

@@ -9,8 +9,9 @@ use model::passkey::PasskeyQuestion;
 use model::{CurrentPerson, PersonKey};
 use serde_json::json;
 use store::audit::AuditEntry;
-use store::passkeys::{KeptPasskey, NewPasskey, PasskeySignature};
-use store::{passkeys, people, second_factors};
+use store::auth::passkeys::{KeptPasskey, NewPasskey, PasskeySignature};
+use store::auth::{passkeys, second_factors};
+use store::people;
 
 use crate::error::Error;
 use crate::relying_party::{

@@ -7,8 +7,8 @@ use documents::picture::{MOST_PICTURES, MOST_SENT_BYTES, PictureCopy, PictureFil
 use model::CurrentPerson;
 use model::authoring::{EditedDocument, FieldSort};
 use model::ids::SchoolId;
-use store::drafts::Texts;
-use store::{drafts, pictures};
+use store::authoring::drafts::Texts;
+use store::authoring::{drafts, pictures};
 
 use crate::authoring::SeenDraft;
 use crate::copying::copy_picture;

@@ -16,8 +16,10 @@ use serde_json::json;
 use sha2::{Digest, Sha256};
 use store::Connection;
 use store::audit::{Actor, AuditEntry};
-use store::curricula::{self, NewCurriculum, NewEntry};
-use store::exercises::{self, NewRevision};
+use store::authoring::exercises;
+use store::authoring::exercises::NewRevision;
+use store::training::curricula;
+use store::training::curricula::{NewCurriculum, NewEntry};
 
 /// Why a course was not published.
 #[derive(Debug)]

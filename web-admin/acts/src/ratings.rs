@@ -9,8 +9,10 @@ use model::ids::{RatingId, RoundId};
 use model::survey::given::GivenAnswers;
 use serde_json::json;
 use store::audit::AuditEntry;
-use store::ratings::{self, NewRound, Rating, Round};
-use store::sessions::{self, Session};
+use store::recordings::sessions;
+use store::recordings::sessions::Session;
+use store::scoring::ratings;
+use store::scoring::ratings::{NewRound, Rating, Round};
 
 use crate::error::Error;
 use crate::notices::{self, News};

@@ -3,9 +3,9 @@
 use model::CurrentPerson;
 use serde_json::json;
 use store::audit::AuditEntry;
-use store::links;
-use store::links::NewRecordingLink;
-use store::sessions::Session;
+use store::recordings::links;
+use store::recordings::links::NewRecordingLink;
+use store::recordings::sessions::Session;
 
 use crate::error::Error;
 use crate::secret;

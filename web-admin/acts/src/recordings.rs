@@ -15,8 +15,8 @@ use model::ids::{CommentId, UploadId};
 use recording::annotate::Annotation;
 use recording::{ReadError, Recording};
 use sha2::{Digest, Sha256};
-use store::comments;
-use store::sessions::Session;
+use store::recordings::sessions::Session;
+use store::training::comments;
 use tokio::io::AsyncWriteExt;
 use uuid::Uuid;
 

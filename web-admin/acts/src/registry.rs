@@ -4,10 +4,13 @@ use model::{Moment, PersonKey, Role};
 use serde_json::json;
 use store::Connection;
 use store::audit::{Actor, AuditEntry};
-use store::cohorts::{self, Deed, Membership};
+use store::auth::tokens;
+use store::auth::tokens::{NewToken, TokenHolder};
+use store::operations::schools;
+use store::operations::schools::School;
 use store::people::{self, NewPerson, Person};
-use store::schools::{self, School};
-use store::tokens::{self, NewToken, TokenHolder};
+use store::training::cohorts;
+use store::training::cohorts::{Deed, Membership};
 
 use crate::accounts::INITIAL_PASSWORD_S;
 use crate::secret;

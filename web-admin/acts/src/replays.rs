@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use model::series::Pyramid;
-use store::sessions::Session;
+use store::recordings::sessions::Session;
 
 use crate::error::Error;
 use crate::judging::{Brief, JudgeAnswer, JudgeQuestion, JudgingTask};

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use model::ids::ReplicaId;
+use store::recordings::parse_attempts;
+use store::recordings::parse_attempts::SetAside;
 use store::replicas::{self, ReplicaBeats};
-use store::tries::{self, SetAside};
 
 use crate::error::{Error, tell_in_full};
 use crate::service::Service;
@@ -158,8 +159,8 @@ pub async fn succeed(service: &Service) -> Result<(), Error> {
 async fn bury(service: &Service, dead: ReplicaId) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     match service.config.helper {
-        Some(_) => tries::release_replica(&mut tx, dead).await?,
-        None => tries::bury_replica(&mut tx, dead).await?,
+        Some(_) => parse_attempts::release_replica(&mut tx, dead).await?,
+        None => parse_attempts::bury_replica(&mut tx, dead).await?,
     }
     tx.commit().await?;
     tracing::warn!(replica = %dead, "a service has ended without a word: what it had in hand is taken over");
@@ -170,7 +171,7 @@ async fn bury(service: &Service, dead: ReplicaId) -> Result<(), Error> {
 
 /// Logs everything that is quarantined after two crashes.
 pub async fn tell_set_aside(service: &Service) -> Result<(), Error> {
-    for SetAside { kind, id } in tries::list_set_aside(service.db.reader()).await? {
+    for SetAside { kind, id } in parse_attempts::list_set_aside(service.db.reader()).await? {
         tracing::error!(%id, "the service has died of this {kind} twice: it is set aside; web-admin retry tries it again");
     }
     Ok(())
@@ -179,7 +180,7 @@ pub async fn tell_set_aside(service: &Service) -> Result<(), Error> {
 /// Releases all leases at shutdown; interrupted work does not count as a crash.
 pub async fn leave(service: &Service) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
-    tries::release_replica(&mut tx, service.replica).await?;
+    parse_attempts::release_replica(&mut tx, service.replica).await?;
     Ok(tx.commit().await?)
 }
 

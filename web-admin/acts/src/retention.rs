@@ -12,15 +12,16 @@ use model::retention::{Now, RetentionAction, step};
 use model::{CurrentPerson, PersonKey, count_i64};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
-use store::retention::{self, Idle, Settings};
-use store::{directory, schools};
+use store::operations::schools;
+use store::people::directory;
+use store::privacy::retention;
+use store::privacy::retention::{Idle, Settings};
 
-use crate::clock;
 use crate::erasing::{self, Eraser};
 use crate::error::Error;
 use crate::replicas::{self, Duty};
 use crate::service::Service;
-use crate::study_keeping;
+use crate::{clock, study_keeping};
 
 /// Interval at which the uptime is stored.
 const EVERY: Duration = Duration::from_secs(600);

@@ -4,9 +4,9 @@
 use model::CurrentPerson;
 use serde_json::json;
 use store::audit::AuditEntry;
-use store::grades::{self, NewOverride};
-use store::sessions::Session;
-use store::{reviews, supervisions};
+use store::recordings::sessions::Session;
+use store::scoring::grades::NewOverride;
+use store::scoring::{grades, reviews, supervisions};
 
 use crate::error::Error;
 use crate::notices::{self, News};

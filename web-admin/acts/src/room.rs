@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use model::{PersonKey, count_i64};
-use store::{sessions, uploads};
+use store::recordings::{sessions, uploads};
 
 use crate::config::UploadQuota;
 use crate::error::Error;

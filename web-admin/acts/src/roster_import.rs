@@ -14,11 +14,13 @@ use model::roster::{
 use model::{CurrentPerson, PersonKey, Role};
 use serde_json::json;
 use sha2::{Digest, Sha256};
-use store::account_links::Purpose;
-use store::cohorts::{self, Deed, Membership, MembershipKey};
-use store::directory::{self, Details};
-use store::rosters::{About, NewRosterDraft, RosterDraft};
-use store::{Connection, audit, rosters};
+use store::auth::account_links::Purpose;
+use store::people::directory::Details;
+use store::people::rosters::{About, NewRosterDraft, RosterDraft};
+use store::people::{directory, rosters};
+use store::training::cohorts;
+use store::training::cohorts::{Deed, Membership, MembershipKey};
+use store::{Connection, audit};
 
 use crate::error::Error;
 use crate::judging::{JudgeAnswer, JudgeQuestion};

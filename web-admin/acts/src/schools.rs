@@ -5,11 +5,14 @@ use model::due::DueRefused;
 use model::{CurrentPerson, FactorRule, Needed, due, line};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
+use store::Write;
 use store::audit::AuditEntry;
-use store::logos::SchoolLogo;
-use store::retention::{self, Settings};
-use store::schools::SchoolSettings;
-use store::{Write, logos, origins, schools, second_factors};
+use store::auth::second_factors;
+use store::operations::logos::SchoolLogo;
+use store::operations::schools::SchoolSettings;
+use store::operations::{logos, origins, schools};
+use store::privacy::retention;
+use store::privacy::retention::Settings;
 
 use crate::copying::copy_picture;
 use crate::error::Error;

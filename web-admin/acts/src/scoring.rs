@@ -8,10 +8,13 @@ use futures::FutureExt;
 use model::ids::SchoolId;
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
-use store::exercises::RevisionBytes;
-use store::jobs::{self, Job, JobQuery, JobReturn};
-use store::sessions::{self, Session};
-use store::{exercises, practice, scores, tries};
+use store::authoring::exercises;
+use store::authoring::exercises::RevisionBytes;
+use store::recordings::sessions::Session;
+use store::recordings::{parse_attempts, sessions};
+use store::scoring::jobs::{Job, JobQuery, JobReturn};
+use store::scoring::{jobs, scores};
+use store::training::practice;
 use tracing::Instrument;
 
 use crate::error::{is_database_away, tell_in_full};
@@ -233,7 +236,7 @@ async fn bury(state: &Service, job: &Job, how: &str) -> anyhow::Result<()> {
         note_loss(job);
         return Ok(());
     }
-    let is_last = job.deaths + 1 >= tries::MOST_DEATHS;
+    let is_last = job.deaths + 1 >= parse_attempts::MOST_DEATHS;
     if is_last {
         entry(job, "session.set_aside").with(json!({ "why": how })).append(&mut tx, state.clock.now()).await?;
     }

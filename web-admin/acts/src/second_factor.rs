@@ -7,8 +7,10 @@ use model::mail::MailKind;
 use model::{CurrentPerson, Moment, PersonKey, TotpSecret};
 use serde_json::{Value, json};
 use store::audit::{Actor, AuditEntry};
-use store::mails::NewMail;
-use store::{Connection, mails, people, second_factors};
+use store::auth::second_factors;
+use store::letters::mails;
+use store::letters::mails::NewMail;
+use store::{Connection, people};
 
 use crate::error::Error;
 use crate::service::Service;

@@ -5,10 +5,12 @@ use model::ids::{PersonId, SchoolId, TaskId, TraceId};
 use model::segments::{MarksVerdict, TraceOutcome, pops};
 use model::{CurrentPerson, Role, SessionKey, due};
 use serde_json::json;
+use store::Json;
 use store::audit::AuditEntry;
-use store::deadlines::{DeadlineKey, DeadlineKind};
-use store::segments::{Marks, NewTask, SegmentTask, Trace};
-use store::{Json, deadlines, scores, segments};
+use store::scoring::segments::{Marks, NewTask, SegmentTask, Trace};
+use store::scoring::{scores, segments};
+use store::training::deadlines;
+use store::training::deadlines::{DeadlineKey, DeadlineKind};
 
 use crate::deadlines::Dated;
 use crate::error::Error;

@@ -7,7 +7,8 @@ use model::email::normalize_email;
 use model::ids::{PersonId, SchoolId};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
-use store::{brakes, people};
+use store::auth::rate_limits;
+use store::people;
 
 use crate::error::Error;
 use crate::secret;
@@ -32,7 +33,7 @@ pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, 
         Some(person) => {
             AuditEntry::new(person.school_id, Actor::Stranger, action, person.id).append(&mut tx, now).await?;
         }
-        None => brakes::count_unknown_sign_in(&mut tx, now).await?,
+        None => rate_limits::count_unknown_sign_in(&mut tx, now).await?,
     }
     tx.commit().await?;
     // The field may hold a password by mistake, so only its hash is logged.
@@ -47,7 +48,7 @@ pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, 
 pub async fn note_unknown_sign_ins(service: &Service) -> Result<(), Error> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
-    for hour in brakes::take_unknown_sign_ins(&mut tx, now).await? {
+    for hour in rate_limits::take_unknown_sign_ins(&mut tx, now).await? {
         AuditEntry::new(None::<SchoolId>, Actor::Worker, "sign_in.unknown_failed", hour.begins_at.to_string())
             .with(json!({ "tries": hour.tries }))
             .append(&mut tx, now)

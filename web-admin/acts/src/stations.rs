@@ -5,11 +5,12 @@ use model::ids::{PersonId, SchoolId, StationId};
 use model::{CurrentPerson, Moment, PersonKey, Role, line};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
+use store::auth::tokens;
+use store::auth::tokens::{Token, TokenHolder};
+use store::operations::schools;
 use store::people::Person;
-use store::stations::{self, PairingCode, WrongCodes};
+use store::stations::{self, PairingCode, WrongCodes, sign_in_codes};
 use store::studies::{self, Study};
-use store::tokens::{self, Token, TokenHolder};
-use store::{schools, sign_in_codes};
 
 use crate::error::Error;
 use crate::service::Service;

@@ -6,9 +6,11 @@ use model::survey::{Identity, ResponseState, Survey};
 use model::{CurrentPerson, Moment, Role};
 use serde_json::json;
 use store::audit::AuditEntry;
+use store::people::directory;
+use store::stations::sign_in_codes;
 use store::studies::{self, NewParticipant, NewStudy, Study, StudyAttempt, StudyLines, StudyPlan};
 use store::surveys::{self, NewResponse, NewSurvey, StudyOccasion};
-use store::{Connection, Write, directory, people, sign_in_codes};
+use store::{Connection, Write, people};
 
 use crate::erasing::{self, Eraser};
 use crate::erasures::ErasureScope;

@@ -6,8 +6,10 @@ use model::ids::SchoolId;
 use model::retention::{Now, RetentionAction, RetentionRule, Warned, step};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
+use store::people;
+use store::people::directory;
+use store::privacy::retention;
 use store::studies::{self, Study};
-use store::{directory, people, retention};
 
 use crate::erasing::{self, Eraser};
 use crate::erasures::ErasureScope;

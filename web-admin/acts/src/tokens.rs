@@ -5,7 +5,8 @@ use model::limits::{LONGEST_NAME, TOKEN_LIFETIMES_DAYS};
 use model::{CurrentPerson, Moment, line};
 use serde_json::json;
 use store::audit::AuditEntry;
-use store::tokens::{self, NewToken};
+use store::auth::tokens;
+use store::auth::tokens::NewToken;
 
 use crate::error::Error;
 use crate::secret;

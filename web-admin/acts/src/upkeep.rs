@@ -1,6 +1,9 @@
 //! Periodic maintenance of the service, also run at start-up.
 
-use store::{account_links, brakes, ceremonies, regradings, rosters, tries};
+use store::auth::{account_links, rate_limits, webauthn_challenges};
+use store::people::rosters;
+use store::recordings::parse_attempts;
+use store::scoring::regradings;
 
 use crate::error::Error;
 use crate::regrading::exercise::PREVIEW_LIFETIME_S;
@@ -20,10 +23,10 @@ pub async fn forget_expired(service: &Service) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     account_links::forget_expired(&mut tx, now).await?;
     rosters::forget_before(&mut tx, now.plus_s(-DRAFT_LIFETIME_S)).await?;
-    tries::forget_readings(&mut tx, now.plus_s(-READING_LIFETIME_S)).await?;
+    parse_attempts::forget_readings(&mut tx, now.plus_s(-READING_LIFETIME_S)).await?;
     regradings::forget_before(&mut tx, now.plus_s(-PREVIEW_LIFETIME_S)).await?;
-    brakes::forget_brakes(&mut tx, now).await?;
-    ceremonies::forget_ceremonies(&mut tx, now).await?;
+    rate_limits::forget_brakes(&mut tx, now).await?;
+    webauthn_challenges::forget_ceremonies(&mut tx, now).await?;
     Ok(tx.commit().await?)
 }
 
@@ -31,7 +34,7 @@ pub async fn forget_expired(service: &Service) -> Result<(), Error> {
 pub async fn forgive_deaths(service: &Service) -> Result<u64, Error> {
     let mut tx = service.db.write().await?;
     let until = service.clock.now().plus_s(service.config.upload_lifetime_s);
-    let forgiven = tries::forgive_deaths(&mut tx, until).await?;
+    let forgiven = parse_attempts::forgive_deaths(&mut tx, until).await?;
     tx.commit().await?;
     Ok(forgiven)
 }

@@ -4,8 +4,11 @@ use std::collections::BTreeSet;
 
 use anyhow::Context;
 use model::directory::AccountState;
-use store::sessions::{self, RecordingFile};
-use store::{Connection, Database, audit, directory, grades, scores};
+use store::people::directory;
+use store::recordings::sessions;
+use store::recordings::sessions::RecordingFile;
+use store::scoring::{grades, scores};
+use store::{Connection, Database, audit};
 
 use crate::anchoring::AuditHead;
 use crate::config::Config;

@@ -3,7 +3,8 @@
 use model::ids::{CeremonyId, PersonId};
 use serde::{Deserialize, Serialize};
 use store::Json;
-use store::ceremonies::{self, PendingCeremony};
+use store::auth::webauthn_challenges;
+use store::auth::webauthn_challenges::PendingCeremony;
 
 use crate::error::Error;
 use crate::relying_party::{AssertionRequest, Challenge};
@@ -36,8 +37,13 @@ pub async fn begin(service: &Service, person_id: PersonId, asked: PasskeyChallen
     let id = CeremonyId::random();
     let until = service.clock.now().plus_s(WAIT_S);
     let mut tx = service.db.write().await?;
-    ceremonies::add_ceremony(&mut tx, id, &PendingCeremony { person_id, until, asked: Json(asked) }, MOST_OF_PERSON)
-        .await?;
+    webauthn_challenges::add_ceremony(
+        &mut tx,
+        id,
+        &PendingCeremony { person_id, until, asked: Json(asked) },
+        MOST_OF_PERSON,
+    )
+    .await?;
     tx.commit().await?;
     Ok(id)
 }
@@ -49,7 +55,7 @@ pub async fn begin(service: &Service, person_id: PersonId, asked: PasskeyChallen
 /// Fails if the database fails.
 pub async fn take(service: &Service, id: CeremonyId, person_id: PersonId) -> Result<Option<PasskeyChallenge>, Error> {
     let mut tx = service.db.write().await?;
-    let taken = ceremonies::take_ceremony::<PasskeyChallenge>(&mut tx, id).await?;
+    let taken = webauthn_challenges::take_ceremony::<PasskeyChallenge>(&mut tx, id).await?;
     tx.commit().await?;
     let is_theirs = |taken: &PendingCeremony<_>| taken.person_id == person_id && taken.until > service.clock.now();
     Ok(taken.filter(is_theirs).map(|taken| taken.asked.0))
@@ -62,8 +68,9 @@ mod tests {
     use std::path::Path;
 
     use model::{Moment, Role};
+    use store::operations::schools;
+    use store::people;
     use store::people::NewPerson;
-    use store::{people, schools};
 
     use super::*;
     use crate::clock::Clock;

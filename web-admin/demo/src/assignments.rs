@@ -7,9 +7,10 @@ use model::assignment::AssignmentTask;
 use model::ids::AssignmentId;
 use model::{CurrentPerson, Moment, due};
 use routes_base::AppState;
-use store::assignments::{self as stored, NewAssignment};
-use store::schools::{SchoolSettings, find_school_settings};
-use store::{cohorts, people};
+use store::operations::schools::{SchoolSettings, find_school_settings};
+use store::people;
+use store::training::assignments::NewAssignment;
+use store::training::{assignments as stored, cohorts};
 use worker::outbox;
 
 use crate::DAY_S;

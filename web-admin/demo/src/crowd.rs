@@ -6,8 +6,8 @@ use anyhow::Context;
 use indicatif::ProgressBar;
 use model::ids::SessionId;
 use routes_base::AppState;
-use store::generated::GeneratedCrowd;
-use store::practice;
+use store::operations::fixtures::GeneratedCrowd;
+use store::training::practice;
 
 use crate::people::Trainee;
 use crate::{DAY_S, Demonstration};

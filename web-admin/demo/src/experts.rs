@@ -11,9 +11,10 @@ use model::ids::{PersonId, SchoolId};
 use model::progress::Course;
 use model::{CurrentPerson, Moment};
 use routes_base::AppState;
-use store::experts::NewDeclaration;
 use store::people::{self, Person};
-use store::{practice, sessions};
+use store::privacy::experts::NewDeclaration;
+use store::recordings::sessions;
+use store::training::practice;
 
 use crate::attempt::AttemptTask;
 use crate::school::{self, ADMINISTRATOR, COHORTS, EXPERTS};

@@ -8,12 +8,14 @@ use model::ids::SessionId;
 use model::review::ReviewFilter;
 use model::{CurrentPerson, Role};
 use routes_base::AppState;
-use store::grades::NewOverride;
 use store::people::{self, Person};
-use store::reports::ListedAttempt;
-use store::reviews::WaitingReview;
-use store::sessions::{self, Session};
-use store::{practice, reports, reviews, scores};
+use store::recordings::sessions;
+use store::recordings::sessions::Session;
+use store::scoring::grades::NewOverride;
+use store::scoring::reviews::WaitingReview;
+use store::scoring::{reviews, scores};
+use store::training::reports::ListedAttempt;
+use store::training::{practice, reports};
 
 use crate::school::{self, COHORTS, LEARNERS};
 

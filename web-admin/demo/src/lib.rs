@@ -34,7 +34,8 @@ use routes_base::AppState;
 use rust_embed::RustEmbed;
 use school::LEARNERS;
 use store::audit::Actor;
-use store::{exercises, practice};
+use store::authoring::exercises;
+use store::training::practice;
 
 const DAY_S: i64 = 86_400;
 /// The first attempt of a day begins at 9:00 UTC; the next ones follow every 15 minutes.

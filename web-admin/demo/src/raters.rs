@@ -8,10 +8,13 @@ use assessment::questionnaire::Answer;
 use documents::instrument::ScaleKind;
 use model::{CurrentPerson, Moment, due};
 use routes_base::AppState;
-use store::ratings::{self as stored, NewRound};
-use store::reports::{self, ListedAttempt};
-use store::segments::{self as traces, NewTask};
-use store::{instruments, practice, schools};
+use store::operations::schools;
+use store::scoring::ratings::NewRound;
+use store::scoring::segments::NewTask;
+use store::scoring::{ratings as stored, segments as traces};
+use store::surveys::instruments;
+use store::training::reports::ListedAttempt;
+use store::training::{practice, reports};
 
 use crate::DAY_S;
 use crate::experts::find_expert;

@@ -7,7 +7,8 @@ use acts::regrading::exercise as regrading;
 use anyhow::{Context, bail, ensure};
 use model::{CurrentPerson, SessionKey};
 use routes_base::AppState;
-use store::{drafts, exercises, regradings, scores};
+use store::authoring::{drafts, exercises};
+use store::scoring::{regradings, scores};
 
 use crate::experts::find_expert;
 use crate::school::COHORTS;

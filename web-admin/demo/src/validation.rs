@@ -18,10 +18,10 @@ use model::ids::{RevisionId, SchoolId, StudyId};
 use model::{CurrentPerson, Moment};
 use routes_base::AppState;
 use store::audit::Actor;
-use store::instruments;
 use store::people::Person;
-use store::sessions::Session;
+use store::recordings::sessions::Session;
 use store::studies::{self as stored, Study};
+use store::surveys::instruments;
 
 use crate::attempt::{self, AttemptTask, MadeRecording};
 use crate::study::{Participant, basis_of_attempt, find_study_owner, invent_answer, scatter_of_seed};

@@ -3,9 +3,8 @@
 //! A score stores causes, which every language describes from the metric's texts and the figures.
 //! Scores from before causes were stored have reasons in English text, which are shown unchanged.
 
-use assessment::catalogue;
 use assessment::words::{deduction_phrase, failure_phrase, name_metric};
-use assessment::{Deduction, Direction, HardFailure};
+use assessment::{Deduction, Direction, HardFailure, catalogue};
 
 use super::format;
 

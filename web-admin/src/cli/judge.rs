@@ -7,9 +7,8 @@ use std::io::{Read, Write};
 use acts::judging;
 use acts::judging::JudgeQuestion;
 use clap::Args;
-use rustix::process::{Resource, Rlimit, nice, setrlimit};
-
 use routes_base::examine_draft;
+use rustix::process::{Resource, Rlimit, nice, setrlimit};
 
 /// Niceness of the helper, relative to the service that started it.
 const BEHIND_PAGES: i32 = 10;

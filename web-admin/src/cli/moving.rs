@@ -9,7 +9,7 @@ use acts::config::{Config, ConfigError};
 use acts::moving::{CopiedRecordings, EndLock, MoveReport, SchoolMove};
 use clap::Args;
 use store::locks::LockError;
-use store::moving::{CarriedTable, DatabaseMove, MoveError};
+use store::operations::moving::{CarriedTable, DatabaseMove, MoveError};
 
 use super::{CommandFailure, recordings_place, say_line};
 

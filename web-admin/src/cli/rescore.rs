@@ -6,8 +6,9 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use model::judgement;
 use store::audit::Actor;
-use store::scores;
-use store::sessions::{self, Session};
+use store::recordings::sessions;
+use store::recordings::sessions::Session;
+use store::scoring::scores;
 
 use super::{CommandFailure, StorageArgs, say_line};
 use crate::AppState;

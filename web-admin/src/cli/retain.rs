@@ -4,8 +4,8 @@ use acts::retention;
 use acts::retention::RetentionStep;
 use clap::Args;
 use model::retention::RetentionAction;
-use store::retention::Settings;
-use store::schools;
+use store::operations::schools;
+use store::privacy::retention::Settings;
 
 use super::{CommandFailure, StorageArgs, say_line};
 

@@ -9,8 +9,8 @@ use model::password_refused::PasswordRefused;
 use model::roster::is_name;
 use model::{Moment, PersonKey, Role};
 use store::audit::Actor;
+use store::operations::schools;
 use store::people::{self, Person};
-use store::schools;
 
 use super::{CommandFailure, StorageArgs, say_line};
 use crate::AppState;

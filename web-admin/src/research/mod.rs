@@ -16,8 +16,8 @@ use model::ids::{SchoolId, SessionId};
 use pages::format;
 use recording::tables::{Cell, Column, Table, TableSink, read_tables};
 use serde_json::json;
-use store::research::{ResearchAttempt, count_held_back, list_research_attempts};
-use store::scores;
+use store::scoring::scores;
+use store::studies::research::{ResearchAttempt, count_held_back, list_research_attempts};
 
 use crate::AppState;
 

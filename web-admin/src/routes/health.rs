@@ -2,10 +2,9 @@
 
 use std::sync::atomic::Ordering;
 
-use acts::SPANS;
 use acts::error::Error;
 use acts::inspection::InspectionState;
-use acts::secret;
+use acts::{SPANS, secret};
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::Next;
@@ -15,7 +14,8 @@ use routes_api::bearer_token;
 use routes_base::error::ApiError;
 use routes_base::monitoring::{MetricFamily, MetricFigure};
 use routes_base::{AppState, Routes};
-use store::service::{self, Totals};
+use store::operations::service;
+use store::operations::service::Totals;
 use tracing::field::Empty;
 use tracing::{Instrument, Span};
 

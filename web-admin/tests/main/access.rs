@@ -4,7 +4,9 @@
 use axum::http::Method;
 use model::Role;
 use store::audit::Actor;
-use store::{cohorts, people, tokens};
+use store::auth::tokens;
+use store::people;
+use store::training::cohorts;
 use uuid::Uuid;
 
 use super::support::App;

@@ -6,7 +6,7 @@ use acts::config::MailTo;
 use acts::deadlines;
 use model::ids::{CohortId, PersonId, SchoolId, SessionId};
 use model::{Moment, Role};
-use store::cohorts;
+use store::training::cohorts;
 use time::macros::datetime;
 use uuid::Uuid;
 use web_admin::{outbox, worker};

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use acts::clock::Clock;
 use model::{Moment, Role};
 use pages::audit::{AUDIT_THEMES, describe_act};
+use store::audit::search::{AuditSearch, find_audit_place, search_audit_log};
 use store::audit::{Actor, AuditEntry};
-use store::audit_search::{AuditSearch, find_audit_place, search_audit_log};
 
 use super::support::App;
 use super::support::client::Client;

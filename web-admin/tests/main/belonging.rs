@@ -3,7 +3,7 @@
 
 use model::Role;
 use model::ids::{CohortId, SchoolId, SessionId};
-use store::cohorts;
+use store::training::cohorts;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};

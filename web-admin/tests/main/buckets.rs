@@ -16,7 +16,8 @@ use axum::http::{Method, Request};
 use model::Role;
 use model::directory::AccountState;
 use store::audit::Actor;
-use store::{directory, tries};
+use store::people::directory;
+use store::recordings::parse_attempts;
 use web_admin::worker;
 
 use super::support::bucket::{Refusal, TestBucket};
@@ -190,7 +191,7 @@ async fn who_brings_the_last_piece_waits_while_another_service_takes_the_upload_
     let bytes = record(&attempt);
     let path = begin(&mut here, bytes.len()).await;
     let id = path.rsplit('/').next().unwrap().parse().unwrap();
-    other.write(async |tx| assert!(tries::hold_upload(tx, id, other.state.replica).await.unwrap())).await;
+    other.write(async |tx| assert!(parse_attempts::hold_upload(tx, id, other.state.replica).await.unwrap())).await;
     let buried = async {
         tokio::time::sleep(Duration::from_millis(500)).await;
         // It has died over it.

@@ -4,8 +4,9 @@
 use acts::clock::Clock;
 use model::ids::{CohortId, SchoolId};
 use model::{Moment, Role};
-use store::cohorts::{self, Deed, Membership};
 use store::people::{self, NewPerson};
+use store::training::cohorts;
+use store::training::cohorts::{Deed, Membership};
 
 use super::support::App;
 use super::support::client::{Client, csrf_in};

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use model::Role;
 use model::mail::MailKind;
-use store::mails::{self, NewMail};
+use store::letters::mails;
+use store::letters::mails::NewMail;
 
 use super::support::mail::MailServer;
 use super::support::recordings::{Attempt, record};

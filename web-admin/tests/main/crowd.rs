@@ -6,8 +6,9 @@ use std::time::Duration;
 
 use axum::http::HeaderValue;
 use model::{CurrentPerson, Moment, Role};
-use store::generated::GeneratedCrowd;
-use store::{generated, practice, reports, tallies};
+use store::operations::fixtures;
+use store::operations::fixtures::GeneratedCrowd;
+use store::training::{practice, reports, tallies};
 use web_admin::worker;
 
 use super::support::App;
@@ -37,11 +38,11 @@ pub async fn crowded() -> App {
         every_us: 30 * 86_400_000_000,
         model: model.session_id,
     };
-    app.write(async |tx| generated::found(tx, &crowd).await.unwrap()).await;
+    app.write(async |tx| fixtures::found(tx, &crowd).await.unwrap()).await;
     for places in [0..40, 40..TRAINEES] {
-        app.write(async |tx| generated::practise(tx, &crowd, places).await.unwrap()).await;
+        app.write(async |tx| fixtures::practise(tx, &crowd, places).await.unwrap()).await;
     }
-    app.write(async |tx| generated::conclude(tx, &crowd).await.unwrap()).await;
+    app.write(async |tx| fixtures::conclude(tx, &crowd).await.unwrap()).await;
     app
 }
 
@@ -50,7 +51,7 @@ async fn a_crowd_is_what_the_service_would_have_written() {
     let app = crowded().await;
     let reader = app.state.db.reader();
     assert_eq!(app.state.db.integrity().await.unwrap(), Vec::<String>::new());
-    let instructor = store::people::find_person_by_email(reader, &generated::instructor_email(1)).await.unwrap();
+    let instructor = store::people::find_person_by_email(reader, &fixtures::instructor_email(1)).await.unwrap();
     let instructor = instructor.unwrap().into_current().unwrap();
     let taught = reports::cohorts(reader, &instructor).await.unwrap();
     assert_eq!(taught.len(), 3, "the second instructor has what the first leaves of seven cohorts");
@@ -68,7 +69,7 @@ async fn a_crowd_is_what_the_service_would_have_written() {
 async fn whoever_teaches_is_shown_the_latest_attempts_of_their_own_trainees() {
     let app = crowded().await;
     let reader = app.state.db.reader();
-    let instructor = store::people::find_person_by_email(reader, &generated::instructor_email(0)).await.unwrap();
+    let instructor = store::people::find_person_by_email(reader, &fixtures::instructor_email(0)).await.unwrap();
     let instructor = instructor.unwrap().into_current().unwrap();
     let mut own = Vec::new();
     for cohort in reports::cohorts(reader, &instructor).await.unwrap() {
@@ -96,8 +97,8 @@ async fn the_pages_of_a_crowd_are_shown() {
     let app = crowded().await;
     for (email, paths) in [
         ("admin@north.example".to_owned(), &["/", "/cohorts", "/review", "/progress", "/people", "/assignments"][..]),
-        (generated::instructor_email(0), &["/", "/review", "/assignments", "/exercises/feel-the-layers"]),
-        (generated::trainee_email(5), &["/", "/assignments", "/exercises/feel-the-layers"]),
+        (fixtures::instructor_email(0), &["/", "/review", "/assignments", "/exercises/feel-the-layers"]),
+        (fixtures::trainee_email(5), &["/", "/assignments", "/exercises/feel-the-layers"]),
     ] {
         let mut browser = app.signed_in(&email).await;
         for path in paths {
@@ -150,7 +151,7 @@ async fn every_attempt_is_in_the_export_and_on_one_page_of_the_list() {
     }
     assert_eq!(exported.len(), all);
     assert_eq!(listed, exported, "newest first, each once");
-    let mut instructor = app.signed_in(&generated::instructor_email(0)).await;
+    let mut instructor = app.signed_in(&fixtures::instructor_email(0)).await;
     assert_eq!(instructor.get("/progress/attempts.csv").await.status, 403);
     let first = instructor.get("/api/v1/sessions?limit=70").await.json();
     let second = instructor.get(&format!("/api/v1/sessions?after={}", first["next"].as_str().unwrap())).await.json();

@@ -7,7 +7,7 @@ use std::path::Path;
 use acts::publishing::CourseRefused;
 use acts::{assignments, publishing};
 use model::Role;
-use store::exercises;
+use store::authoring::exercises;
 
 use super::support::{App, course_folder};
 

@@ -9,8 +9,9 @@ use acts::erasures::ERASURES_FILE;
 use model::Role;
 use model::ids::SessionId;
 use model::texts::TextCounts;
-use store::texts::Whose;
-use store::{EngineKind, texts};
+use store::EngineKind;
+use store::privacy::texts;
+use store::privacy::texts::Whose;
 use web_admin::AppState;
 
 use super::every_route::World;

@@ -36,13 +36,14 @@ use model::roster::RosterRequest;
 use model::survey::Identity;
 use model::{Role, SessionKey};
 use sqlx::pool::PoolConnection;
-use store::assignments::NewAssignment;
-use store::cohorts::MembershipKey;
-use store::uploads::UploadOwner;
-use store::{
-    cohorts, comments, exercises, instruments, people, pictures, ratings, reports, segments, stations,
-    surveys as stored,
-};
+use store::authoring::{exercises, pictures};
+use store::recordings::uploads::UploadOwner;
+use store::scoring::{ratings, segments};
+use store::surveys::instruments;
+use store::training::assignments::NewAssignment;
+use store::training::cohorts::MembershipKey;
+use store::training::{cohorts, comments, reports};
+use store::{people, stations, surveys as stored};
 use tempfile::TempDir;
 use web_admin::{routes, worker};
 

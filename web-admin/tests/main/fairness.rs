@@ -9,7 +9,8 @@ use acts::clock::Clock;
 use acts::helper::Helper;
 use model::ids::{SchoolId, SessionId};
 use model::{Role, SessionKey};
-use store::sessions::{self, SessionState};
+use store::recordings::sessions;
+use store::recordings::sessions::SessionState;
 use web_admin::worker;
 
 use super::support::App;

@@ -18,8 +18,10 @@ use data_encoding::HEXLOWER;
 use model::{Moment, Role, SessionKey};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
-use store::jobs::{JobHold, JobReturn};
-use store::{Connection, jobs, tries, uploads as rows};
+use store::Connection;
+use store::recordings::{parse_attempts, uploads as rows};
+use store::scoring::jobs;
+use store::scoring::jobs::{JobHold, JobReturn};
 
 use super::people::send;
 use super::support::failing_disk::{FailingDisk, Fault};
@@ -115,9 +117,9 @@ async fn begin(app: &App, wanted: SessionKey) {
 }
 
 /// The service dies, and another finds what it has left.
-async fn die(app: &App) -> Vec<tries::SetAside> {
-    app.write(async |tx| tries::bury_replica(tx, app.state.replica).await.unwrap()).await;
-    tries::list_set_aside(app.state.db.reader()).await.unwrap()
+async fn die(app: &App) -> Vec<parse_attempts::SetAside> {
+    app.write(async |tx| parse_attempts::bury_replica(tx, app.state.replica).await.unwrap()).await;
+    parse_attempts::list_set_aside(app.state.db.reader()).await.unwrap()
 }
 
 #[tokio::test]
@@ -161,8 +163,8 @@ async fn an_upload_that_was_fatal_twice_is_kept_and_read_no_more() {
     for _ in 0..2 {
         let mut tx = app.state.db.write().await.unwrap();
         sqlx::query("UPDATE uploads SET received = length").execute(&mut *tx).await.unwrap();
-        assert!(tries::hold_upload(&mut tx, id, app.state.replica).await.unwrap());
-        tries::bury_replica(&mut tx, app.state.replica).await.unwrap();
+        assert!(parse_attempts::hold_upload(&mut tx, id, app.state.replica).await.unwrap());
+        parse_attempts::bury_replica(&mut tx, app.state.replica).await.unwrap();
         tx.commit().await.unwrap();
     }
     let look = || Request::builder().method("HEAD").uri(&place).header("tus-resumable", "1.0.0");
@@ -174,7 +176,7 @@ async fn an_upload_that_was_fatal_twice_is_kept_and_read_no_more() {
     };
     assert_eq!((listed(&mut ada).await, file.exists()), (0, true));
     let mut tx = app.state.db.write().await.unwrap();
-    assert_eq!(tries::forgive_deaths(&mut tx, app.state.clock.now().plus_s(60)).await.unwrap(), 1);
+    assert_eq!(parse_attempts::forgive_deaths(&mut tx, app.state.clock.now().plus_s(60)).await.unwrap(), 1);
     tx.commit().await.unwrap();
     uploads::tidy(&app.state).await.unwrap();
     assert_eq!((listed(&mut ada).await, file.exists()), (1, false), "asked to, the service takes it in");
@@ -216,7 +218,7 @@ async fn what_came_at_once_and_kills_its_reader_is_tried_twice_and_the_service_l
     let metrics = app.stranger().get("/metrics").await.text();
     assert!(metrics.contains("stylet_set_aside 1\n"), "{metrics}");
     assert!(app.files().is_empty(), "{:?}", app.files());
-    app.write(async |tx| tries::forgive_deaths(tx, app.state.clock.now()).await.unwrap()).await;
+    app.write(async |tx| parse_attempts::forgive_deaths(tx, app.state.clock.now()).await.unwrap()).await;
     helper(&program, "nothing such", "exit 1");
     assert_eq!(ada.upload(&bytes).await.status, 201, "asked to, the service tries it again");
     let left: i64 = sqlx::query_scalar("SELECT count(*) FROM readings").fetch_one(app.state.db.reader()).await.unwrap();

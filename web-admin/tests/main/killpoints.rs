@@ -12,7 +12,9 @@ use std::time::Duration;
 
 use acts::killpoints::{KillPoint, VARIABLE};
 use model::SessionKey;
-use store::{Database, scores, sessions};
+use store::Database;
+use store::recordings::sessions;
+use store::scoring::scores;
 
 #[cfg(feature = "replicas")]
 use super::support::bucket::TestBucket;

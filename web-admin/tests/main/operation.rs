@@ -10,7 +10,8 @@ use std::time::Duration;
 use acts::clock::Clock;
 use acts::config::Config;
 use model::Role;
-use store::{audit, sessions};
+use store::audit;
+use store::recordings::sessions;
 use web_admin::AppState;
 
 use super::support::database::{config_in, drop_trigger};

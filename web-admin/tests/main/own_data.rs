@@ -7,7 +7,8 @@ use model::Role;
 use model::ids::PersonId;
 use serde_json::Value;
 use sqlx::AssertSqlSafe;
-use store::{exports, people};
+use store::people;
+use store::privacy::exports;
 
 use super::every_route::World;
 use super::support::client::csrf_in;

@@ -422,8 +422,8 @@ async fn of_a_letter_under_way_when_the_service_dies_the_page_says_so() {
     let person = [("name", "Ana"), ("email", "ana@example.org"), ("role", "trainee")];
     let page = post(&mut head, "/people", "/people", &person).await.header("location").to_owned();
     let page = page.split('?').next().unwrap();
-    let due = store::mails::list_due_mails(app.state.db.reader(), app.state.clock.now(), 10).await.unwrap();
-    let claim = async || app.write(async |tx| store::mails::claim_mail(tx, due[0].id).await.unwrap()).await;
+    let due = store::letters::mails::list_due_mails(app.state.db.reader(), app.state.clock.now(), 10).await.unwrap();
+    let claim = async || app.write(async |tx| store::letters::mails::claim_mail(tx, due[0].id).await.unwrap()).await;
     assert_eq!([claim().await, claim().await], [true, false], "one takes it, and nobody else");
     app.state.clock.advance(7 * 24 * 3600);
     assert!(mails(&app).await.is_empty(), "it may have gone");

@@ -6,7 +6,8 @@ use std::path::Path;
 use acts::publishing;
 use model::ids::{SchoolId, SessionId};
 use model::{CurrentPerson, Role, SessionKey};
-use store::{practice, scores, tallies};
+use store::scoring::scores;
+use store::training::{practice, tallies};
 use web_admin::worker;
 
 use super::support::client::without_csrf;

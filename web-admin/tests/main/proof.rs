@@ -7,7 +7,8 @@ use ed25519_dalek::SigningKey;
 use model::ids::{SchoolId, SessionId, StationId};
 use model::{CurrentPerson, Moment, Role, SessionKey};
 use serde_json::json;
-use store::{practice, proofs, sessions, tallies};
+use store::recordings::{proofs, sessions};
+use store::training::{practice, tallies};
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 use time::macros::datetime;
@@ -112,7 +113,7 @@ async fn the_documents_of_one_exercise_do_not_make_an_attempt_at_another() {
     let honest = attempt_at(NOW);
     let mut session: recording::Session = recording::Recording::read(&record(&honest)[..]).unwrap().session;
     session.exercise_id = "reach-the-muscle".to_owned();
-    let found = store::exercises::by_documents(world.app.state.db.reader(), world.school, &session);
+    let found = store::authoring::exercises::by_documents(world.app.state.db.reader(), world.school, &session);
     assert_eq!(found.await.unwrap(), None);
 }
 

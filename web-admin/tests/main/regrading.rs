@@ -5,7 +5,10 @@
 use acts::regrading::{Rubric, exercise};
 use model::Role;
 use model::ids::{RevisionId, SessionId};
-use store::{Connection, exercises, regradings, sessions};
+use store::Connection;
+use store::authoring::exercises;
+use store::recordings::sessions;
+use store::scoring::regradings;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};

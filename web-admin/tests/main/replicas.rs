@@ -11,8 +11,9 @@ use acts::replicas::{self, Colleagues, Duty};
 use acts::{brakes, scoring};
 use model::Role;
 use serde_json::Value;
-use store::jobs::{self, JobQuery};
 use store::locks::LockError;
+use store::scoring::jobs;
+use store::scoring::jobs::JobQuery;
 use web_admin::{AppState, worker};
 
 use super::support::App;

@@ -3,9 +3,9 @@
 
 use model::Role;
 use model::mail::MailKind;
-use store::directory;
-use store::directory::Filter;
-use store::mails::NewMail;
+use store::letters::mails::NewMail;
+use store::people::directory;
+use store::people::directory::Filter;
 
 use super::people::{confirm, import, link_in, mails, post, school, send};
 use super::support::client::{Answer, Client};
@@ -150,7 +150,7 @@ async fn cohorts_and_people_that_look_alike_are_one() {
     assert_ne!(added, address);
     assert!(shown.contains("joins Year 4") && shown.contains("joins Year 5"), "{shown}");
     assert_eq!(confirm(&mut head, &added, &shown).await.header("location"), "/people?added=1&changed=0");
-    let cohorts = store::cohorts::list_cohorts(app.state.db.reader(), school).await.unwrap();
+    let cohorts = store::training::cohorts::list_cohorts(app.state.db.reader(), school).await.unwrap();
     assert_eq!(cohorts.iter().map(|cohort| cohort.name.as_str()).collect::<Vec<_>>(), ["Year 4", "Year 5"]);
 }
 
@@ -182,11 +182,11 @@ async fn a_letter_that_could_not_be_sent_is_a_failure_of_the_service_until_one_i
     import(&mut head, "email,name\nana@uni.example,Ana Ek\nbo@uni.example,Bo Berg\n", &[]).await;
     assert!(head.get("/admin/service").await.text().contains("No failures"));
     let now = app.state.clock.now();
-    let due = store::mails::list_due_mails(app.state.db.reader(), now, 10).await.unwrap();
+    let due = store::letters::mails::list_due_mails(app.state.db.reader(), now, 10).await.unwrap();
     let ana = due.iter().find(|mail| mail.email == "ana@uni.example").unwrap();
     let refuse = async |tx: &mut store::Connection| {
-        assert!(store::mails::claim_mail(tx, ana.id).await.unwrap());
-        store::mails::mark_mail_failed(tx, ana.id, "550 no such mailbox", None).await.unwrap();
+        assert!(store::letters::mails::claim_mail(tx, ana.id).await.unwrap());
+        store::letters::mails::mark_mail_failed(tx, ana.id, "550 no such mailbox", None).await.unwrap();
     };
     app.write(refuse).await;
     let shown = head.get("/admin/service").await.text();
@@ -195,7 +195,7 @@ async fn a_letter_that_could_not_be_sent_is_a_failure_of_the_service_until_one_i
     app.state.clock.advance(60);
     let (school_id, person_id, now) = (ana.school_id, ana.person_id, app.state.clock.now());
     let again = NewMail { school_id, person_id, kind: MailKind::Invitation, assignment_id: None };
-    app.write(async |tx| store::mails::queue_mail(tx, again, now).await.unwrap()).await;
+    app.write(async |tx| store::letters::mails::queue_mail(tx, again, now).await.unwrap()).await;
     mails(&app).await;
     assert!(head.get("/admin/service").await.text().contains("No failures"), "another letter went out");
 }

@@ -56,5 +56,5 @@ async fn many_writers_at_once_all_get_their_turn() {
     let one = async |n: u32| app.school(&format!("School {n}")).await;
     let made = futures::future::join_all((0..50).map(one)).await;
     assert_eq!(made.len(), 50);
-    assert_eq!(store::schools::list_schools(app.state.db.reader()).await.unwrap().len(), 50);
+    assert_eq!(store::operations::schools::list_schools(app.state.db.reader()).await.unwrap().len(), 50);
 }

@@ -7,7 +7,8 @@ use acts::clock::Clock;
 use model::ids::SessionId;
 use model::{Moment, Role, SessionKey};
 use serde_json::Value;
-use store::{grades, jobs, scores, sessions};
+use store::recordings::sessions;
+use store::scoring::{grades, jobs, scores};
 use web_admin::worker::work_off_jobs;
 
 use super::support::App;

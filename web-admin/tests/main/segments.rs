@@ -7,7 +7,7 @@ use acts::deadlines;
 use model::ids::{CohortId, PersonId, SchoolId, SessionId};
 use model::segments::pops;
 use model::{Moment, Role, SessionKey};
-use store::scores;
+use store::scoring::scores;
 use web_admin::{outbox, worker};
 
 use super::support::client::{Answer, Client, csrf_in};

@@ -6,8 +6,9 @@ use acts::config::MailTo;
 use model::ids::{AssignmentId, DatedId, SchoolId, SessionId};
 use model::mail::MailKind;
 use model::{Moment, Role};
-use store::mails::{self, NewMail};
-use store::schools;
+use store::letters::mails;
+use store::letters::mails::NewMail;
+use store::operations::schools;
 use web_admin::{outbox, worker};
 
 use super::support::App;

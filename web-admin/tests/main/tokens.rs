@@ -4,7 +4,8 @@
 use acts::clock::Clock;
 use acts::secret;
 use model::{Moment, PersonKey, Role};
-use store::tokens::{self, NewToken};
+use store::auth::tokens;
+use store::auth::tokens::NewToken;
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::support::{App, Member, PASSWORD, web_admin};

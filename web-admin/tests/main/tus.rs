@@ -11,7 +11,8 @@ use data_encoding::BASE64;
 use model::{Moment, Role};
 use sha1::Sha1;
 use sha2::{Digest, Sha256};
-use store::{jobs, uploads as rows};
+use store::recordings::uploads as rows;
+use store::scoring::jobs;
 
 use super::support::App;
 use super::support::client::{Answer, Client};

@@ -8,7 +8,7 @@ use futures::StreamExt;
 use model::Role;
 use model::ids::SessionId;
 use sha2::{Digest, Sha256};
-use store::jobs;
+use store::scoring::jobs;
 
 use super::support::recordings::{Attempt, record};
 use super::support::{App, Member};

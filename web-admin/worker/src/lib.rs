@@ -11,8 +11,10 @@ use acts::replicas::{self, Duty};
 use acts::shares::{Bench, Shares};
 use acts::{clock, motions, regrading, scoring};
 use routes_base::AppState;
-use store::jobs::{Job, JobQuery, JobReturn};
-use store::{jobs, schools, tries};
+use store::operations::schools;
+use store::recordings::parse_attempts;
+use store::scoring::jobs;
+use store::scoring::jobs::{Job, JobQuery, JobReturn};
 use tokio::task::{JoinError, JoinSet};
 
 /// Delay after the queue could not be processed.

@@ -8,7 +8,7 @@ use std::path::Path;
 use anyhow::{Context, bail, ensure};
 use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
-use store::sessions::RecordingFile;
+use store::recordings::sessions::RecordingFile;
 use tar::{Archive, Builder, EntryType, Header, HeaderMode};
 
 use super::{DATABASE, MANIFEST, Manifest, RECORDINGS, SMALL};

@@ -9,9 +9,11 @@ use anyhow::{Context, ensure};
 use data_encoding::HEXLOWER;
 use model::{Moment, count_i64};
 use sha2::{Digest, Sha256};
-use store::backups::{self, NotedBackup};
-use store::sessions::{self, RecordingFile};
-use store::{Database, DatabaseAddress, audit, tries, uploads};
+use store::operations::backups;
+use store::operations::backups::NotedBackup;
+use store::recordings::sessions::RecordingFile;
+use store::recordings::{parse_attempts, sessions, uploads};
+use store::{Database, DatabaseAddress, audit};
 
 use super::archive::{self, Sources};
 use super::{FORMAT, Manifest, Scratch, passphrase};
@@ -157,7 +159,7 @@ async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, Verification
     db.migrate().await?;
     let mut tx = db.write().await?;
     uploads::forget_unfinished(&mut tx).await?;
-    tries::release_all(&mut tx).await?;
+    parse_attempts::release_all(&mut tx).await?;
     tx.commit().await?;
     let recordings = sessions::list_recordings(db.reader()).await?;
     let chain = audit::check_audit_chain(db.reader()).await?;

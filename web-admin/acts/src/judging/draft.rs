@@ -6,7 +6,7 @@ use model::draft::Publishable;
 use phrase::{Phrase, phrase};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use store::exercises::RevisionBytes;
+use store::authoring::exercises::RevisionBytes;
 use tissue::follow::{Field, FieldPlan};
 
 /// A draft to examine.

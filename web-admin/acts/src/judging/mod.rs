@@ -23,8 +23,8 @@ use model::roster::{Unreadable, WorkbookSheet};
 use recording::annotate::Annotation;
 use recording::{ReadError, Recording};
 use serde::{Deserialize, Serialize};
-use store::exercises::RevisionBytes;
-use store::sessions::Verified;
+use store::authoring::exercises::RevisionBytes;
+use store::recordings::sessions::Verified;
 use tissue::Specimen;
 use words::Language;
 

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 pub use bucket::Bucket;
 pub use error::StoreError;
 use model::ids::{SchoolId, SessionId, UploadId};
-use store::texts::ErasedRecording;
+use store::privacy::texts::ErasedRecording;
 pub use stored::{StoredFile, StoredObject};
 use uuid::Uuid;
 

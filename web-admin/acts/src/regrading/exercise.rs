@@ -10,9 +10,12 @@ use model::regrading::{RegradingOutcome, RegradingState, count_attempts};
 use model::{CurrentPerson, SessionKey, judgement};
 use serde_json::json;
 use sha2::{Digest, Sha256};
+use store::Write;
 use store::audit::{Actor, AuditEntry};
-use store::regradings::{RegradedAttempt, Regrading, Stood};
-use store::{Write, exercises, grades, regradings, scores, sessions};
+use store::authoring::exercises;
+use store::recordings::sessions;
+use store::scoring::regradings::{RegradedAttempt, Regrading, Stood};
+use store::scoring::{grades, regradings, scores};
 
 use super::{Regrader, Rubric, ScoreChange, add};
 use crate::error::{Error, refuse_trainees};

@@ -14,10 +14,13 @@ use documents::{Exercise, ExerciseBundle};
 use model::ids::{RevisionId, SchoolId, ScoreId};
 use model::{Moment, SessionKey};
 use serde_json::json;
+use store::Connection;
 use store::audit::{Actor, AuditEntry};
-use store::regradings::{self, NewReason};
-use store::sessions::Session;
-use store::{Connection, exercises, practice, scores};
+use store::authoring::exercises;
+use store::recordings::sessions::Session;
+use store::scoring::regradings::NewReason;
+use store::scoring::{regradings, scores};
+use store::training::practice;
 
 use crate::error::Error;
 use crate::service::Service;

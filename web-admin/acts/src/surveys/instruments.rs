@@ -12,8 +12,8 @@ use phrase::{Phrase, phrase};
 use serde_json::json;
 use store::Connection;
 use store::audit::{Actor, AuditEntry};
-use store::instruments::{self as stored, NewInstrument};
-use store::surveys::{self, NewSurvey};
+use store::surveys::instruments::NewInstrument;
+use store::surveys::{self, NewSurvey, instruments as stored};
 
 use crate::error::Error;
 use crate::publishing::{CourseRefused, DocumentPublisher, Published};

@@ -12,7 +12,8 @@ pub use making::{SurveyLink, SurveyRequest, close, letters_left, link_expiry, ma
 use model::folding::fold_text;
 use model::ids::{RevisionId, SchoolId};
 use model::survey::Survey;
-use store::instruments::{self as stored, InstrumentRevision};
+use store::surveys::instruments as stored;
+use store::surveys::instruments::InstrumentRevision;
 pub use taking::{AnsweredSheet, take};
 pub use themes::{Theme, set_theme};
 

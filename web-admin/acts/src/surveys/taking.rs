@@ -11,7 +11,7 @@ use documents::Instrument;
 use model::Moment;
 use model::ids::SurveyId;
 use model::survey::{ResponseState, Survey};
-use store::sessions::Session;
+use store::recordings::sessions::Session;
 use store::surveys::{NewResponse, Practised, SurveyResponse};
 use store::{Connection, Json, people, surveys};
 

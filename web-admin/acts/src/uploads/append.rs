@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use futures::StreamExt;
 use model::ids::UploadId;
-use store::uploads::{Upload, UploadOwner};
+use store::recordings::uploads::{Upload, UploadOwner};
 use tokio::fs::File;
 use tokio::io::{AsyncSeekExt, AsyncWriteExt};
 

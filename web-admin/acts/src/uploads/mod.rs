@@ -5,24 +5,24 @@
 mod append;
 mod pieces;
 
-pub use append::{UploadPiece, append};
 use std::time::Duration;
 
+pub use append::{UploadPiece, append};
 use model::PersonKey;
 use model::ids::UploadId;
 use store::audit::Actor;
-use store::uploads::{Unfinished, Upload, UploadOwner};
-use store::{stations, tries, uploads};
+use store::recordings::uploads::{Unfinished, Upload, UploadOwner};
+use store::recordings::{parse_attempts, uploads};
+use store::stations;
 
 use crate::config::UploadQuota;
 use crate::error::{Error, tell_in_full};
-use crate::holds;
 use crate::intake::{self, Bearer};
 use crate::killpoints::KillPoint;
 use crate::recordings::Received;
-use crate::room;
 use crate::service::Service;
 use crate::turns::Turn;
+use crate::{holds, room};
 
 /// Number of attempts of the request with the last chunk to lease an upload that another replica is
 /// processing.
@@ -182,7 +182,7 @@ async fn hold_patiently(state: &Service, id: UploadId, looks: u32) -> Result<Upl
 async fn hold(state: &Service, id: UploadId) -> Result<Upload, Error> {
     let mut tx = state.db.write().await?;
     let upload = uploads::find_upload_by_id(&mut *tx, id).await?.ok_or(Error::NotFound)?;
-    if !tries::hold_upload(&mut tx, id, state.replica).await? {
+    if !parse_attempts::hold_upload(&mut tx, id, state.replica).await? {
         return Err(Error::Locked);
     }
     tx.commit().await?;
@@ -192,7 +192,7 @@ async fn hold(state: &Service, id: UploadId) -> Result<Upload, Error> {
 /// Releases the lease on an upload; `died` records a crash.
 async fn release(state: &Service, id: UploadId, died: bool) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    tries::release_upload(&mut tx, id, state.replica, died).await?;
+    parse_attempts::release_upload(&mut tx, id, state.replica, died).await?;
     Ok(tx.commit().await?)
 }
 

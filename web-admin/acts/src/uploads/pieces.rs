@@ -5,7 +5,8 @@ use std::io::SeekFrom;
 use std::path::{Path, PathBuf};
 
 use model::ids::UploadId;
-use store::uploads::{self, Upload};
+use store::recordings::uploads;
+use store::recordings::uploads::Upload;
 use tokio::fs::File;
 use tokio::io::AsyncSeekExt;
 use uuid::Uuid;

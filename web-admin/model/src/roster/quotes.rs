@@ -1,9 +1,8 @@
 //! Checks of the quotation marks in a CSV file. The parser treats everything between two marks as
 //! one field, so that a superfluous mark swallows lines.
 
-use crate::email::{is_email, normalize_email};
-
 use super::Unreadable;
+use crate::email::{is_email, normalize_email};
 
 /// Refuses a text in which a quoted field is not closed at its end, or contains another person's
 /// line. `skipped` is the number of lines removed from the start of the text.

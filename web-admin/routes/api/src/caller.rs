@@ -16,9 +16,10 @@ use routes_base::auth::{asked_by, person_of};
 use routes_base::error::ApiError;
 use routes_base::refusals::{KnownAsker, RequestFacts};
 use store::audit::Actor;
+use store::auth::tokens;
+use store::auth::tokens::Token;
 use store::people::{self, Person};
-use store::tokens::{self, Token};
-use store::uploads::UploadOwner;
+use store::recordings::uploads::UploadOwner;
 use tower_sessions::Session;
 
 /// The authenticated caller.

@@ -10,8 +10,8 @@ use model::ids::{CommentId, SessionId};
 use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
 use serde::{Deserialize, Serialize};
-use store::comments;
-use store::comments::CommentRecord;
+use store::training::comments;
+use store::training::comments::CommentRecord;
 use utoipa::ToSchema;
 
 use crate::caller::Caller;

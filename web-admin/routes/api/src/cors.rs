@@ -8,7 +8,7 @@ use axum::http::{HeaderName, HeaderValue, header};
 use axum::middleware::Next;
 use axum::response::Response;
 use routes_base::AppState;
-use store::origins;
+use store::operations::origins;
 
 /// Headers sent to pages of an allowed origin.
 const SHARED: [(HeaderName, &str); 4] = [

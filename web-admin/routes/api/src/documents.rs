@@ -19,10 +19,12 @@ use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
 use routes_base::pictures::{PictureQuery, answer_picture, find_picture};
 use serde::Serialize;
-use store::curricula::TaughtCurriculum;
-use store::exercises::{self, Revision, RevisionBytes};
-use store::pictures::StoredPicture;
-use store::{pictures, practice, studies};
+use store::authoring::exercises::{Revision, RevisionBytes};
+use store::authoring::pictures::StoredPicture;
+use store::authoring::{exercises, pictures};
+use store::studies;
+use store::training::curricula::TaughtCurriculum;
+use store::training::practice;
 use utoipa::ToSchema;
 
 use crate::caller::Caller;

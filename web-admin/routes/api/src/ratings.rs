@@ -14,7 +14,7 @@ use model::ids::RatingId;
 use model::replay::ReplayStage;
 use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
-use store::sessions::Session;
+use store::recordings::sessions::Session;
 
 use crate::caller::Caller;
 use crate::replay::{Series, SeriesQuery};

@@ -15,7 +15,7 @@ use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
 use routes_base::stored_files::serve_stored;
 use serde::{Deserialize, Serialize};
-use store::sessions::Session;
+use store::recordings::sessions::Session;
 use utoipa::ToSchema;
 
 use crate::ApiId;

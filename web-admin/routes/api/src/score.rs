@@ -11,8 +11,9 @@ use model::{Moment, Proof, Uncounted};
 use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
 use serde::Serialize;
-use store::sessions::SessionState;
-use store::{grades, proofs, scores};
+use store::recordings::proofs;
+use store::recordings::sessions::SessionState;
+use store::scoring::{grades, scores};
 use utoipa::ToSchema;
 
 use crate::ApiId;

@@ -13,7 +13,8 @@ use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
 use routes_base::stored_files::{serve_file, serve_stored};
 use serde::{Deserialize, Serialize};
-use store::sessions::{self, Session, SessionState};
+use store::recordings::sessions;
+use store::recordings::sessions::{Session, SessionState};
 use utoipa::ToSchema;
 
 use crate::ApiId;

@@ -13,8 +13,8 @@ use routes_base::AppState;
 use routes_base::auth::ClientAddress;
 use routes_base::error::{ApiError, ProblemDocument};
 use serde::{Deserialize, Serialize};
+use store::operations::schools;
 use store::people::Person;
-use store::schools;
 use store::studies::Study;
 use utoipa::ToSchema;
 

@@ -19,7 +19,7 @@ use model::Moment;
 use model::ids::UploadId;
 use routes_base::error::{ApiError, ProblemDocument};
 use routes_base::{AppState, Routes};
-use store::uploads::Upload;
+use store::recordings::uploads::Upload;
 use time::format_description::BorrowedFormatItem;
 use time::macros::format_description;
 use utoipa_axum::router::OpenApiRouter;

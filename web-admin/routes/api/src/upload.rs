@@ -2,10 +2,9 @@
 
 use acts::checksum::Checksum;
 use acts::error::Error;
-use acts::intake;
 use acts::intake::{Bearer, RecordingReceipt};
 use acts::recordings::{self, Arriving};
-use acts::room;
+use acts::{intake, room};
 use axum::Json;
 use axum::body::{Body, HttpBody};
 use axum::extract::State;
@@ -15,7 +14,7 @@ use futures::{StreamExt, TryStreamExt};
 use model::{Moment, PersonKey};
 use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
-use store::uploads::UploadOwner;
+use store::recordings::uploads::UploadOwner;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 

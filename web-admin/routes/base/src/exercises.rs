@@ -3,7 +3,7 @@
 use acts::error::Error;
 use documents::ExerciseBundle;
 use model::ids::{RevisionId, SchoolId};
-use store::exercises;
+use store::authoring::exercises;
 
 use crate::AppState;
 

@@ -10,8 +10,9 @@ use model::ids::SchoolId;
 use pages::addresses::exercise_href;
 use pages::pictures::{PictureAtHand, picture_address, picture_version};
 use serde::Deserialize;
-use store::exercises::Revision;
-use store::pictures::{self, PictureBytes, StoredPicture};
+use store::authoring::exercises::Revision;
+use store::authoring::pictures;
+use store::authoring::pictures::{PictureBytes, StoredPicture};
 
 use crate::AppState;
 use crate::auth::Visitor;

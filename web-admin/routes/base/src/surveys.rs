@@ -8,8 +8,10 @@ use model::ids::PersonId;
 use model::survey::Survey;
 use model::{CurrentPerson, PersonKey};
 use pages::survey::form::{SurveyAsker, SurveyContact, Terms};
+use store::operations::schools;
+use store::recordings::sessions;
 use store::surveys::Practised;
-use store::{people, schools, sessions, studies, surveys};
+use store::{people, studies, surveys};
 use words::Language;
 
 use crate::AppState;

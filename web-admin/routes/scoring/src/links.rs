@@ -15,7 +15,7 @@ use routes_base::addresses::{PathId, encode_in_query, own_address};
 use routes_base::auth::{CsrfForm, NoFields, PageHead, Visitor};
 use routes_base::error::PageError;
 use routes_base::stored_files::serve_stored;
-use store::{links, sessions};
+use store::recordings::{links, sessions};
 
 /// Viewers: name, origin, and the address that the recording's address is appended to.
 const VIEWERS: [(&str, &str, &str); 3] = [

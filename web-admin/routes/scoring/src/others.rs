@@ -8,9 +8,12 @@ use model::corridor::FEWEST;
 use model::{CurrentPerson, PersonKey};
 use pages::judgement::{MetricSpread, OthersSpreads};
 use routes_base::AppState;
-use store::scores::{self, ValueOfMany};
-use store::sessions::Session;
-use store::{experts, practice, schools};
+use store::operations::schools;
+use store::privacy::experts;
+use store::recordings::sessions::Session;
+use store::scoring::scores;
+use store::scoring::scores::ValueOfMany;
+use store::training::practice;
 
 /// Maximum number of others of the cohort, and of experts: enough for quartiles, and cheap.
 const MOST: u32 = 24;

@@ -20,8 +20,9 @@ use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
-use store::regradings::Regrading;
-use store::{exercises, regradings};
+use store::authoring::exercises;
+use store::scoring::regradings;
+use store::scoring::regradings::Regrading;
 
 /// Attempts per page.
 const PER_PAGE: u32 = 50;

@@ -22,11 +22,12 @@ use routes_base::auth::{Csrf, CsrfForm, NoFields, Visit, Visitor};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::comments::CommentRecord;
-use store::experts::{self};
-use store::scores::{self};
-use store::sessions::{self, Session, SessionState};
-use store::{comments, reports, reviews};
+use store::privacy::experts;
+use store::recordings::sessions;
+use store::recordings::sessions::{Session, SessionState};
+use store::scoring::{reviews, scores};
+use store::training::comments::CommentRecord;
+use store::training::{comments, reports};
 
 use crate::sessions as attempts;
 

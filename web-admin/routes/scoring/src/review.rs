@@ -23,12 +23,15 @@ use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
 use store::audit::Actor;
-use store::grades::{self, NewOverride};
-use store::reports::NamedItem;
-use store::reviews::WaitingReview;
-use store::scores::{self, Score};
-use store::sessions::{self, Session};
-use store::{exercises, ratings, regradings, reports, reviews, supervisions};
+use store::authoring::exercises;
+use store::recordings::sessions;
+use store::recordings::sessions::Session;
+use store::scoring::grades::NewOverride;
+use store::scoring::reviews::WaitingReview;
+use store::scoring::scores::Score;
+use store::scoring::{grades, ratings, regradings, reviews, scores, supervisions};
+use store::training::reports;
+use store::training::reports::NamedItem;
 
 use crate::sessions as attempts;
 

@@ -14,14 +14,17 @@ use pages::addresses::exercise_href;
 use pages::judgement::{GradedAttempt, JudgementView};
 use pages::session::{Drawing, Ruling, SessionOutcome, SessionPage, VerificationResult};
 use pages::{NavPlace, Shell, format};
-use routes_base::AppState;
 use routes_base::addresses::PathId;
 use routes_base::auth::{Csrf, Visitor};
 use routes_base::error::PageError;
 use routes_base::exercises::published_bundle;
-use routes_base::surveys;
-use store::sessions::{self, Session, SessionState};
-use store::{exercises, grades, reports, scores, stations, supervisions};
+use routes_base::{AppState, surveys};
+use store::authoring::exercises;
+use store::recordings::sessions;
+use store::recordings::sessions::{Session, SessionState};
+use store::scoring::{grades, scores, supervisions};
+use store::stations;
+use store::training::reports;
 
 use crate::others;
 

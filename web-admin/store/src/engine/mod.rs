@@ -27,6 +27,7 @@ pub use driver::{Connection, Engine};
 #[cfg(feature = "postgres")]
 pub(crate) use postgres::{WRITING, options as postgres_options};
 pub(crate) use rows::{TableColumns, add_missing_rows};
+pub(crate) use values::{ArgumentKind, TypeInfo, ValueRef, read_natively};
 
 /// A dump could not be restored for verification.
 #[derive(Debug, thiserror::Error)]

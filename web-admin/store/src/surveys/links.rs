@@ -7,7 +7,7 @@ use model::survey::Survey;
 use model::titles::StoredTitle;
 
 use super::survey;
-use crate::sessions::Session;
+use crate::recordings::sessions::Session;
 use crate::{Connection, Executor, Result};
 
 /// Sends a survey to a cohort.

@@ -1,5 +1,6 @@
 //! Surveys, their recipients and responses.
 
+pub mod instruments;
 pub mod letters;
 mod links;
 mod responses;
@@ -17,7 +18,7 @@ pub use responses::{
 };
 pub use results::{ResponseCounts, ResponseMetric, SubmittedResponse, Tag, attempts, counts, submitted, tags};
 
-use super::{Connection, Executor, Result};
+use crate::{Connection, Executor, Result};
 
 /// The study that a survey belongs to.
 #[derive(Clone, Copy, Debug)]

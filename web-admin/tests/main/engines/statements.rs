@@ -3,9 +3,8 @@
 use sqlx::postgres::PgConnection;
 use sqlx::{AssertSqlSafe, Column, Executor, SqlSafeStr, Statement, TypeInfo};
 
-use crate::support::statements::{StoredStatement, TwinPlace, stored_statements};
-
 use super::BothEngines;
+use crate::support::statements::{StoredStatement, TwinPlace, stored_statements};
 
 /// Kinds of columns that the storage reads.
 const KINDS: [&str; 6] = ["UUID", "BYTEA", "INT8", "FLOAT8", "BOOL", "TEXT"];

@@ -26,10 +26,13 @@ use model::Role;
 use model::ids::SchoolId;
 use store::Connection;
 use store::audit::{Actor, AuditEntry};
-use store::cohorts::{self, Deed, Membership};
+use store::auth::tokens;
+use store::auth::tokens::TokenHolder;
+use store::operations::schools;
+use store::operations::schools::SchoolSettings;
 use store::people::{self, NewPerson, Person};
-use store::schools::{self, SchoolSettings};
-use store::tokens::{self, TokenHolder};
+use store::training::cohorts;
+use store::training::cohorts::{Deed, Membership};
 use tempfile::TempDir;
 use web_admin::{AppState, routes};
 

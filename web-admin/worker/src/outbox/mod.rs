@@ -13,8 +13,9 @@ use model::mail::{Mail, MailKind};
 use pages::letters::{self, Reminded};
 use pages::news::NewsItem;
 use routes_base::AppState;
-use store::account_links::Purpose;
-use store::{mails, notices, segments};
+use store::auth::account_links::Purpose;
+use store::letters::{mails, notices};
+use store::scoring::segments;
 use words::Language;
 
 mod retention;

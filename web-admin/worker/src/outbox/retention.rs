@@ -8,7 +8,7 @@ use acts::replicas::{self, Duty};
 use model::mail::RetentionLetter;
 use pages::letters;
 use routes_base::AppState;
-use store::retention;
+use store::privacy::retention;
 use words::Language;
 
 use super::{BATCH, until_database_answers};

@@ -13,8 +13,7 @@ use pages::school_time;
 use store::people::{self, BrowsingPerson};
 use tower_sessions::Session;
 
-use super::asked_by;
-use super::csrf;
+use super::{asked_by, csrf};
 use crate::error::PageError;
 use crate::refusals::KnownAsker;
 use crate::{AppState, language};

@@ -18,10 +18,11 @@ use routes_base::error::PageError;
 use routes_base::export::{CsvCell, stream_csv};
 use serde::Deserialize;
 use serde_json::json;
-use store::audit_search::{
-    self, AuditObject, AuditObjectKind, AuditSearch, FoundActs, SchoolAct, find_audit_place, search_audit_log,
+use store::audit::search;
+use store::audit::search::{
+    AuditObject, AuditObjectKind, AuditSearch, FoundActs, SchoolAct, find_audit_place, search_audit_log,
 };
-use store::schools;
+use store::operations::schools;
 
 /// Audit entries per page.
 const PER_PAGE: u32 = 50;
@@ -83,7 +84,7 @@ async fn find_acts(state: &AppState, AuditPlan { search, before }: &AuditPlan) -
     let reader = state.db.reader();
     let FoundActs { acts, before } = search_audit_log(reader, search, *before).await?;
     let ids: Vec<String> = acts.iter().map(|act| act.object.clone()).collect();
-    let names = audit_search::name_audit_objects(reader, search.school, &ids).await?;
+    let names = search::name_audit_objects(reader, search.school, &ids).await?;
     Ok(NamedActs { acts, names, before })
 }
 
@@ -99,7 +100,7 @@ pub(super) async fn show_audit_log(
     let NamedActs { acts, names, before } = find_acts(&state, &plan).await?;
     let is_short = acts.len() < PER_PAGE as usize;
     let read_since = match before.filter(|_| is_short) {
-        Some(place) => audit_search::find_row_time(state.db.reader(), place).await?,
+        Some(place) => search::find_row_time(state.db.reader(), place).await?,
         None => None,
     };
     let searched = search_of_form(&form);

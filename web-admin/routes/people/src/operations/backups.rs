@@ -6,7 +6,8 @@ use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf};
 use routes_base::error::PageError;
-use store::backups::{self, NotedBackup};
+use store::operations::backups;
+use store::operations::backups::NotedBackup;
 
 /// Number of backups listed.
 const LISTED: u32 = 30;

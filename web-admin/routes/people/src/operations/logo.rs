@@ -11,7 +11,7 @@ use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf, CsrfFileForm, CsrfForm, NoFields, Visit, Visitor};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
-use store::logos;
+use store::operations::logos;
 
 use super::settings::make_settings_page;
 

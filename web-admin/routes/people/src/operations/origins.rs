@@ -10,7 +10,7 @@ use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf, CsrfForm, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
-use store::origins;
+use store::operations::origins;
 
 /// Maximum number of origins of a school.
 const MOST: usize = 20;

@@ -17,8 +17,9 @@ use routes_base::auth::{Administrator, Csrf, CsrfForm, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::directory;
-use store::retention::{self, Settings};
+use store::people::directory;
+use store::privacy::retention;
+use store::privacy::retention::Settings;
 
 /// Maximum number of people listed.
 const LISTED: usize = 200;

@@ -9,17 +9,18 @@ use axum::response::Redirect;
 use model::Needed;
 use model::ids::LetterId;
 use pages::form::FilledForm;
-use pages::letters;
 use pages::letters::MailWay;
 use pages::settings::{SettingsForm, SettingsPage};
-use pages::{NavPlace, Shell};
+use pages::{NavPlace, Shell, letters};
 use routes_base::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use routes_base::{AppState, language};
 use serde::Deserialize;
-use store::schools::SchoolSettings;
-use store::{directory, schools, second_factors};
+use store::auth::second_factors;
+use store::operations::schools;
+use store::operations::schools::SchoolSettings;
+use store::people::directory;
 use words::Language;
 
 #[derive(Clone, Copy, Debug, Deserialize)]

@@ -14,7 +14,14 @@ use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use routes_base::{AppState, language};
 use serde::Deserialize;
-use store::{cohorts, directory, exports, notices, people, schools, second_factors, sign_in_codes, studies};
+use store::auth::second_factors;
+use store::letters::notices;
+use store::operations::schools;
+use store::people::directory;
+use store::privacy::exports;
+use store::stations::sign_in_codes;
+use store::training::cohorts;
+use store::{people, studies};
 use tower_sessions::Session;
 use words::Language;
 

@@ -16,7 +16,8 @@ use routes_base::auth::{Administrator, Csrf, CsrfForm, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::{cohorts, directory};
+use store::people::directory;
+use store::training::cohorts;
 
 use super::directory::{PeopleQuery, make_directory_page};
 

@@ -16,8 +16,9 @@ use routes_base::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use routes_base::{AppState, Routes, get, post};
-use store::directory;
-use store::experts::{self, NewDeclaration};
+use store::people::directory;
+use store::privacy::experts;
+use store::privacy::experts::NewDeclaration;
 use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
 

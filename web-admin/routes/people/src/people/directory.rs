@@ -23,8 +23,12 @@ use routes_base::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::directory::{Details, Filter};
-use store::{cohorts, directory, mails, retention, second_factors};
+use store::auth::second_factors;
+use store::letters::mails;
+use store::people::directory;
+use store::people::directory::{Details, Filter};
+use store::privacy::retention;
+use store::training::cohorts;
 
 use crate::operations::settings::find_mail_way;
 

@@ -17,8 +17,9 @@ use routes_base::auth::{Administrator, Csrf, CsrfForm, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::texts::{self, Whose};
-use store::{retention, schools};
+use store::operations::schools;
+use store::privacy::texts::Whose;
+use store::privacy::{retention, texts};
 
 use super::directory::{find_person, refuse_own_account};
 

@@ -24,7 +24,7 @@ use routes_base::auth::{Administrator, Csrf, CsrfForm, CsrfUpload, SentFile, Vis
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use serde::Deserialize;
-use store::cohorts;
+use store::training::cohorts;
 
 use crate::operations::settings::find_mail_way;
 

@@ -15,7 +15,7 @@ use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
-use store::tokens as stored;
+use store::auth::tokens as stored;
 
 /// Preselected lifetime of a token, in days.
 const DEFAULT_DAYS: i64 = 90;

@@ -14,8 +14,8 @@ use routes_base::auth::{Browser, CsrfForm, begin_token, start_session};
 use routes_base::error::{PageError, finish_answer, status_of};
 use routes_base::{AppState, Routes, get, post};
 use serde::{Deserialize, Serialize};
+use store::auth::second_factors;
 use store::people::{self, Person};
-use store::second_factors;
 use tower_sessions::Session;
 
 use super::login::own_path;

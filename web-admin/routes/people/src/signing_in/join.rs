@@ -12,7 +12,7 @@ use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
-use store::account_links::{AccountLink, Purpose};
+use store::auth::account_links::{AccountLink, Purpose};
 use store::people;
 use tower_sessions::Session;
 

@@ -18,8 +18,8 @@ use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
-use store::passkeys::{self as stored, KeptPasskey};
-use store::second_factors;
+use store::auth::passkeys::KeptPasskey;
+use store::auth::{passkeys as stored, second_factors};
 
 use super::proving::{ShownFactor, hold_question, take_held_question};
 use super::second_factor::{

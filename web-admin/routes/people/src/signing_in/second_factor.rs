@@ -20,7 +20,10 @@ use routes_base::forms::FormAnswer;
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
 use store::audit::Actor;
-use store::{directory, passkeys as stored, people, schools, second_factors};
+use store::auth::{passkeys as stored, second_factors};
+use store::operations::schools;
+use store::people;
+use store::people::directory;
 use tower_sessions::Session;
 
 use super::passkeys;

@@ -17,8 +17,11 @@ use routes_base::auth::{Csrf, CsrfForm, Teacher, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use serde::Deserialize;
-use store::ratings::{NewRound, RateableAttempt, Rater};
-use store::{assignments, grades, instruments, ratings as stored, reviews, sessions};
+use store::recordings::sessions;
+use store::scoring::ratings::{NewRound, RateableAttempt, Rater};
+use store::scoring::{grades, ratings as stored, reviews};
+use store::surveys::instruments;
+use store::training::assignments;
 
 /// Maximum number of raters of a round, and of attempts.
 const MOST_RATERS: usize = 20;

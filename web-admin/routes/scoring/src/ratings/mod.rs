@@ -17,8 +17,8 @@ use routes_base::auth::{Csrf, CsrfForm, NoFields, Teacher};
 use routes_base::error::PageError;
 use routes_base::export::CsvCell as Column;
 use routes_base::{AppState, Routes, export, get, post};
-use store::ratings as stored;
-use store::ratings::{Rating, RatingCell, Round};
+use store::scoring::ratings as stored;
+use store::scoring::ratings::{Rating, RatingCell, Round};
 
 mod make;
 mod rate;

@@ -22,7 +22,7 @@ use routes_base::auth::{Csrf, CsrfForm, Teacher, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::{ratings as stored, scores};
+use store::scoring::{ratings as stored, scores};
 
 use super::{own_ratings, round_href};
 use crate::sessions as attempts;

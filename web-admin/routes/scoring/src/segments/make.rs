@@ -14,9 +14,12 @@ use routes_base::auth::{Csrf, CsrfForm, Teacher, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use serde::Deserialize;
-use store::reports::{self, ListedAttempt};
-use store::segments::NewTask;
-use store::{schools, scores, sessions};
+use store::operations::schools;
+use store::recordings::sessions;
+use store::scoring::scores;
+use store::scoring::segments::NewTask;
+use store::training::reports;
+use store::training::reports::ListedAttempt;
 
 use crate::sessions::title_of_exercise;
 

@@ -16,9 +16,10 @@ use routes_base::error::PageError;
 use routes_base::export::{CsvCell, trainee_cells};
 use routes_base::forms::ExtensionForm;
 use routes_base::{AppState, Routes, export, get, post};
-use store::reports::NamedItem;
-use store::segments::{SegmentTask, Trace};
-use store::{reports, segments as stored};
+use store::scoring::segments as stored;
+use store::scoring::segments::{SegmentTask, Trace};
+use store::training::reports;
+use store::training::reports::NamedItem;
 
 mod make;
 mod trace;

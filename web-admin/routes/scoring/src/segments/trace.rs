@@ -17,9 +17,10 @@ use routes_base::auth::{Csrf, CsrfForm, Visit, Visitor};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::segments as stored;
-use store::segments::{SegmentTask, Trace};
-use store::sessions::{self, Session};
+use store::recordings::sessions;
+use store::recordings::sessions::Session;
+use store::scoring::segments as stored;
+use store::scoring::segments::{SegmentTask, Trace};
 
 use super::{list_own_traces, make_task_row, trace_href};
 

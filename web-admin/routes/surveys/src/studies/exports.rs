@@ -19,7 +19,7 @@ use routes_base::error::PageError;
 use routes_base::export::{CsvCell, download_csv};
 use serde::Serialize;
 use serde_json::json;
-use store::scores::MetricOfMany;
+use store::scoring::scores::MetricOfMany;
 use store::studies::StudyAttempt;
 
 use super::find_own_study;

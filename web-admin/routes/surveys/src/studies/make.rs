@@ -14,8 +14,10 @@ use routes_base::AppState;
 use routes_base::auth::{Csrf, CsrfForm, Teacher, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
-use store::instruments::InstrumentRevision;
-use store::{exercises, instruments, schools};
+use store::authoring::exercises;
+use store::operations::schools;
+use store::surveys::instruments;
+use store::surveys::instruments::InstrumentRevision;
 
 /// Maximum number of exercises and of instruments of a study, of groups, and of questions to each
 /// participant.

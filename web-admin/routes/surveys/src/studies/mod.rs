@@ -7,10 +7,9 @@ mod own;
 mod results;
 
 use acts::error::Error;
-use acts::studies as acting;
 use acts::studies::{GuestCode, ParticipantFacts};
-use acts::study_keeping;
 use acts::surveys::SurveyLink;
+use acts::{studies as acting, study_keeping};
 use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::ids::{PersonId, StudyId};
@@ -29,7 +28,7 @@ use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
-use store::retention;
+use store::privacy::retention;
 use store::studies::{self, Study, StudyExercise, StudyParticipant};
 
 /// Maximum length of an answer to a question of a study, in characters.

@@ -18,7 +18,8 @@ use routes_base::addresses::PathId;
 use routes_base::auth::{Csrf, Teacher};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::scores::{self, MetricOfMany};
+use store::scoring::scores;
+use store::scoring::scores::MetricOfMany;
 use store::studies::{self, Study, StudyAttempt, StudyExercise, StudyParticipant};
 use store::surveys::{self, SubmittedResponse};
 

@@ -17,8 +17,9 @@ use routes_base::auth::{Csrf, CsrfForm, Teacher};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, PublishedQuery, unix_lines};
 use serde::Deserialize;
-use store::curricula;
-use store::instruments::{self, InstrumentRevision};
+use store::surveys::instruments;
+use store::surveys::instruments::InstrumentRevision;
+use store::training::curricula;
 
 /// Template of a new instrument.
 const BLANK: &str = r#"id = "my-questionnaire"

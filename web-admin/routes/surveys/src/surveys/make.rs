@@ -21,9 +21,10 @@ use routes_base::auth::{Csrf, CsrfForm, PageHead, Teacher, Visitor};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::reports::NamedItem;
-use store::surveys::letters;
-use store::{instruments, people, reports, surveys as stored};
+use store::surveys::{instruments, letters};
+use store::training::reports;
+use store::training::reports::NamedItem;
+use store::{people, surveys as stored};
 
 use super::{find_school_survey, owns_survey};
 

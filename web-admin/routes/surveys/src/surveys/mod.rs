@@ -24,8 +24,9 @@ use routes_base::forms::FormAnswer;
 use routes_base::surveys::{TermsOf, find_asker, preferred_languages, terms_of_survey};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
+use store::recordings::sessions;
+use store::surveys;
 use store::surveys::Practised;
-use store::{sessions, surveys};
 
 /// Returns the routes below `/surveys`, for signed-in people.
 pub(super) fn survey_routes() -> Routes {

@@ -20,8 +20,8 @@ use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use routes_base::pictures::{PictureQuery, answer_picture, place_picture};
 use routes_base::{AppState, Routes, get, post};
-use store::drafts::DocumentDraft;
-use store::{drafts, pictures};
+use store::authoring::drafts::DocumentDraft;
+use store::authoring::{drafts, pictures};
 
 use super::drafts::{answer_conflict, make_draft_page, show_as};
 use super::writing::SentDraft;

@@ -33,8 +33,8 @@ use routes_base::auth::{Csrf, CsrfForm, NoFields, Teacher};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use serde::Deserialize;
-use store::drafts::{DocumentDraft, DraftKind, Texts};
-use store::{drafts, exercises};
+use store::authoring::drafts::{DocumentDraft, DraftKind, Texts};
+use store::authoring::{drafts, exercises};
 
 use super::draft_pictures;
 use super::instrument_drafts::{list_originals, list_seen_languages, questions_href};

@@ -16,8 +16,9 @@ use routes_base::addresses::PathId;
 use routes_base::auth::{CsrfForm, NoFields, Teacher};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::drafts::{DocumentDraft, DraftKind};
-use store::{drafts, instruments};
+use store::authoring::drafts;
+use store::authoring::drafts::{DocumentDraft, DraftKind};
+use store::surveys::instruments;
 
 use super::drafts::CourseForm;
 

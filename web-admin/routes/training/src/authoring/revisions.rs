@@ -12,7 +12,8 @@ use routes_base::AppState;
 use routes_base::auth::{Csrf, Teacher};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::{curricula, exercises};
+use store::authoring::exercises;
+use store::training::curricula;
 
 /// The two revisions to compare; by default the two newest.
 #[derive(Debug, Deserialize)]

@@ -6,7 +6,7 @@ use model::ids::SchoolId;
 use pages::authoring::{FIELD_PREFIX, begin_scale, place_id};
 use routes_base::forms::unix_lines;
 use serde::Deserialize;
-use store::drafts::Texts;
+use store::authoring::drafts::Texts;
 
 /// View in which a draft is shown and edited.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]

@@ -12,9 +12,11 @@ use routes_base::AppState;
 use routes_base::addresses::{PathId, own_address};
 use routes_base::auth::{Administrator, Csrf, CsrfForm, NoFields, PageHead};
 use routes_base::error::PageError;
-use store::reports::SchoolCounts;
+use store::operations::schools;
+use store::privacy::retention;
 use store::stations::{self, Station};
-use store::{cohorts as cohort_storage, reports, retention, schools};
+use store::training::reports::SchoolCounts;
+use store::training::{cohorts as cohort_storage, reports};
 
 use crate::training::{cohorts, news};
 

@@ -8,7 +8,10 @@ use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf};
 use routes_base::error::PageError;
-use store::{mails, reports, service, stations};
+use store::letters::mails;
+use store::operations::service;
+use store::stations;
+use store::training::reports;
 
 use super::admin;
 

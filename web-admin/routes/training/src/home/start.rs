@@ -10,8 +10,8 @@ use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Csrf, Visitor};
 use routes_base::error::PageError;
-use store::reports;
-use store::reports::NamedItem;
+use store::training::reports;
+use store::training::reports::NamedItem;
 
 use super::admin;
 use crate::training::trainees::TraineePageQuery;

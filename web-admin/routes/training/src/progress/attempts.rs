@@ -14,7 +14,8 @@ use routes_base::AppState;
 use routes_base::auth::Administrator;
 use routes_base::error::PageError;
 use routes_base::export::{CsvCell, stream_csv};
-use store::reports::{self, AttemptRecord};
+use store::training::reports;
+use store::training::reports::AttemptRecord;
 
 /// Attempts read per batch: a long export then keeps neither memory nor the database busy for long.
 const AT_ONCE: u32 = 200;

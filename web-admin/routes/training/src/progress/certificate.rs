@@ -19,9 +19,11 @@ use pages::trainee::{needed_in_words, rule_in_words};
 use routes_base::AppState;
 use routes_base::auth::{CsrfForm, NoFields, Visitor};
 use routes_base::error::PageError;
-use store::curricula::TaughtCurriculum;
-use store::reports::NamedItem;
-use store::{logos, people, practice, reports, schools};
+use store::operations::{logos, schools};
+use store::people;
+use store::training::curricula::TaughtCurriculum;
+use store::training::reports::NamedItem;
+use store::training::{practice, reports};
 use time::OffsetDateTime;
 use words::Language;
 

@@ -18,8 +18,8 @@ use routes_base::auth::{Csrf, Visitor};
 use routes_base::error::PageError;
 use routes_base::export::{CsvCell, download_csv, trainee_cells};
 use serde::Deserialize;
-use store::reports::NamedItem;
-use store::{practice, reports};
+use store::training::reports::NamedItem;
+use store::training::{practice, reports};
 use time::format_description::well_known::Iso8601;
 use time::{Date, Duration};
 

@@ -16,9 +16,11 @@ use routes_base::auth::{Csrf, Visitor};
 use routes_base::error::PageError;
 use routes_base::exercises::published_bundle;
 use routes_base::export::{CsvCell, stream_csv, trainee_cells};
-use store::reports::NamedItem;
-use store::scores::{self, FoundMetric, MetricOfMany};
-use store::{exercises, practice, reports};
+use store::authoring::exercises;
+use store::scoring::scores;
+use store::scoring::scores::{FoundMetric, MetricOfMany};
+use store::training::reports::NamedItem;
+use store::training::{practice, reports};
 
 use crate::training::{cohorts, standing};
 

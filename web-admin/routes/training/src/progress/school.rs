@@ -12,7 +12,8 @@ use routes_base::auth::{Csrf, Teacher};
 use routes_base::error::PageError;
 use routes_base::export::{CsvCell, download_csv};
 use serde::Deserialize;
-use store::tallies::{self, Sums, YearOfCohort};
+use store::training::tallies;
+use store::training::tallies::{Sums, YearOfCohort};
 
 /// Cohorts per page.
 const PER_PAGE: u32 = 50;

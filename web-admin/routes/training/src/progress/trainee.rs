@@ -15,8 +15,9 @@ use routes_base::AppState;
 use routes_base::auth::{Csrf, Visitor};
 use routes_base::error::PageError;
 use routes_base::export::{CsvCell, download_csv};
-use store::reports::{ListStretch, NamedItem};
-use store::{cohorts, practice, reports, schools};
+use store::operations::schools;
+use store::training::reports::{ListStretch, NamedItem};
+use store::training::{cohorts, practice, reports};
 
 use crate::training::standing::TaughtCourse;
 use crate::training::{standing, trainees};

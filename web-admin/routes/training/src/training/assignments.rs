@@ -25,9 +25,12 @@ use routes_base::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
 use routes_base::error::PageError;
 use routes_base::forms::{ExtensionForm, FormAnswer, split_refusal};
 use serde::Deserialize;
-use store::assignments::{ManagedAssignment, NewAssignment};
-use store::reports::NamedItem;
-use store::{assignments, curricula, exercises, people, reports, schools};
+use store::authoring::exercises;
+use store::operations::schools;
+use store::people;
+use store::training::assignments::{ManagedAssignment, NewAssignment};
+use store::training::reports::NamedItem;
+use store::training::{assignments, curricula, reports};
 
 use super::gradebook;
 use super::rows::PeopleOnPage;

@@ -19,9 +19,8 @@ use routes_base::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::cohorts::{self};
-use store::reports;
-use store::reports::NamedItem;
+use store::training::reports::NamedItem;
+use store::training::{cohorts, reports};
 
 use super::rows::PeopleOnPage;
 

@@ -14,8 +14,8 @@ use routes_base::addresses::{PathId, encode_in_query};
 use routes_base::auth::{Csrf, Teacher, Visitor};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::reports;
-use store::reports::NamedItem;
+use store::training::reports;
+use store::training::reports::NamedItem;
 
 use super::standing::TaughtCourse;
 use super::{gradebook, standing};

@@ -18,7 +18,8 @@ use routes_base::error::PageError;
 use routes_base::exercises::published_bundle;
 use routes_base::forms::PublishedQuery;
 use routes_base::{AppState, pictures};
-use store::{exercises, practice, reports};
+use store::authoring::exercises;
+use store::training::{practice, reports};
 
 use super::standing::TaughtCourse;
 use super::{rows, standing};

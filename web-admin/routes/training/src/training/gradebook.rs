@@ -21,8 +21,8 @@ use routes_base::auth::{Csrf, Visitor};
 use routes_base::error::PageError;
 use routes_base::export::{CsvCell, CsvDialect, download_csv_as, mark_byte_order, neutralise_cell};
 use serde::Deserialize;
-use store::reports;
-use store::reports::NamedItem;
+use store::training::reports;
+use store::training::reports::NamedItem;
 
 use super::rows::PeopleOnPage;
 use super::{cohorts, standing};

@@ -11,7 +11,9 @@ use routes_base::AppState;
 use routes_base::auth::{CsrfForm, NoFields, Visitor};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::{notices, ratings, studies, surveys};
+use store::letters::notices;
+use store::scoring::ratings;
+use store::{studies, surveys};
 
 /// Maximum number of news items on the home page.
 const SHOWN: u32 = 20;

@@ -9,10 +9,12 @@ use model::{CurrentPerson, Moment, Needed, Role};
 use pages::cohort::{NamedTrainee, TraineeRow};
 use pages::trainee::CourseFacts;
 use routes_base::AppState;
-use store::curricula::TaughtCurriculum;
-use store::practice::ByTrainee;
-use store::reports::{ExerciseInShort, NamedItem};
-use store::{practice, proofs, reports, schools};
+use store::operations::schools;
+use store::recordings::proofs;
+use store::training::curricula::TaughtCurriculum;
+use store::training::practice::ByTrainee;
+use store::training::reports::{ExerciseInShort, NamedItem};
+use store::training::{practice, reports};
 
 /// A course with the data that its pages show.
 pub(crate) struct TaughtCourse {

@@ -19,9 +19,10 @@ use routes_base::addresses::PathId;
 use routes_base::auth::{Csrf, Visitor};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::cohorts::{self, Cohort};
-use store::reports::{self, ListStretch, ListedAttempt, NamedItem};
-use store::{practice, sign_in_codes};
+use store::stations::sign_in_codes;
+use store::training::cohorts::Cohort;
+use store::training::reports::{ListStretch, ListedAttempt, NamedItem};
+use store::training::{cohorts, practice, reports};
 
 use super::standing::TaughtCourse;
 use super::{news, rows, standing};

@@ -9,7 +9,9 @@ use routes_base::AppState;
 use routes_base::addresses::PathId;
 use routes_base::auth::{Csrf, Visitor};
 use routes_base::error::PageError;
-use store::{people, practice, reports, schools};
+use store::operations::schools;
+use store::people;
+use store::training::{practice, reports};
 
 use super::standing;
 
