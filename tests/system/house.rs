@@ -350,14 +350,14 @@ fn mechanics_start_no_thread() {
 /// What decodes a stranger's bytes, and the files that may have it done. A helper does it, with limits of memory and time, but for what a
 /// helper has read at its arrival.
 const DECODERS: &[(&str, &[&str])] = &[
-    ("WorkbookSheet::read", &["acts/src/judging/mod.rs", "model/src/roster/table.rs"]),
-    ("picture::copy_", &["acts/src/judging/mod.rs"]),
-    ("copy_logo", &["acts/src/judging/mod.rs"]),
-    ("recording_files::read", &["acts/src/judging/mod.rs", "acts/src/recordings.rs"]),
-    ("annotate::annotate", &["acts/src/judging/mod.rs"]),
-    ("Recording::read", &["acts/src/recording_files.rs"]),
+    ("WorkbookSheet::read", &["acts/src/sandbox_jobs/mod.rs", "model/src/roster/table.rs"]),
+    ("picture::copy_", &["acts/src/sandbox_jobs/mod.rs"]),
+    ("copy_logo", &["acts/src/sandbox_jobs/mod.rs"]),
+    ("recording_files::read", &["acts/src/sandbox_jobs/mod.rs", "acts/src/recordings/mod.rs"]),
+    ("annotate::annotate", &["acts/src/sandbox_jobs/mod.rs"]),
+    ("Recording::read", &["acts/src/platform/recording_files.rs"]),
     // Only a re-grading that lacks a metric reads a recording once more, two at once.
-    ("recordings::with(", &["acts/src/regrading/mod.rs"]),
+    ("recordings::with(", &["acts/src/scoring/regrading/mod.rs"]),
 ];
 /// Crates that decode files. Only these of ours use them.
 const DECODING_CRATES: &[(&str, &[&str])] =

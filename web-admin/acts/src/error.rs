@@ -5,8 +5,11 @@ use std::io::ErrorKind;
 use model::CurrentPerson;
 use tower_sessions::{session, session_store};
 
-use crate::recording_store::StoreError;
-use crate::web_sessions::AWAY;
+use crate::platform::recording_store::StoreError;
+
+/// Prefix of the session store's error messages when the database is unavailable. The error type of the
+/// session crate contains only a text, so the prefix is how callers recognize this case.
+pub(crate) const AWAY: &str = "the database does not answer";
 
 /// Error of a request.
 #[derive(Debug, thiserror::Error)]

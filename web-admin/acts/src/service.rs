@@ -11,17 +11,17 @@ use model::ids::ReplicaId;
 use store::{Database, MigrateError};
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 
-use crate::brake_notes::BrakeNotes;
-use crate::clock::Clock;
-use crate::config::Config;
 use crate::error::Error;
-use crate::judging::{DraftExaminer, leave_unexamined};
-use crate::lines::Lines;
-use crate::mailer::Mailer;
-use crate::previews::Previews;
-use crate::recording_store::RecordingStore;
-use crate::relying_party::RelyingParty;
-use crate::turns::Turns;
+use crate::platform::bounded_queue::Lines;
+use crate::platform::clock::Clock;
+use crate::platform::config::Config;
+use crate::platform::mailer::Mailer;
+use crate::platform::rate_limit_log::BrakeNotes;
+use crate::platform::recording_store::RecordingStore;
+use crate::platform::relying_party::RelyingParty;
+use crate::platform::upload_locks::Turns;
+use crate::sandbox_jobs::previews::Previews;
+use crate::sandbox_jobs::{DraftExaminer, leave_unexamined};
 
 /// Maximum time in the queue for password hashing.
 const LONGEST_WAIT: Duration = Duration::from_secs(2);

@@ -1,7 +1,8 @@
 //! Assignments of the demonstration: one due soon, and one overdue with an extension for one
 //! trainee.
 
-use acts::{assignments, deadlines, schools};
+use acts::operations::schools;
+use acts::training::{assignments, deadlines};
 use anyhow::Context;
 use model::assignment::AssignmentTask;
 use model::ids::AssignmentId;

@@ -1,8 +1,9 @@
 //! Experts of the demonstration: the instructors perform the first exercises and consent to be part
 //! of the reference corridor.
 
-use acts::assignments::find_taught_curriculum;
-use acts::{consents, reviewing};
+use acts::privacy::consents;
+use acts::scoring::reviewing;
+use acts::training::assignments::find_taught_curriculum;
 use anyhow::Context;
 use indicatif::ProgressBar;
 use law::operator::{Occasion, Skill};

@@ -1,6 +1,7 @@
 //! Teaching in the demonstration: comments, a grade override and reviews.
 
-use acts::{comments, reviewing};
+use acts::scoring::reviewing;
+use acts::training::comments;
 use anyhow::Context;
 use attempt::{AttemptCurve, MarkKind};
 use model::comment::{Comment, CommentKind};

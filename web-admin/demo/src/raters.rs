@@ -1,8 +1,9 @@
 //! Ratings and marked pops of the demonstration: generated from the attempts, stored by the same
 //! functions as real ones, and labelled as generated.
 
-use acts::ratings::Rated;
-use acts::{deadlines, ratings, segments};
+use acts::scoring::ratings::Rated;
+use acts::scoring::{ratings, segments};
+use acts::training::deadlines;
 use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::instrument::ScaleKind;

@@ -3,12 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use acts::assignments::find_taught_curriculum;
-use acts::intake::Bearer;
+use acts::privacy::study_consents::revision_of_terms;
+use acts::recordings::intake::Bearer;
 use acts::stations::{self, CallingStation, StationVisit, TypedCode};
 use acts::studies::{self, ParticipantFacts, StudyRequest};
-use acts::study_consents::revision_of_terms;
 use acts::surveys::{self, AnsweredSheet};
+use acts::training::assignments::find_taught_curriculum;
 use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::ExerciseBundle;

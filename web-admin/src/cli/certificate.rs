@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use acts::certificates;
+use acts::training::certificates;
 use clap::{Args, Subcommand};
 use model::certificate::{Statement, check_certificate};
 

@@ -4,8 +4,8 @@
 
 use std::io::{Read, Write};
 
-use acts::judging;
-use acts::judging::JudgeQuestion;
+use acts::sandbox_jobs;
+use acts::sandbox_jobs::JudgeQuestion;
 use clap::Args;
 use routes_base::examine_draft;
 use rustix::process::{Resource, Rlimit, nice, setrlimit};
@@ -45,7 +45,7 @@ pub(super) fn run_judge(args: &JudgeArgs) -> anyhow::Result<()> {
         // anyway.
         let _ = nice(BEHIND_PAGES);
     }
-    let answer = judging::answer(question, examine_draft);
+    let answer = sandbox_jobs::answer(question, examine_draft);
     let mut out = std::io::stdout().lock();
     out.write_all(&serde_json::to_vec(&answer)?)?;
     Ok(out.flush()?)

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use acts::clock::Clock;
-use acts::config::{Config, ConfigError};
-use acts::moving::{CopiedRecordings, EndLock, MoveReport, SchoolMove};
+use acts::operations::moving::{CopiedRecordings, EndLock, MoveReport, SchoolMove};
+use acts::platform::clock::Clock;
+use acts::platform::config::{Config, ConfigError};
 use clap::Args;
 use store::locks::LockError;
 use store::operations::moving::{CarriedTable, DatabaseMove, MoveError};

@@ -1,7 +1,7 @@
 //! `web-admin retain`: applies the retention rules of schools.
 
-use acts::retention;
-use acts::retention::RetentionStep;
+use acts::privacy::retention;
+use acts::privacy::retention::RetentionStep;
 use clap::Args;
 use model::retention::RetentionAction;
 use store::operations::schools;

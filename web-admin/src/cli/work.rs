@@ -7,20 +7,24 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use acts::clock::Clock;
-use acts::config::{Config, anchor_mail, mail_to};
-use acts::erasure_store::ErasureStore;
+use acts::audit::audit_checkpoints;
+use acts::audit::checkpoint_store::StatementStore;
+use acts::auth::web_sessions::WebSessions;
 use acts::error::tell_in_full;
-use acts::helper::Helper;
-use acts::inspection::begin_inspection;
-use acts::key_files::make_missing_keys;
-use acts::locks::DataLock;
-use acts::scanning::Scanner;
-use acts::statement_store::StatementStore;
-use acts::web_sessions::WebSessions;
-use acts::{
-    SPANS, anchoring, deadlines, erasing, notices, recordings, replicas, retention, upkeep, uploads, verification,
-};
+use acts::letters::notices;
+use acts::operations::inspection::begin_inspection;
+use acts::operations::key_files::make_missing_keys;
+use acts::operations::{upkeep, verification};
+use acts::platform::clock::Clock;
+use acts::platform::config::{Config, anchor_mail, mail_to};
+use acts::platform::helper::Helper;
+use acts::platform::locks::DataLock;
+use acts::platform::scanning::Scanner;
+use acts::privacy::erasure_store::ErasureStore;
+use acts::privacy::{erasing, retention};
+use acts::recordings::uploads;
+use acts::training::deadlines;
+use acts::{SPANS, recordings, replicas};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use rustix::process::{getpid, kill_process};
@@ -178,7 +182,7 @@ impl Shift {
             tokio::spawn(deadlines::run(state.service.clone())),
             tokio::spawn(notices::run(state.service.clone())),
             tokio::spawn(retention::run(state.service.clone())),
-            tokio::spawn(anchoring::run(state.service.clone())),
+            tokio::spawn(audit_checkpoints::run(state.service.clone())),
             tokio::spawn(tidy_up(state.clone())),
         ];
         tasks.extend((state.config.judges > 0).then(|| tokio::spawn(worker::run_worker(state.clone()))));

@@ -7,8 +7,8 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
-use acts::recording_store::LocalRecording;
-use acts::researching::ResearchCounts;
+use acts::platform::recording_store::LocalRecording;
+use acts::studies::research::ResearchCounts;
 use anyhow::Context;
 use columnar::ParquetTable;
 use columns::{ATTEMPTS, METRICS, SESSION, columns_of_file, describe_columns};

@@ -2,9 +2,10 @@
 
 use std::sync::atomic::Ordering;
 
+use acts::SPANS;
 use acts::error::Error;
-use acts::inspection::InspectionState;
-use acts::{SPANS, secret};
+use acts::operations::inspection::InspectionState;
+use acts::platform::secret;
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::Next;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use acts::auth::web_sessions::WebSessions;
 use acts::error::Error;
-use acts::web_sessions::WebSessions;
 use axum::Router;
 use axum::extract::Request;
 use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};

@@ -1,7 +1,7 @@
 //! Public endpoints: the certificate key at a well-known URI (RFC 8615), and the check of a
 //! certificate.
 
-use acts::certificates;
+use acts::training::certificates;
 use axum::extract::{Query, State};
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware::from_fn;

@@ -5,9 +5,10 @@
 use std::path::Path;
 use std::process::Output;
 
-use acts::clock::Clock;
-use acts::config::MailTo;
-use acts::{anchoring, certificates};
+use acts::audit::audit_checkpoints;
+use acts::platform::clock::Clock;
+use acts::platform::config::MailTo;
+use acts::training::certificates;
 use model::{Moment, Role};
 
 use super::support::database::shrink_audit_log;
@@ -38,22 +39,24 @@ fn letters(app: &App) -> Vec<String> {
 #[tokio::test]
 async fn each_day_has_its_statement_which_is_mailed_once() {
     let app = app().await;
-    let first = anchoring::anchor(&app.state).await.unwrap().unwrap();
+    let first = audit_checkpoints::anchor(&app.state).await.unwrap().unwrap();
     assert!(first.ends_with("statements/2026-11-21.json"), "{first}");
-    assert_eq!(anchoring::anchor(&app.state).await.unwrap(), None, "once a day");
+    assert_eq!(audit_checkpoints::anchor(&app.state).await.unwrap(), None, "once a day");
     assert_eq!(letters(&app).len(), 1);
     app.state.clock.advance(86_400);
     app.signed_in("ada@example.org").await;
-    let second = anchoring::anchor(&app.state).await.unwrap().unwrap();
+    let second = audit_checkpoints::anchor(&app.state).await.unwrap().unwrap();
     assert_eq!(letters(&app).len(), 2);
     let key = certificates::public_key(&app.state.config.keys_dir).unwrap();
-    let of = |file: &str| anchoring::check(&std::fs::read(file).unwrap(), &key).unwrap();
+    let of = |file: &str| audit_checkpoints::check(&std::fs::read(file).unwrap(), &key).unwrap();
     assert_eq!((of(&first).rows, of(&second).rows), (2, 3));
     let mut forged = std::fs::read_to_string(&first).unwrap();
     forged = forged.replace("\\\"rows\\\":2", "\\\"rows\\\":1");
     assert!(forged.contains("\\\"rows\\\":1"), "{forged}");
-    assert!(anchoring::check(forged.as_bytes(), &key).is_err());
-    assert!(anchoring::check(b"{}", &key).is_err() && anchoring::check("}ä{".as_bytes(), &key).is_err());
+    assert!(audit_checkpoints::check(forged.as_bytes(), &key).is_err());
+    assert!(
+        audit_checkpoints::check(b"{}", &key).is_err() && audit_checkpoints::check("}ä{".as_bytes(), &key).is_err()
+    );
 }
 
 #[tokio::test]
@@ -66,12 +69,12 @@ async fn what_could_not_be_mailed_is_mailed_later() {
         config.mail = MailTo::Smtp(nobody);
     })
     .await;
-    assert!(anchoring::anchor(&app.state).await.is_err());
+    assert!(audit_checkpoints::anchor(&app.state).await.is_err());
     let again = App::in_folder(app.folder, Clock::fixed(NOW), |config| {
         config.anchor_mail = Some("audit@example.org".to_owned());
     })
     .await;
-    assert!(anchoring::anchor(&again.state).await.unwrap().is_some());
+    assert!(audit_checkpoints::anchor(&again.state).await.unwrap().is_some());
     assert_eq!(letters(&again).len(), 1);
 }
 
@@ -79,7 +82,7 @@ async fn what_could_not_be_mailed_is_mailed_later() {
 async fn a_log_that_was_cut_or_made_anew_does_not_hold_what_was_stated() {
     let app = app().await;
     let folder = app.folder.path();
-    let file = anchoring::anchor(&app.state).await.unwrap().unwrap();
+    let file = audit_checkpoints::anchor(&app.state).await.unwrap().unwrap();
     let kept = folder.join("kept.json");
     std::fs::copy(&file, &kept).unwrap();
     let letter = folder.join("letter.txt");

@@ -4,8 +4,8 @@
 
 use std::time::{Duration, Instant};
 
-use acts::clock::Clock;
-use acts::secret::PasswordCost;
+use acts::platform::clock::Clock;
+use acts::platform::secret::PasswordCost;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::Role;

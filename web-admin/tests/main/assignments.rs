@@ -1,9 +1,9 @@
 //! Assignments through the front door. Fails when a trainee does not see what is due, when the clocks move a deadline,
 //! when another school's cohort can be told from none, or when somebody is reminded twice or for nothing.
 
-use acts::clock::Clock;
-use acts::config::MailTo;
-use acts::deadlines;
+use acts::platform::clock::Clock;
+use acts::platform::config::MailTo;
+use acts::training::deadlines;
 use model::ids::{CohortId, PersonId, SchoolId, SessionId};
 use model::{Moment, Role};
 use store::training::cohorts;

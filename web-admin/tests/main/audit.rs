@@ -1,7 +1,7 @@
 //! The audit log only grows, and a change to it shows. Fails when a statement can alter a row, or when a row that was
 //! altered behind the triggers' back goes unnoticed.
 
-use acts::verification;
+use acts::operations::verification;
 use model::Role;
 use sqlx::SqlSafeStr;
 use store::EngineKind;

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use acts::clock::Clock;
+use acts::platform::clock::Clock;
 use model::{Moment, Role};
 use pages::audit::{AUDIT_THEMES, describe_act};
 use store::audit::search::{AuditSearch, find_audit_place, search_audit_log};

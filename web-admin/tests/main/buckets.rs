@@ -5,12 +5,16 @@
 use std::process::Output;
 use std::time::Duration;
 
-use acts::clock::Clock;
-use acts::erasing::{self, Eraser};
-use acts::erasure_store::ErasureStore;
-use acts::erasures::{ERASURES_FILE, Erasure, ErasureList, ErasureScope};
-use acts::statement_store::StatementStore;
-use acts::{anchoring, replicas, uploads, verification};
+use acts::audit::audit_checkpoints;
+use acts::audit::checkpoint_store::StatementStore;
+use acts::operations::verification;
+use acts::platform::clock::Clock;
+use acts::privacy::erasing;
+use acts::privacy::erasing::Eraser;
+use acts::privacy::erasure_store::ErasureStore;
+use acts::privacy::erasures::{ERASURES_FILE, Erasure, ErasureList, ErasureScope};
+use acts::recordings::uploads;
+use acts::replicas;
 use axum::body::Body;
 use axum::http::{Method, Request};
 use model::Role;
@@ -133,8 +137,10 @@ async fn a_large_recording_is_sent_in_parts_and_arrives_byte_for_byte() {
     let file = app.folder.path().join("large");
     let bytes: Vec<u8> = (0..40_000_000_u32).map(|n| (n ^ (n >> 9)) as u8).collect();
     std::fs::write(&file, &bytes).unwrap();
-    let acts::recording_store::RecordingStore::Bucket(kept) = &app.state.recordings else { panic!("a bucket") };
-    let (sha256, _) = acts::recording_files::hash_file(&file).unwrap();
+    let acts::platform::recording_store::RecordingStore::Bucket(kept) = &app.state.recordings else {
+        panic!("a bucket")
+    };
+    let (sha256, _) = acts::platform::recording_files::hash_file(&file).unwrap();
     kept.keep_recording(&file, "a/b.mcap", &sha256).await.unwrap();
     let copy = app.state.recordings.fetch("a/b.mcap").await.unwrap();
     assert!(std::fs::read(copy.path()).unwrap() == bytes);
@@ -421,17 +427,17 @@ async fn services_with_the_same_keys_sign_as_one_and_state_the_audit_log_once() 
         (config.database, config.keys_dir) = (database, keys);
     })
     .await;
-    let place = anchoring::anchor(&app.state).await.unwrap().unwrap();
-    assert_eq!(anchoring::anchor(&other.state).await.unwrap(), None, "it is stated");
+    let place = audit_checkpoints::anchor(&app.state).await.unwrap().unwrap();
+    assert_eq!(audit_checkpoints::anchor(&other.state).await.unwrap(), None, "it is stated");
     let name = place.rsplit('/').next().unwrap();
     let statement = StatementStore::of(&other.state.config, &other.state.recordings).read(name).await.unwrap().unwrap();
     let published = "/.well-known/stylet-certificate-key";
     let key = other.stranger().get(published).await.text();
     assert_eq!(app.stranger().get(published).await.text(), key);
-    anchoring::check(&statement, key.trim()).unwrap();
+    audit_checkpoints::check(&statement, key.trim()).unwrap();
     let stranger = bucket.replica(&app).await;
     let key = stranger.stranger().get(published).await.text();
-    assert!(anchoring::check(&statement, key.trim()).is_err(), "of keys of its own");
+    assert!(audit_checkpoints::check(&statement, key.trim()).is_err(), "of keys of its own");
 }
 
 /// Runs the program on a data folder, with recordings in a bucket where one is named.

@@ -1,8 +1,9 @@
 //! A certificate through the front door: who has mastered a course saves a page, and anybody checks it without the service.
 //! Fails when one is issued for less, in another's language, or when what is printed or signed is not what was earned.
 
-use acts::clock::Clock;
-use acts::{certificates, publishing};
+use acts::authoring::publishing;
+use acts::platform::clock::Clock;
+use acts::training::certificates;
 use data_encoding::HEXLOWER;
 use model::certificate::check_certificate;
 use model::certificate_note::CertificateNote;

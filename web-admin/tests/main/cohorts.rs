@@ -1,7 +1,7 @@
 //! A cohort through the front door, as large as a year of students. Fails when a roster by itself calls for help, when somebody of a
 //! long list cannot be reached, or when a page grows with the cohort.
 
-use acts::clock::Clock;
+use acts::platform::clock::Clock;
 use model::ids::{CohortId, SchoolId};
 use model::{Moment, Role};
 use store::people::{self, NewPerson};

@@ -27,7 +27,8 @@ pub async fn crowded() -> App {
     let model = Attempt::default();
     assert_eq!(app.with_token(&trainee.token).upload(&record(&model)).await.status, 201);
     worker::work_off_jobs(&app.state).await.unwrap();
-    let password_hash = acts::secret::hash_password(super::support::PASSWORD, app.state.config.password_cost).unwrap();
+    let password_hash =
+        acts::platform::secret::hash_password(super::support::PASSWORD, app.state.config.password_cost).unwrap();
     let crowd = GeneratedCrowd {
         school_id,
         trainees: TRAINEES,

@@ -4,8 +4,9 @@
 use std::fs;
 use std::path::Path;
 
-use acts::publishing::CourseRefused;
-use acts::{assignments, publishing};
+use acts::authoring::publishing;
+use acts::authoring::publishing::CourseRefused;
+use acts::training::assignments;
 use model::Role;
 use store::authoring::exercises;
 

@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use acts::clock::Clock;
+use acts::platform::clock::Clock;
 
 use super::support::client::Client;
 use super::support::{App, web_admin};

@@ -4,8 +4,8 @@
 use std::path::PathBuf;
 use std::process::Output;
 
-use acts::clock::Clock;
-use acts::erasures::ERASURES_FILE;
+use acts::platform::clock::Clock;
+use acts::privacy::erasures::ERASURES_FILE;
 use model::Role;
 use model::ids::SessionId;
 use model::texts::TextCounts;
@@ -192,7 +192,7 @@ async fn recordings_go_if_the_schools_rule_says_so_and_nothing_misses_them() {
     // What a service leaves that is killed after its commit goes at the next start.
     std::fs::write(said.recording(), "left over").unwrap();
     assert_eq!(web_admin(&folder, &["verify"]).status.code(), Some(1));
-    assert_eq!(acts::erasing::catch_up(&said.app.state).await.unwrap(), 0);
+    assert_eq!(acts::privacy::erasing::catch_up(&said.app.state).await.unwrap(), 0);
     assert!(!said.recording().exists());
 }
 

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use acts::clock::Clock;
-use acts::erasing;
-use acts::erasures::{ERASURES_FILE, Erasure, ErasureList, ErasureScope};
+use acts::platform::clock::Clock;
+use acts::privacy::erasing;
+use acts::privacy::erasures::{ERASURES_FILE, Erasure, ErasureList, ErasureScope};
 use model::Role;
 use store::people;
 use web_admin::AppState;

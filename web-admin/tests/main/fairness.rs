@@ -5,8 +5,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::time::Duration;
 
-use acts::clock::Clock;
-use acts::helper::Helper;
+use acts::platform::clock::Clock;
+use acts::platform::helper::Helper;
 use model::ids::{SchoolId, SessionId};
 use model::{Role, SessionKey};
 use store::recordings::sessions;

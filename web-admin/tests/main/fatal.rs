@@ -7,11 +7,13 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use acts::clock::Clock;
-use acts::helper::Helper;
-use acts::judging::{Brief, JudgeAnswer, JudgeQuestion, JudgingTask};
-use acts::killpoints::KillPoint;
-use acts::{judging, killpoints, replicas, uploads};
+use acts::platform::clock::Clock;
+use acts::platform::fail_points;
+use acts::platform::fail_points::KillPoint;
+use acts::platform::helper::Helper;
+use acts::recordings::uploads;
+use acts::sandbox_jobs::{Brief, JudgeAnswer, JudgeQuestion, JudgingTask};
+use acts::{replicas, sandbox_jobs};
 use axum::body::Body;
 use axum::http::Request;
 use data_encoding::HEXLOWER;
@@ -249,7 +251,7 @@ async fn a_death_of_the_service_while_its_helper_reads_condemns_no_recording() {
     let bytes = record(&Attempt::default());
     for _ in 0..3 {
         let kill_at = Path::new(KillPoint::ReadingBegun.name());
-        let mut service = Service::start_with(folder.path(), &[(killpoints::VARIABLE, kill_at)]);
+        let mut service = Service::start_with(folder.path(), &[(fail_points::VARIABLE, kill_at)]);
         let _sent = service.upload(&token, &bytes, bytes.len());
         assert!(within_a_minute(|| service.child.try_wait().unwrap().is_some()));
     }
@@ -308,8 +310,9 @@ async fn what_was_read_when_it_arrived_is_set_aside_and_not_refused_and_what_has
         let (recording, replay) = (path.clone(), folder.path().join("replay"));
         JudgeQuestion::Recording(Brief { recording, sha256: sha256.to_owned(), replay, task: JudgingTask::Judge(None) })
     };
-    let answer =
-        |arrived: &str| judging::answer(brief(&HEXLOWER.encode(&Sha256::digest(arrived))), judging::leave_unexamined);
+    let answer = |arrived: &str| {
+        sandbox_jobs::answer(brief(&HEXLOWER.encode(&Sha256::digest(arrived))), sandbox_jobs::leave_unexamined)
+    };
     let same = answer("not a recording");
     assert!(matches!(&same, JudgeAnswer::Died(why) if why.contains("it was read when it arrived")), "{same:?}");
     let changed = answer("a recording");

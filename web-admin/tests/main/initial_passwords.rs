@@ -1,8 +1,8 @@
 //! A password that somebody else has set. Fails when it signs in, when it becomes the one that stays, when it is good for longer than it should
 //! be, and when one's own is asked to be changed.
 
-use acts::accounts;
-use acts::clock::Clock;
+use acts::people::accounts;
+use acts::platform::clock::Clock;
 use model::{Moment, Role};
 use store::people;
 

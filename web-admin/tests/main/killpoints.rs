@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Output;
 use std::time::Duration;
 
-use acts::killpoints::{KillPoint, VARIABLE};
+use acts::platform::fail_points::{KillPoint, VARIABLE};
 use model::SessionKey;
 use store::Database;
 use store::recordings::sessions;

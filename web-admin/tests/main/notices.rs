@@ -1,9 +1,9 @@
 //! What is new reaches whom it is for, through the front door. Fails when a comment, an answer, an override, a rating round's result or an
 //! assignment is not told of, when somebody is told of their own acts, when what was read stays new, or when mail comes twice a day.
 
-use acts::clock::Clock;
-use acts::config::MailTo;
-use acts::notices;
+use acts::letters::notices;
+use acts::platform::clock::Clock;
+use acts::platform::config::MailTo;
 use model::ids::SessionId;
 use model::{Moment, Role};
 use web_admin::{outbox, worker};

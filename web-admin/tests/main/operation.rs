@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 use std::time::Duration;
 
-use acts::clock::Clock;
-use acts::config::Config;
+use acts::platform::clock::Clock;
+use acts::platform::config::Config;
 use model::Role;
 use store::audit;
 use store::recordings::sessions;

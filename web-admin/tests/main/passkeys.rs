@@ -1,7 +1,7 @@
 //! Passkeys. Fails when a password alone signs in where a passkey is asked for; when an answer is taken that is another site's,
 //! another question's, somebody else's, late, given before, or of a copied key; and when a passkey outlives its removal.
 
-use acts::clock::Clock;
+use acts::platform::clock::Clock;
 use model::ids::SchoolId;
 use model::{Moment, Role};
 use serde_json::Value;

@@ -2,8 +2,8 @@
 //! is confirmed is not what was shown, when something is half imported, when a link works twice or tells who exists, or
 //! when somebody made anonymous can be found or let in.
 
-use acts::clock::Clock;
-use acts::config::{Config, MailTo};
+use acts::platform::clock::Clock;
+use acts::platform::config::{Config, MailTo};
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::ids::{PersonId, SchoolId};

@@ -5,8 +5,8 @@ use std::io::{Read, Write};
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use acts::clock::Clock;
-use acts::helper::Helper;
+use acts::platform::clock::Clock;
+use acts::platform::helper::Helper;
 use model::Role;
 use tokio::net::TcpListener;
 use web_admin::serving::{self, ConnectionLimits};

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use acts::publishing;
+use acts::authoring::publishing;
 use model::ids::{SchoolId, SessionId};
 use model::{CurrentPerson, Role, SessionKey};
 use store::scoring::scores;

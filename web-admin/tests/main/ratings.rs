@@ -2,7 +2,7 @@
 //! scored or what the others gave; when a finished rating changes; when agreement is another than the formula's; and when
 //! somebody rates who was not asked.
 
-use acts::surveys;
+use acts::authoring::instruments;
 use model::Role;
 use model::ids::SessionId;
 use store::studies::{self, NewParticipant, NewStudy};
@@ -30,7 +30,7 @@ impl School {
         app.publish(north).await;
         let now = app.state.clock.now();
         let document = course_folder().with_file_name("instruments").join("global-rating-puncture.toml");
-        app.write(async |tx| surveys::publish(tx, north, &document, now).await.unwrap()).await;
+        app.write(async |tx| instruments::publish(tx, north, &document, now).await.unwrap()).await;
         let ada = app.member(north, Role::Trainee, "ada@example.org").await;
         let teacher = app.member(north, Role::Instructor, "teacher@example.org").await;
         let near = app.member(north, Role::Instructor, "near@example.org").await;

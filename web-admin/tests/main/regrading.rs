@@ -2,7 +2,7 @@
 //! when an attempt of somebody else's trainee is touched, when an override stops counting, or when a confirmation is
 //! taken after attempts have changed.
 
-use acts::regrading::{Rubric, exercise};
+use acts::scoring::regrading::{Rubric, exercise};
 use model::Role;
 use model::ids::{RevisionId, SessionId};
 use store::Connection;

@@ -1,7 +1,7 @@
 //! A replay and what is said about it, through the front door. Fails when the first picture would need the recording,
 //! a comment lands outside the attempt or in another one, or somebody takes back what another has said.
 
-use acts::clock::Clock;
+use acts::platform::clock::Clock;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::ids::SessionId;

@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use acts::clock::Clock;
-use acts::scanning::{ScanVerdict, Scanner};
-use acts::uploads;
+use acts::platform::clock::Clock;
+use acts::platform::scanning::{ScanVerdict, Scanner};
+use acts::recordings::uploads;
 use axum::body::Body;
 use axum::http::Request;
 use data_encoding::HEXLOWER;

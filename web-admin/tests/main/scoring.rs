@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use acts::clock::Clock;
+use acts::platform::clock::Clock;
 use model::ids::SessionId;
 use model::{Moment, Role, SessionKey};
 use serde_json::Value;

@@ -5,8 +5,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::str::FromStr;
 
-use acts::clock::Clock;
-use acts::sealing::KEY_FILE;
+use acts::platform::clock::Clock;
+use acts::platform::sealing::KEY_FILE;
 use axum::http::Method;
 use data_encoding::BASE32_NOPAD;
 use model::ids::SchoolId;

@@ -1,9 +1,9 @@
 //! Marking pops, through the front door. Fails when a trainee can learn the pops before sending marks, from the page or
 //! from any route; when they are given an attempt of their own; when sent marks change; and when results are wrong.
 
-use acts::clock::Clock;
-use acts::config::MailTo;
-use acts::deadlines;
+use acts::platform::clock::Clock;
+use acts::platform::config::MailTo;
+use acts::training::deadlines;
 use model::ids::{CohortId, PersonId, SchoolId, SessionId};
 use model::segments::pops;
 use model::{Moment, Role, SessionKey};

@@ -3,8 +3,10 @@
 
 use std::net::IpAddr;
 
-use acts::clock::Clock;
-use acts::{brakes, secret, upkeep};
+use acts::auth::rate_limits;
+use acts::operations::upkeep;
+use acts::platform::clock::Clock;
+use acts::platform::secret;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::ids::SchoolId;
@@ -150,7 +152,7 @@ async fn twenty_wrong_passwords_make_even_the_right_one_wait() {
 
 /// Whether somebody may try to sign in; the try is counted.
 async fn may_try(app: &App, address: IpAddr, email: &str) -> bool {
-    brakes::take_sign_in(&app.state, address, email).await.is_ok()
+    rate_limits::take_sign_in(&app.state, address, email).await.is_ok()
 }
 
 #[tokio::test]
@@ -172,7 +174,7 @@ async fn a_stranger_uses_up_nobody_elses_tries() {
     let app = app().await;
     let home = IpAddr::from([192, 0, 2, 200]);
     assert!(may_try(&app, home, "ada@example.org").await);
-    brakes::welcome(&app.state, home, "ada@example.org").await.unwrap();
+    rate_limits::welcome(&app.state, home, "ada@example.org").await.unwrap();
     let mut one = 0;
     for _ in 0..50 {
         one += u32::from(may_try(&app, [192, 0, 2, 1].into(), "ada@example.org").await);

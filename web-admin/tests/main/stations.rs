@@ -1,7 +1,7 @@
 //! Stations join by a code and trainees sign in at them. Fails when a code works twice, too late or at another school,
 //! when guessing is not braked, when a revoked station is let in, or when what was done is not in the audit log.
 
-use acts::clock::Clock;
+use acts::platform::clock::Clock;
 use axum::body::Body;
 use axum::http::Request;
 use model::{Moment, Role};

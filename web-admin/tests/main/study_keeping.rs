@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use acts::{erasing, retention};
+use acts::privacy::{erasing, retention};
 use serde_json::Value;
 
 use super::studies::StudyDay;

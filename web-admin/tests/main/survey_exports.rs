@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use acts::surveys;
+use acts::authoring::instruments;
 
 use super::support::client::csrf_in;
 use super::surveys::{School, send};
@@ -14,7 +14,7 @@ async fn the_columns_of_an_export_have_names_of_their_own_that_spss_takes() {
     let school = School::new().await;
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/instrument-names.toml");
     let (id, now) = (school.id, school.app.state.clock.now());
-    school.app.write(async |tx| surveys::publish(tx, id, &path, now).await.map(drop).unwrap()).await;
+    school.app.write(async |tx| instruments::publish(tx, id, &path, now).await.map(drop).unwrap()).await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let survey = school.survey(&mut teacher, "tricky", &[("identity", "anonymous")]).await;
     let wide = teacher.get(&format!("{survey}/results/answers-wide.csv")).await.text();

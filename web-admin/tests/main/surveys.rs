@@ -1,8 +1,8 @@
 //! Surveys through the front door. Fails when an answer is lost or counted twice, when an anonymous one leads to who gave
 //! it, when a link opens what it should not, or when somebody sees a group that is too small.
 
-use acts::clock::Clock;
-use acts::surveys;
+use acts::authoring::instruments;
+use acts::platform::clock::Clock;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::ids::{CohortId, SchoolId, SessionId, SurveyId};
@@ -45,8 +45,8 @@ impl School {
         let now = app.state.clock.now();
         app.publish(id).await;
         app.write(async |tx| {
-            for path in surveys::documents_in(course_folder().parent().unwrap()).unwrap() {
-                surveys::publish(tx, id, &path, now).await.unwrap();
+            for path in instruments::documents_in(course_folder().parent().unwrap()).unwrap() {
+                instruments::publish(tx, id, &path, now).await.unwrap();
             }
         })
         .await;

@@ -1,8 +1,8 @@
 //! One's own tokens for programs. Fails when one outlives its end or its revocation, is shown twice, is made by a browser that was
 //! left open, or when a token of before stops working.
 
-use acts::clock::Clock;
-use acts::secret;
+use acts::platform::clock::Clock;
+use acts::platform::secret;
 use model::{Moment, PersonKey, Role};
 use store::auth::tokens;
 use store::auth::tokens::NewToken;

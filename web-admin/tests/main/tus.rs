@@ -1,9 +1,9 @@
 //! Uploads in pieces. Fails when a byte that was acknowledged is lost, when one that was not is counted, when an upload
 //! becomes two attempts or none, or when the protocol's words are not tus 1.0.0's.
 
-use acts::clock::Clock;
-use acts::config::UploadQuota;
-use acts::uploads;
+use acts::platform::clock::Clock;
+use acts::platform::config::UploadQuota;
+use acts::recordings::uploads;
 use axum::body::Body;
 use axum::http::request::Builder;
 use axum::http::{Method, Request};

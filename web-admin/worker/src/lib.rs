@@ -7,9 +7,12 @@ pub mod outbox;
 use std::time::Duration;
 
 use acts::error::is_database_away;
+use acts::platform::clock;
+use acts::platform::fair_scheduler::{Bench, Shares};
+use acts::recordings::duplicate_backfill;
 use acts::replicas::{self, Duty};
-use acts::shares::{Bench, Shares};
-use acts::{clock, motions, regrading, scoring};
+use acts::scoring;
+use acts::scoring::regrading;
 use routes_base::AppState;
 use store::operations::schools;
 use store::recordings::parse_attempts;
@@ -148,5 +151,5 @@ impl WorkerDesk {
 /// held by another replica.
 async fn resume_old_jobs(state: &AppState) -> anyhow::Result<bool> {
     Ok(replicas::is_on_duty(state, Duty::OldAttempts).await?
-        && (regrading::exercise::step(state).await? || motions::step(state).await?))
+        && (regrading::exercise::step(state).await? || duplicate_backfill::step(state).await?))
 }

@@ -17,7 +17,7 @@ use store::surveys::{NewResponse, Submission, SurveyResponse};
 use store::{Connection, surveys};
 
 use crate::error::Error;
-use crate::secret;
+use crate::platform::secret;
 use crate::service::Service;
 
 pub(super) const ANSWERED: &str = "these answers were sent already; they can be taken back, not changed";

@@ -10,7 +10,7 @@ use store::surveys::{NewResponse, NewSurvey, letters};
 use store::{Executor, surveys};
 
 use crate::error::Error;
-use crate::secret;
+use crate::platform::secret;
 use crate::service::Service;
 
 /// Maximum lifetime of a link, in s; it also ends when the survey closes.

@@ -1,13 +1,11 @@
 //! Surveys: publishes instruments, creates surveys and links, and stores answers.
 
 pub mod answering;
-mod instruments;
 mod making;
 mod taking;
 mod themes;
 
 use documents::Instrument;
-pub use instruments::{course_surveys, documents_in, from_json, publish, publish_text, publish_written, to_json};
 pub use making::{SurveyLink, SurveyRequest, close, letters_left, link_expiry, mail_links, make, make_links};
 use model::folding::fold_text;
 use model::ids::{RevisionId, SchoolId};

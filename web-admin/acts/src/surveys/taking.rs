@@ -17,7 +17,7 @@ use store::{Connection, Json, people, surveys};
 
 use super::answering::{ANSWERED, Answering};
 use crate::error::Error;
-use crate::secret;
+use crate::platform::secret;
 use crate::service::Service;
 
 /// Length of a secret, in hexadecimal digits: 256 bits, as for secrets created by the service.

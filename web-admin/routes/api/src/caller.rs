@@ -1,7 +1,7 @@
 //! Authenticates the caller of the API before anything else of a request is read.
 
 use acts::error::{Error, tell_in_full};
-use acts::secret;
+use acts::platform::secret;
 use acts::stations::CallingStation;
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::header::AUTHORIZATION;

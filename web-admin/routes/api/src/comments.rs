@@ -1,7 +1,7 @@
 //! Comments on an attempt.
 
-use acts::comments as said;
 use acts::error::Error;
+use acts::training::comments as said;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use acts::assignments as teaching;
 use acts::error::Error;
+use acts::training::assignments as teaching;
 use assessment::learning::Standing;
 use axum::Json;
 use axum::extract::{Path, State};

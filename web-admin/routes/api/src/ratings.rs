@@ -2,7 +2,7 @@
 //! is not disclosed.
 
 use acts::error::Error;
-use acts::ratings::attempt;
+use acts::scoring::ratings::attempt;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, Request, State};

@@ -1,7 +1,8 @@
 //! The data of a replay: the stage, the frames, and the series plotted over time.
 
 use acts::error::Error;
-use acts::{replay_files, replays};
+use acts::platform::replay_files;
+use acts::recordings::replays;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, Request, State};

@@ -1,8 +1,8 @@
 //! Training stations: pairing with a school by a code, and signing in trainees by theirs.
 
-use acts::brakes;
+use acts::auth::rate_limits;
+use acts::privacy::study_consents::revision_of_terms;
 use acts::stations::{self, StationVisit, TypedCode};
-use acts::study_consents::revision_of_terms;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -59,7 +59,7 @@ pub(super) async fn pair_station(
     ClientAddress(address): ClientAddress,
     ApiJson(asked): ApiJson<PairRequest>,
 ) -> Result<(StatusCode, Json<PairedView>), ApiError> {
-    brakes::take_pairing(&state, address).await?;
+    rate_limits::take_pairing(&state, address).await?;
     let stations::Paired { station_id, name, school, token } =
         stations::pair(&state, &asked.code, &asked.name, asked.public_key.as_deref()).await?;
     Ok((StatusCode::CREATED, Json(PairedView { station_id, name, school, token })))

@@ -3,10 +3,10 @@
 //!
 //! <https://tus.io/protocols/resumable-upload>
 
-use acts::checksum::Checksum;
 use acts::error::Error;
-use acts::uploads;
-use acts::uploads::{Announced, UploadPiece};
+use acts::recordings::checksum::Checksum;
+use acts::recordings::uploads;
+use acts::recordings::uploads::{Announced, UploadPiece};
 use axum::body::Body;
 use axum::extract::{Request, State};
 use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE, LOCATION};

@@ -1,10 +1,9 @@
 //! Uploads of whole recordings: acknowledged only after the file and its row are durably stored.
 
-use acts::checksum::Checksum;
 use acts::error::Error;
-use acts::intake::{Bearer, RecordingReceipt};
-use acts::recordings::{self, Arriving};
-use acts::{intake, room};
+use acts::recordings::checksum::Checksum;
+use acts::recordings::intake::{Bearer, RecordingReceipt};
+use acts::recordings::{self, Arriving, intake, quotas};
 use axum::Json;
 use axum::body::{Body, HttpBody};
 use axum::extract::State;
@@ -48,7 +47,7 @@ pub(super) async fn upload_recording(
     let digest = content_digest(&headers)?;
     if let Some(person) = caller.owner().person_id {
         let whose = PersonKey { school_id: caller.owner().school_id, person_id: person };
-        room::ensure_person_quota(state.db.reader(), &state, whose, body.size_hint().lower()).await?;
+        quotas::ensure_person_quota(state.db.reader(), &state, whose, body.size_hint().lower()).await?;
     }
     let received = recordings::receive(&state, receive_recording(body), digest).await?;
     let bearer = Bearer { ahead_us, ..bearer_of_caller(&caller) };

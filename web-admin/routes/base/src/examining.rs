@@ -1,6 +1,6 @@
 //! Previews a draft: its evaluation as shown on pages.
 
-use acts::judging::{DraftQuestion, publishable};
+use acts::sandbox_jobs::{DraftQuestion, publishable};
 use model::draft::DraftVerdict;
 use pages::draft::{verdict_of_exercise, verdict_of_refused};
 use words::Language;

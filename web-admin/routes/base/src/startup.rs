@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use acts::Service;
-use acts::clock::Clock;
-use acts::config::Config;
-use acts::inspection::Inspection;
+use acts::operations::inspection::Inspection;
+use acts::platform::clock::Clock;
+use acts::platform::config::Config;
 use model::Moment;
 use tokio::sync::Mutex;
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use acts::error::Error;
-use acts::recording_store::{StoredFile, StoredObject};
+use acts::platform::recording_store::{StoredFile, StoredObject};
 use axum::body::Body;
 use axum::extract::Request;
 use axum::http::{HeaderMap, Method, StatusCode, header};

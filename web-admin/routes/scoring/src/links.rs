@@ -2,8 +2,10 @@
 //! those viewers.
 
 use acts::error::Error;
-use acts::recording_links::{self, LINK_LIFETIME_S};
-use acts::{recordings, secret};
+use acts::platform::secret;
+use acts::recordings;
+use acts::recordings::links;
+use acts::recordings::links::LINK_LIFETIME_S;
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -38,7 +40,7 @@ pub(super) async fn make_link(
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<RecordingLinksPage, PageError> {
     let session = sessions::find_visible_session(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
-    let token = recording_links::make_recording_link(&state, &person, &session).await?;
+    let token = links::make_recording_link(&state, &person, &session).await?;
     let recording = format!("{}/recordings/{token}/{id}.mcap", own_address(&state, &head.headers));
     let opened =
         |(name, _, address): (&'static str, _, &str)| (name, format!("{address}{}", encode_in_query(&recording)));

@@ -2,7 +2,7 @@
 //! rubric.
 
 use acts::error::Error;
-use acts::regrading::exercise as regrading;
+use acts::scoring::regrading::exercise as regrading;
 use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect};

@@ -1,7 +1,9 @@
 //! `/sessions/{id}/replay`: the replay of an attempt, with its comments.
 
 use acts::error::Error;
-use acts::{comments as said, consents, notices};
+use acts::letters::notices;
+use acts::privacy::consents;
+use acts::training::comments as said;
 use attempt::AttemptCurve;
 use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};

@@ -1,8 +1,10 @@
 //! `/review`, and the pages of a grade with its history and reasons.
 
 use acts::error::Error;
-use acts::regrading::{Regrader, Rubric};
-use acts::{notices, regrading, reviewing, surveys};
+use acts::letters::notices;
+use acts::scoring::regrading::{Regrader, Rubric};
+use acts::scoring::{regrading, reviewing};
+use acts::surveys;
 use assessment::{Assessment, questionnaire};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};

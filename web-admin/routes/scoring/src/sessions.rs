@@ -1,8 +1,8 @@
 //! `/sessions/{id}`: one attempt.
 
 use acts::error::Error;
-use acts::notices;
-use acts::regrading::Rubric;
+use acts::letters::notices;
+use acts::scoring::regrading::Rubric;
 use attempt::AttemptCurve;
 use axum::extract::State;
 use documents::{Exercise, ExerciseBundle};

@@ -1,7 +1,7 @@
 //! `/sessions/{id}/supervision`: a teacher confirms that they supervised an attempt.
 
 use acts::error::Error;
-use acts::reviewing;
+use acts::scoring::reviewing;
 use axum::extract::State;
 use axum::response::Redirect;
 use model::ids::{AssignmentId, SessionId};

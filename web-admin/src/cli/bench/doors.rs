@@ -1,7 +1,10 @@
 //! Pages that no link leads to, or that exist only after an action. They are created anew for each
 //! measurement, since some expire after a day.
 
-use acts::{accounts, drafting, ratings, regrading, roster_import, surveys};
+use acts::authoring::drafting;
+use acts::people::{accounts, roster_import};
+use acts::scoring::{ratings, regrading};
+use acts::surveys;
 use anyhow::Context;
 use model::CurrentPerson;
 use model::roster::RosterRequest;

@@ -15,10 +15,11 @@ pub mod statements;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use acts::clock::Clock;
-use acts::config::Config;
-use acts::secret::PasswordCost;
-use acts::{publishing, secret};
+use acts::authoring::publishing;
+use acts::platform::clock::Clock;
+use acts::platform::config::Config;
+use acts::platform::secret;
+use acts::platform::secret::PasswordCost;
 use axum::Router;
 use client::Client;
 use database::{config_in, place_schema, program};

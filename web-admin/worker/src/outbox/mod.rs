@@ -3,9 +3,11 @@
 //! crashes in between, it is unknown whether the mail was sent; the pages show this.
 
 use acts::error::{Error, tell_in_full};
-use acts::mailer::Letter;
+use acts::letters::mailing;
+use acts::people::accounts;
+use acts::platform::mailer::Letter;
 use acts::replicas::{self, Duty};
-use acts::{accounts, assignments, mailing};
+use acts::training::assignments;
 use model::PersonKey;
 use model::assignment::{AssignmentStage, AssignmentStanding};
 use model::ids::DatedId;

@@ -2,8 +2,8 @@
 //! they are known to have been sent: a second warning is better than an erasure without one.
 
 use acts::error::Error;
-use acts::mailer::Letter;
-use acts::mailing;
+use acts::letters::mailing;
+use acts::platform::mailer::Letter;
 use acts::replicas::{self, Duty};
 use model::mail::RetentionLetter;
 use pages::letters;

@@ -1,8 +1,8 @@
 //! Mails with survey links.
 
 use acts::error::Error;
-use acts::mailer::Letter;
-use acts::mailing;
+use acts::letters::mailing;
+use acts::platform::mailer::Letter;
 use acts::surveys::{instrument_of, link_expiry};
 use model::mail::SurveyLetter;
 use pages::letters;

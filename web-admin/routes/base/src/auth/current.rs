@@ -1,7 +1,7 @@
 //! Determines the signed-in person before anything else of a request is read.
 
+use acts::auth::web_sessions::{SIGNED_IN_KEY, SignedInSession};
 use acts::error::Error;
-use acts::web_sessions::{SIGNED_IN_KEY, SignedInSession};
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::Method;
 use axum::http::request::Parts;

@@ -1,7 +1,7 @@
 //! A school's logo: uploaded and removed on the settings page, shown on every page of the school.
 
 use acts::error::Error;
-use acts::schools as settling;
+use acts::operations::schools as settling;
 use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
 use axum::response::{IntoResponse, Redirect, Response};

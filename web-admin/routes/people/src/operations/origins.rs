@@ -1,7 +1,8 @@
 //! `/admin/origins`: other sites whose pages may upload to the school with a token.
 
 use acts::error::Error;
-use acts::{config, schools};
+use acts::operations::schools;
+use acts::platform::config;
 use axum::extract::State;
 use pages::form::FilledForm;
 use pages::origins::{OriginsForm, OriginsPage};

@@ -2,8 +2,9 @@
 //! `/people/{id}/hold`: exempts a person from it.
 
 use acts::error::Error;
-use acts::retention::RetentionStep;
-use acts::{retention as retaining, schools};
+use acts::operations::schools;
+use acts::privacy::retention as retaining;
+use acts::privacy::retention::RetentionStep;
 use axum::extract::{Query, State};
 use axum::response::Redirect;
 use model::Moment;
@@ -135,6 +136,6 @@ pub(super) async fn hold_person(
         "no" => false,
         other => return Err(Error::BadRequest(format!("hold: \"{other}\"; allowed are yes and no")).into()),
     };
-    acts::retention::set_held(&state, &person, id, held).await?;
+    acts::privacy::retention::set_held(&state, &person, id, held).await?;
     Ok(Redirect::to(&format!("/people/{id}?done=changed")))
 }

@@ -1,9 +1,9 @@
 //! `/admin/settings`: a school's own settings.
 
-use acts::config::MailTo;
 use acts::error::Error;
-use acts::mailer::Letter;
-use acts::schools::{self as settling};
+use acts::operations::schools as settling;
+use acts::platform::config::MailTo;
+use acts::platform::mailer::Letter;
 use axum::extract::{Query, State};
 use axum::response::Redirect;
 use model::Needed;

@@ -1,7 +1,8 @@
 //! `/account`: the visitor's own details, password and data.
 
+use acts::auth::{passwords, rate_limits};
 use acts::error::Error;
-use acts::{accounts, brakes, passwords};
+use acts::people::accounts;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
@@ -69,7 +70,7 @@ pub(super) async fn set_own_password(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<OwnPasswordForm>,
 ) -> Result<FormAnswer<AccountPage>, PageError> {
-    brakes::take_own(&state, person.id).await?;
+    rate_limits::take_own(&state, person.id).await?;
     let shown = make_account_page(&state, &person, &csrf).await?;
     let own = [person.display_name.as_str(), &shown.email, &shown.school];
     let refused = match passwords::check_typed(&form.password, &form.again, &own) {

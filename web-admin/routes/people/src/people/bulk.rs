@@ -1,7 +1,8 @@
 //! Bulk actions of an administrator: previewed on one page, confirmed on the next.
 
-use acts::bulk::{self, BulkRequest, MOST_PEOPLE};
 use acts::error::Error;
+use acts::people::bulk;
+use acts::people::bulk::{BulkRequest, MOST_PEOPLE};
 use axum::extract::State;
 use axum::response::Redirect;
 use model::directory::BulkAct;

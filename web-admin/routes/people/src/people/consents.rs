@@ -1,8 +1,8 @@
 //! `/people/{id}/consent`: an administrator records that a teacher consents to the use of their
 //! attempts in the experts' corridor, with the wording of the consent, or that they withdrew it.
 
-use acts::consents;
 use acts::error::Error;
+use acts::privacy::consents;
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use model::directory::DirectoryEntry;

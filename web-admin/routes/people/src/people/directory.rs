@@ -1,8 +1,8 @@
 //! `/people`: an administrator searches, adds, invites, changes, disables and erases people.
 
-use acts::accounts;
-use acts::accounts::NewAccount;
 use acts::error::Error;
+use acts::people::accounts;
+use acts::people::accounts::NewAccount;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::directory::{AccountState, BulkAct, DirectoryEntry, PeopleKey, PeopleOrder};

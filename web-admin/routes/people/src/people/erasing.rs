@@ -1,8 +1,8 @@
 //! `/people/{id}/erase`: shows which data of a person an erasure removes, and erases them.
 
-use acts::erasing;
-use acts::erasing::Eraser;
 use acts::error::Error;
+use acts::privacy::erasing;
+use acts::privacy::erasing::Eraser;
 use axum::extract::State;
 use model::CurrentPerson;
 use model::directory::{AccountState, DirectoryEntry};

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use acts::error::Error;
-use acts::roster_import;
-use acts::roster_import::{RosterColumnsLook, RosterPreview};
+use acts::people::roster_import;
+use acts::people::roster_import::{RosterColumnsLook, RosterPreview};
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};

@@ -1,8 +1,9 @@
 //! `/account/tokens`: the visitor's own tokens for programs.
 
+use acts::auth::tokens::TokenRequest;
+use acts::auth::{rate_limits, tokens};
 use acts::error::Error;
-use acts::tokens::TokenRequest;
-use acts::{accounts, brakes, tokens};
+use acts::people::accounts;
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect};
 use model::ids::TokenId;
@@ -72,7 +73,7 @@ async fn make_token(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<TokenForm>,
 ) -> Result<FormAnswer<TokensPage>, PageError> {
-    brakes::take_own(&state, person.id).await?;
+    rate_limits::take_own(&state, person.id).await?;
     let made = if accounts::is_own_password(&state, &person, &form.password).await? {
         tokens::make(&state, &person, TokenRequest { name: &form.name, days: form.days }).await
     } else {

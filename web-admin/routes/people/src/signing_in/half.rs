@@ -1,8 +1,8 @@
 //! The step between the password and the second factor: such a session opens only the page that
 //! asks for the factor.
 
+use acts::auth::second_factor;
 use acts::error::Error;
-use acts::second_factor;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};

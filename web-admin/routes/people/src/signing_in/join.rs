@@ -1,7 +1,8 @@
 //! `/join/{token}`: sets a password by a link. `/forgotten`: requests such a link.
 
+use acts::auth::{passwords, rate_limits};
 use acts::error::Error;
-use acts::{accounts, brakes, passwords};
+use acts::people::accounts;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
@@ -105,7 +106,7 @@ async fn send_link(
     CsrfForm(form): CsrfForm<EmailForm>,
 ) -> Result<ForgottenPage, PageError> {
     let email = form.email.trim();
-    brakes::take_sign_in(&state, address, email).await?;
+    rate_limits::take_sign_in(&state, address, email).await?;
     accounts::ask_for_link(&state, email).await?;
     Ok(ForgottenPage { csrf: csrf.token().to_owned(), asked: true })
 }

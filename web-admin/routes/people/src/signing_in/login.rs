@@ -2,9 +2,11 @@
 
 use std::net::IpAddr;
 
+use acts::auth::rate_limits;
+use acts::auth::signing_in::{note_refused_sign_in, note_way_in};
 use acts::error::Error;
-use acts::signing_in::{note_refused_sign_in, note_way_in};
-use acts::{accounts, brakes, secret};
+use acts::people::accounts;
+use acts::platform::secret;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
@@ -72,7 +74,7 @@ async fn sign_in(
     if !is_genuine {
         return leave_stale_form(&state, &session, &csrf, &form).await;
     }
-    if let Err(refused) = brakes::take_sign_in(&state, address, &form.email).await {
+    if let Err(refused) = rate_limits::take_sign_in(&state, address, &form.email).await {
         if matches!(refused, Error::TooMany { .. }) && state.brake_notes.is_worth_noting(address) {
             note_refused_sign_in(&state, &form.email, address, "sign_in.blocked").await?;
         }
@@ -86,7 +88,7 @@ async fn sign_in(
         note_refused_sign_in(&state, &form.email, address, "sign_in.failed").await?;
         return show_sign_in_again(&csrf, &form, Error::Unauthorized);
     };
-    brakes::welcome(&state, address, &form.email).await?;
+    rate_limits::welcome(&state, address, &form.email).await?;
     let person = people::find_person(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
     let to = match known.initial_until {
         Some(until) if until <= state.clock.now() => {
@@ -144,7 +146,7 @@ async fn check_password(state: &AppState, address: IpAddr, form: &LoginForm) -> 
         Some(hash) => Ok(secret::password_fits(&password, &hash)),
         None => secret::hash_password(&password, cost).map(|_| false),
     };
-    let fits = match brakes::is_known(state, address, &form.email).await? {
+    let fits = match rate_limits::is_known(state, address, &form.email).await? {
         true => state.hash(check).await??,
         false => state.hash_for_stranger(check).await??,
     };

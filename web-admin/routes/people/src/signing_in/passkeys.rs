@@ -1,8 +1,8 @@
 //! `/account/second-factor/passkeys`: adds, renames and removes the visitor's own passkeys.
 
+use acts::auth::passkeys;
+use acts::auth::passkeys::PasskeyAnswer;
 use acts::error::Error;
-use acts::passkeys;
-use acts::passkeys::PasskeyAnswer;
 use axum::extract::State;
 use axum::response::IntoResponse;
 use model::CurrentPerson;

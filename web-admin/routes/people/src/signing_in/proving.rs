@@ -3,11 +3,11 @@
 
 use std::net::IpAddr;
 
+use acts::auth::passkeys::{PasskeyAnswer, PasskeyCheck};
+use acts::auth::second_factor::{SignInProof, TypedCode};
+use acts::auth::{passkeys, second_factor};
 use acts::error::Error;
-use acts::passkeys::{PasskeyAnswer, PasskeyCheck};
-use acts::relying_party::AnswerRefused;
-use acts::second_factor::{SignInProof, TypedCode};
-use acts::{passkeys, second_factor};
+use acts::platform::relying_party::AnswerRefused;
 use model::PersonKey;
 use model::ids::CeremonyId;
 use model::passkey::PasskeyQuestion;

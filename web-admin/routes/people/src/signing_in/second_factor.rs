@@ -1,9 +1,10 @@
 //! `/account/second-factor`: the visitor's own second factor. Administrators reset a colleague's,
 //! and set which roles must have one.
 
+use acts::auth::second_factor::{Enrolled, TypedCode};
+use acts::auth::{rate_limits, second_factor};
 use acts::error::Error;
-use acts::second_factor::{Enrolled, TypedCode};
-use acts::{accounts, brakes, second_factor};
+use acts::people::accounts;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
@@ -121,7 +122,7 @@ pub(super) async fn allow_factor_change(
     browser: &Browser,
     credentials: FactorCredentials<'_>,
 ) -> Result<Result<(), FactorRefused>, Error> {
-    brakes::take_own(state, person.id).await?;
+    rate_limits::take_own(state, person.id).await?;
     if !accounts::is_own_password(state, person, credentials.password).await? {
         return Ok(Err(FactorRefused::Password));
     }
@@ -304,6 +305,6 @@ async fn set_factor_rule(
         let allowed = FactorRule::ALL.map(FactorRule::word).join(", ");
         Error::BadRequest(format!("rule: \"{}\"; allowed are {allowed}", form.rule))
     })?;
-    acts::schools::set_second_factor_rule(&state, &person, rule).await?;
+    acts::operations::schools::set_second_factor_rule(&state, &person, rule).await?;
     Ok(Redirect::to("/admin/settings?saved=true#second-factor"))
 }

@@ -3,7 +3,8 @@
 //! must not contain a readable code.
 
 use acts::error::Error;
-use acts::{sealing, stations};
+use acts::platform::sealing;
+use acts::stations;
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use data_encoding::HEXLOWER;

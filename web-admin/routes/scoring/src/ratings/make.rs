@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use acts::error::Error;
-use acts::{ratings, surveys};
+use acts::scoring::ratings;
+use acts::surveys;
 use axum::extract::{Query, State};
 use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
 use model::review::ReviewFilter;

@@ -1,7 +1,9 @@
 //! `/ratings`: rating rounds and their results.
 
 use acts::error::Error;
-use acts::{notices, ratings, surveys};
+use acts::letters::notices;
+use acts::scoring::ratings;
+use acts::surveys;
 use assessment::questionnaire::{Answer, score_response};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};

@@ -2,8 +2,8 @@
 //! It discloses neither the trainee nor the time nor the score of the attempt.
 
 use acts::error::Error;
-use acts::ratings;
-use acts::ratings::Rated;
+use acts::scoring::ratings;
+use acts::scoring::ratings::Rated;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::IntoResponse;

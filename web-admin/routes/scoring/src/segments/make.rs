@@ -1,7 +1,7 @@
 //! Creates tasks to mark pops: attempts, a cohort, a date.
 
 use acts::error::Error;
-use acts::segments;
+use acts::scoring::segments;
 use axum::extract::{Query, State};
 use model::ids::{CohortId, SessionId};
 use model::{CurrentPerson, Moment, due, line};

@@ -1,7 +1,8 @@
 //! `/segments`: tasks to mark pops, and their results.
 
 use acts::error::Error;
-use acts::{deadlines, segments};
+use acts::scoring::segments;
+use acts::training::deadlines;
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use model::due::{self, local};

@@ -2,7 +2,8 @@
 //! only the force over time.
 
 use acts::error::Error;
-use acts::{replays, segments};
+use acts::recordings::replays;
+use acts::scoring::segments;
 use axum::extract::State;
 use model::ids::TraceId;
 use model::segments::{MarksVerdict, read_pop_marks, strips};

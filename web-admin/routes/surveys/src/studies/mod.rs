@@ -7,9 +7,10 @@ mod own;
 mod results;
 
 use acts::error::Error;
+use acts::privacy::study_retention;
+use acts::studies as acting;
 use acts::studies::{GuestCode, ParticipantFacts};
 use acts::surveys::SurveyLink;
-use acts::{studies as acting, study_keeping};
 use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::ids::{PersonId, StudyId};
@@ -129,7 +130,7 @@ async fn end_of_study_data(state: &AppState, study: &Study) -> Result<StudyDataE
     }
     let observed_s = retention::service_time(state.db.reader()).await?.observed_s;
     let now = Now { at: state.clock.now(), observed_s };
-    Ok(match study_keeping::plan_study(study, now) {
+    Ok(match study_retention::plan_study(study, now) {
         Some(RetentionAction::Wait(days)) => StudyDataEnd::InDays(days),
         Some(RetentionAction::Erase) => StudyDataEnd::InDays(0),
         _ => StudyDataEnd::Far,

@@ -1,10 +1,10 @@
 //! `/drafts/{id}/pictures`: uploads pictures to the draft of an exercise, and serves them to its
 //! form.
 
-use acts::authoring::SeenDraft;
-use acts::drafting::{self, SaveOutcome};
+use acts::authoring::drafting::SaveOutcome;
+use acts::authoring::images::SentPicture;
+use acts::authoring::{SeenDraft, drafting, images};
 use acts::error::Error;
-use acts::picturing::{self, SentPicture};
 use axum::extract::{DefaultBodyLimit, Path, Query, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Redirect, Response};
@@ -69,7 +69,7 @@ pub(super) async fn add_picture(
     let (school, shown) = (person.school_id, sent.view.of(person.school_id));
     let seen = SeenDraft { id, version: sent.seen };
     let picture = SentPicture { bytes: file.bytes, is_cut: file.is_cut, alt: alt.clone() };
-    let added = picturing::add_picture(&state, &person, seen, &sent.texts, picture).await;
+    let added = images::add_picture(&state, &person, seen, &sent.texts, picture).await;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     match split_refusal(added)? {
         Ok(SaveOutcome::Kept(draft)) => {

@@ -1,10 +1,11 @@
 //! `/drafts`: documents being edited.
 
-use acts::authoring::{NewDocument, SeenDraft};
-use acts::drafting::{Checked, SaveOutcome};
+use acts::authoring;
+use acts::authoring::drafting::{Checked, SaveOutcome};
+use acts::authoring::{NewDocument, SeenDraft, drafting};
 use acts::error::Error;
 use acts::surveys::list_titled_instruments;
-use acts::{authoring, course_changes, drafting};
+use acts::training::course_changes;
 use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::http::header::RETRY_AFTER;

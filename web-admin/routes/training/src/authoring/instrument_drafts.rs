@@ -1,8 +1,8 @@
 //! Drafts of instruments: how they begin, their preview for respondents, and how a course comes to
 //! include one.
 
-use acts::drafting;
-use acts::drafting::Checked;
+use acts::authoring::drafting;
+use acts::authoring::drafting::Checked;
 use acts::error::Error;
 use acts::surveys::list_titled_instruments;
 use axum::extract::{Path, Query, State};

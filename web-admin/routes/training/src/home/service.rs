@@ -1,6 +1,6 @@
 //! `/admin/service`: the health of the service.
 
-use acts::inspection::InspectionState;
+use acts::operations::inspection::InspectionState;
 use axum::extract::State;
 use model::count_i64;
 use pages::service::{DatabaseCheck, FailedLetterRow, ServicePage};

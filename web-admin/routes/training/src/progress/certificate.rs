@@ -1,8 +1,8 @@
 //! Certificates of mastered courses.
 
-use acts::assignments::find_taught_curriculum;
-use acts::certificates;
 use acts::error::Error;
+use acts::training::assignments::find_taught_curriculum;
+use acts::training::certificates;
 use askama::Template;
 use axum::extract::{Path, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};

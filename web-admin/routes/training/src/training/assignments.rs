@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use acts::assignments::LockedTrainees;
 use acts::error::Error;
-use acts::{assignments as teaching, deadlines, notices};
+use acts::letters::notices;
+use acts::training::assignments::LockedTrainees;
+use acts::training::{assignments as teaching, deadlines};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::assignment::{AssignmentTally, AssignmentTask};

@@ -1,8 +1,9 @@
 //! Membership of cohorts: administrators decide; instructors send requests, which the trainee or an
 //! administrator answers.
 
-use acts::cohorts::{self as membership, RequestKey};
 use acts::error::Error;
+use acts::training::cohorts as membership;
+use acts::training::cohorts::RequestKey;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, Query, State};
 use axum::response::Redirect;

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use acts::assignments::{self as teaching, CohortStandings};
 use acts::error::Error;
+use acts::training::assignments as teaching;
+use acts::training::assignments::CohortStandings;
 use axum::extract::{Query, State};
 use axum::response::Response;
 use model::assignment::{Assigned, AssignmentStage, AssignmentStanding, AssignmentTally, SOON_S};

@@ -1,7 +1,7 @@
 //! News for the visitor.
 
 use acts::error::Error;
-use acts::notices as told;
+use acts::letters::notices as told;
 use axum::extract::State;
 use axum::response::Redirect;
 use model::notice::NoticePlace;

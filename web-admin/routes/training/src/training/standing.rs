@@ -1,7 +1,8 @@
 //! Progress of trainees in the courses of their school.
 
-use acts::assignments::{self as teaching, CohortStandings, PractisedTrainee, TraineeStandings};
 use acts::error::Error;
+use acts::training::assignments as teaching;
+use acts::training::assignments::{CohortStandings, PractisedTrainee, TraineeStandings};
 use model::assignment::{AttemptHistory, TaughtCourse as JudgedCourse, find_not_started};
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::progress::{Concern, Course, Progress, ScoredAttempt};

@@ -1,7 +1,7 @@
 //! `/trainees/{id}`, and a trainee's own home page.
 
-use acts::assignments as teaching;
 use acts::error::Error;
+use acts::training::assignments as teaching;
 use assessment::Deduction;
 use axum::extract::{Query, State};
 use model::assignment::{AssignmentStanding, AttemptHistory};
