@@ -350,7 +350,7 @@ fn mechanics_start_no_thread() {
 /// What decodes a stranger's bytes, and the files that may have it done. A helper does it, with limits of memory and time, but for what a
 /// helper has read at its arrival.
 const DECODERS: &[(&str, &[&str])] = &[
-    ("WorkbookSheet::read", &["acts/src/sandbox_jobs/mod.rs", "model/src/roster/table.rs"]),
+    ("WorkbookSheet::read", &["acts/src/sandbox_jobs/mod.rs", "model/src/people/roster/table.rs"]),
     ("picture::copy_", &["acts/src/sandbox_jobs/mod.rs"]),
     ("copy_logo", &["acts/src/sandbox_jobs/mod.rs"]),
     ("recording_files::read", &["acts/src/sandbox_jobs/mod.rs", "acts/src/recordings/mod.rs"]),
@@ -361,7 +361,7 @@ const DECODERS: &[(&str, &[&str])] = &[
 ];
 /// Crates that decode files. Only these of ours use them.
 const DECODING_CRATES: &[(&str, &[&str])] =
-    &[("calamine", &["model/src/roster/"]), ("zip::", &["model/src/roster/"]), ("image::", &[]), ("mcap::", &[])];
+    &[("calamine", &["model/src/people/roster/"]), ("zip::", &["model/src/people/roster/"]), ("image::", &[]), ("mcap::", &[])];
 
 #[test]
 fn what_strangers_send_is_decoded_where_a_death_harms_nobody() {

@@ -4,9 +4,10 @@
 use acts::operations::schools;
 use acts::training::{assignments, deadlines};
 use anyhow::Context;
-use model::assignment::AssignmentTask;
 use model::ids::AssignmentId;
-use model::{CurrentPerson, Moment, due};
+use model::training::assignment::AssignmentTask;
+use model::training::due;
+use model::{CurrentPerson, Moment};
 use routes_base::AppState;
 use store::operations::schools::{SchoolSettings, find_school_settings};
 use store::people;

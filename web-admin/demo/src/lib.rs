@@ -28,7 +28,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use law::operator::Occasion;
 use model::Moment;
 use model::ids::{PersonId, SchoolId};
-use model::progress::{Course, Progress};
+use model::training::progress::{Course, Progress};
 pub use people::DemoAccount;
 use people::{Trainee, found_school};
 use routes_base::AppState;

@@ -10,7 +10,7 @@ use assessment::questionnaire::Answer;
 use documents::Instrument;
 use documents::instrument::ScaleKind;
 use model::ids::{SchoolId, SessionId};
-use model::survey::{Identity, Survey};
+use model::surveys::{Identity, Survey};
 use model::{CurrentPerson, SessionKey};
 use routes_base::AppState;
 use store::people::{self, Person};

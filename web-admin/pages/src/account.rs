@@ -6,9 +6,9 @@ use std::borrow::Borrow;
 use askama::Template;
 use askama_web::WebTemplate;
 use model::Role;
+use model::auth::password_refused::PasswordRefused;
 use model::limits::MIN_PASSWORD;
-use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
-use model::password_refused::PasswordRefused;
+use model::training::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use time::OffsetDateTime;
 use words::Language;
 

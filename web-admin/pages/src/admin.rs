@@ -2,7 +2,7 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use model::membership::MembershipRequest;
+use model::training::membership::MembershipRequest;
 use time::OffsetDateTime;
 
 use super::cohort::CohortLine;

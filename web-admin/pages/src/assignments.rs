@@ -3,9 +3,9 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use model::Role;
-use model::assignment::{AssignmentStage, AssignmentStanding, AssignmentTally, AssignmentTask};
-use model::due::{Local, local};
 use model::ids::{AssignmentId, SessionId};
+use model::training::assignment::{AssignmentStage, AssignmentStanding, AssignmentTally, AssignmentTask};
+use model::training::due::{Local, local};
 use time::OffsetDateTime;
 
 use super::form::FilledForm;
@@ -224,7 +224,7 @@ pub(crate) mod tests {
     //! A trainee must see which assignments are late; an instructor, which trainees are.
 
     use model::Moment;
-    use model::assignment::{Assigned, MasteredShare};
+    use model::training::assignment::{Assigned, MasteredShare};
 
     use super::*;
     use crate::samples;

@@ -2,8 +2,8 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use model::certificate::Statement;
-use model::certificate_note::CertificateNote;
+use model::training::certificate::Statement;
+use model::training::certificate_note::CertificateNote;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
@@ -86,7 +86,7 @@ mod tests {
     //! page nor in the embedded statement.
 
     use ed25519_dalek::SigningKey;
-    use model::certificate::{check_certificate, sign_statement};
+    use model::training::certificate::{check_certificate, sign_statement};
 
     use super::*;
     use crate::{forgotten, samples};

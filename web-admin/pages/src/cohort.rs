@@ -3,8 +3,8 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use model::Role;
-use model::cohort::CohortSummary;
-use model::progress::{Concern, Progress, StepProgress, StepState};
+use model::training::cohort::CohortSummary;
+use model::training::progress::{Concern, Progress, StepProgress, StepState};
 use time::OffsetDateTime;
 
 use super::assignments::DueLine;

@@ -1,6 +1,6 @@
 //! Reasons why a trainee may need help, as text.
 
-use model::progress::{Concern, DECLINE_RUN};
+use model::training::progress::{Concern, DECLINE_RUN};
 
 use crate::format;
 

@@ -3,8 +3,8 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use model::directory::DirectoryEntry;
-use model::texts::{MOST_MENTIONS, TextCounts};
+use model::people::directory::DirectoryEntry;
+use model::privacy::texts::{MOST_MENTIONS, TextCounts};
 
 use super::Shell;
 
@@ -57,8 +57,8 @@ impl ErasePage {
 #[cfg(test)]
 mod tests {
     use model::Role;
-    use model::directory::AccountState;
     use model::ids::PersonId;
+    use model::people::directory::AccountState;
 
     use super::*;
     use crate::samples;

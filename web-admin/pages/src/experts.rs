@@ -2,8 +2,8 @@
 //! description of each departure.
 
 use attempt::AttemptCurve;
-use model::corridor::Corridor;
-use model::expert_way::{BesideBand, Compared, Departure, LayerBeside, Overreach};
+use model::scoring::corridor::Corridor;
+use model::scoring::expert_comparison::{BesideBand, Compared, Departure, LayerBeside, Overreach};
 
 use super::{anatomy, charts, format};
 

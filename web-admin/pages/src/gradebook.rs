@@ -2,8 +2,8 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use model::assignment::{AssignmentStage, AssignmentTally};
-use model::due::Local;
+use model::training::assignment::{AssignmentStage, AssignmentTally};
+use model::training::due::Local;
 
 use super::assignments::{AssignmentRow, DueLine};
 use super::listed::ListPart;

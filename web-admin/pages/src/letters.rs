@@ -3,12 +3,12 @@
 
 use askama::Template;
 use model::Moment;
-use model::assignment::AssignmentStage;
-use model::due::{Local, local};
+use model::letters::mail::{Mail, RetentionLetter, SurveyLetter};
 use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
-use model::line::on_one_line;
-use model::mail::{Mail, RetentionLetter, SurveyLetter};
-use model::survey::Survey;
+use model::single_line_text::on_one_line;
+use model::surveys::Survey;
+use model::training::assignment::AssignmentStage;
+use model::training::due::{Local, local};
 
 use crate::format;
 use crate::news::NewsItem;
@@ -184,7 +184,7 @@ fn subject_and_body(letter: &impl Template) -> (String, String) {
 #[cfg(test)]
 mod tests {
     use model::ids::{LetterId, PersonId, SchoolId};
-    use model::mail::MailKind;
+    use model::letters::mail::MailKind;
 
     use super::*;
 

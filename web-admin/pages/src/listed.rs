@@ -1,7 +1,7 @@
 //! A part of a long list of people: looked for by name, a page at a time.
 
 use model::count_u32;
-use model::folding::{make_search_text, split_search_words};
+use model::search_key::{make_search_text, split_search_words};
 
 /// People on one page.
 const PER_PAGE: usize = 50;

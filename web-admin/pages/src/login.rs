@@ -2,7 +2,7 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use model::passkey::PasskeyQuestion;
+use model::auth::passkey::PasskeyQuestion;
 
 use super::{assets, passkeys};
 use crate::proving::AskPart;

@@ -1,7 +1,7 @@
 //! News for a user, on the home page and by email.
 
-use model::notice::{Notice, NoticeKind};
-use model::survey::Survey;
+use model::letters::notice::{Notice, NoticeKind};
+use model::surveys::Survey;
 use time::OffsetDateTime;
 
 /// A news item.

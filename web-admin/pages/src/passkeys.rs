@@ -2,8 +2,8 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::auth::passkey::PasskeyQuestion;
 use model::limits::LONGEST_NAME;
-use model::passkey::PasskeyQuestion;
 use time::OffsetDateTime;
 
 use super::{Shell, assets, format};

@@ -7,9 +7,9 @@ use std::borrow::Borrow;
 use askama::Template;
 use askama_web::WebTemplate;
 use model::Role;
-use model::directory::{AccountState, DirectoryEntry};
-use model::mail::MailTrouble;
-use model::membership::MembershipRequest;
+use model::letters::mail::MailTrouble;
+use model::people::directory::{AccountState, DirectoryEntry};
+use model::training::membership::MembershipRequest;
 
 use self::bulk::{BulkDone, BulkForm, BulkRefused};
 use super::form::FilledForm;
@@ -340,7 +340,11 @@ mod tests {
             by_name: SortHeading { href: "/people?sort=name".to_owned(), down: Some(false) },
             by_email: SortHeading::default(),
             by_number: SortHeading::default(),
-            done: Some(BulkDone { act: model::directory::BulkAct::Disable, people: 2, mail_way: MailWay::Server }),
+            done: Some(BulkDone {
+                act: model::people::directory::BulkAct::Disable,
+                people: 2,
+                mail_way: MailWay::Server,
+            }),
             mail_way: MailWay::Folder,
             bulk: FilledForm::refused(
                 BulkForm { acts: bulk::list_bulk_acts(None), ..BulkForm::default() },

@@ -2,7 +2,7 @@
 //! refused.
 
 use askama::Template;
-use model::passkey::PasskeyQuestion;
+use model::auth::passkey::PasskeyQuestion;
 
 use super::format;
 

@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use askama::Template;
 use askama_web::WebTemplate;
 use model::ids::{RegradingId, SessionId};
-use model::regrading::{OutcomeCount, RegradingLine, RegradingOutcome, RegradingState, count_attempts};
+use model::scoring::regrading::{OutcomeCount, RegradingLine, RegradingOutcome, RegradingState, count_attempts};
 use serde::Deserialize;
 use time::OffsetDateTime;
 

@@ -5,10 +5,10 @@ use std::borrow::Borrow;
 use askama::Template;
 use askama_web::WebTemplate;
 use attempt::{AttemptCurve, CurveMark, MarkKind};
-use model::comment::{CommentKind, MOST_CHARACTERS, TypedComment};
-use model::expert_way::GhostStretch;
 use model::ids::{CommentId, SessionId};
-use model::review::{ReviewFilter, ReviewReason};
+use model::scoring::expert_comparison::GhostStretch;
+use model::scoring::review::{ReviewFilter, ReviewReason};
+use model::training::comment::{CommentKind, MOST_CHARACTERS, TypedComment};
 use time::OffsetDateTime;
 
 use super::experts::BesideExperts;

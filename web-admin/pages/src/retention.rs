@@ -3,7 +3,7 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use model::Role;
-use model::retention::RetentionAction;
+use model::privacy::retention::RetentionAction;
 use serde::Deserialize;
 use time::OffsetDateTime;
 

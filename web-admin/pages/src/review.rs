@@ -6,8 +6,8 @@ use askama::Template;
 use askama_web::WebTemplate;
 use assessment::Assessment;
 use model::ids::SessionId;
-use model::judgement::TypedOverride;
-use model::review::{ReviewFilter, ReviewReason};
+use model::scoring::judgement::TypedOverride;
+use model::scoring::review::{ReviewFilter, ReviewReason};
 use time::OffsetDateTime;
 
 use super::form::FilledForm;

@@ -2,12 +2,12 @@
 
 use assessment::{Deduction, DeductionCause, Direction, Metric};
 use documents::{Exercise, ExerciseBundle, HardFail, Required, RubricLine};
-use model::assignment::AssignmentTally;
-use model::due::local;
 use model::ids::{CohortId, PersonId, SessionId};
-use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
-use model::notice::{Notice, NoticeKind};
-use model::progress::{Course, CourseStep, Mastery, Progress, ScoredAttempt};
+use model::letters::notice::{Notice, NoticeKind};
+use model::training::assignment::AssignmentTally;
+use model::training::due::local;
+use model::training::membership::{MembershipAct, MembershipEvent, MembershipRequest};
+use model::training::progress::{Course, CourseStep, Mastery, Progress, ScoredAttempt};
 use model::{Moment, Role, Uncounted};
 use time::macros::datetime;
 use time::{Duration, OffsetDateTime};

@@ -2,9 +2,9 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use model::assignment::AssignmentStage;
-use model::membership::MembershipRequest;
-use model::progress::{Course, CurveRule, Mastery, Progress, ScoredAttempt, StepProgress, StepState};
+use model::training::assignment::AssignmentStage;
+use model::training::membership::MembershipRequest;
+use model::training::progress::{Course, CurveRule, Mastery, Progress, ScoredAttempt, StepProgress, StepState};
 use model::{Needed, Role, Uncounted};
 use time::OffsetDateTime;
 

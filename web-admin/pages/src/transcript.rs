@@ -2,7 +2,7 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use model::progress::{Course, Progress, StepState};
+use model::training::progress::{Course, Progress, StepState};
 use time::OffsetDateTime;
 
 use super::trainee::rule_in_words;

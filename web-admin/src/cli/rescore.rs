@@ -5,7 +5,7 @@ use acts::scoring::regrading;
 use acts::scoring::regrading::{Regrader, Rubric};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use model::judgement;
+use model::scoring::judgement;
 use store::audit::Actor;
 use store::recordings::sessions;
 use store::recordings::sessions::Session;

@@ -3,7 +3,7 @@
 use acts::privacy::retention;
 use acts::privacy::retention::RetentionStep;
 use clap::Args;
-use model::retention::RetentionAction;
+use model::privacy::retention::RetentionAction;
 use store::operations::schools;
 use store::privacy::retention::Settings;
 

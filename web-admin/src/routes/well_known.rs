@@ -7,7 +7,7 @@ use axum::http::header::CONTENT_TYPE;
 use axum::middleware::from_fn;
 use axum::response::IntoResponse;
 use axum::routing::get;
-use model::certificate_note::CertificateNote;
+use model::training::certificate_note::CertificateNote;
 use pages::certificate::{CertificateCheckPage, CheckOutcome};
 use routes_base::error::{ApiError, PageError};
 use routes_base::language::settle_language;

@@ -18,7 +18,7 @@ use acts::replicas;
 use axum::body::Body;
 use axum::http::{Method, Request};
 use model::Role;
-use model::directory::AccountState;
+use model::people::directory::AccountState;
 use store::audit::Actor;
 use store::people::directory;
 use store::recordings::parse_attempts;

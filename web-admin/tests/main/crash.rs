@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use model::Role;
-use model::mail::MailKind;
+use model::letters::mail::MailKind;
 use store::letters::mails;
 use store::letters::mails::NewMail;
 

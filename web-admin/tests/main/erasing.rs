@@ -8,7 +8,7 @@ use acts::platform::clock::Clock;
 use acts::privacy::erasures::ERASURES_FILE;
 use model::Role;
 use model::ids::SessionId;
-use model::texts::TextCounts;
+use model::privacy::texts::TextCounts;
 use store::EngineKind;
 use store::privacy::texts;
 use store::privacy::texts::Whose;

@@ -2,7 +2,7 @@
 //! somebody else or read under another name, when a line about nobody becomes a person, or when the school is asked twice.
 
 use model::Role;
-use model::mail::MailKind;
+use model::letters::mail::MailKind;
 use store::letters::mails::NewMail;
 use store::people::directory;
 use store::people::directory::Filter;

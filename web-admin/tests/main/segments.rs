@@ -5,7 +5,7 @@ use acts::platform::clock::Clock;
 use acts::platform::config::MailTo;
 use acts::training::deadlines;
 use model::ids::{CohortId, PersonId, SchoolId, SessionId};
-use model::segments::pops;
+use model::scoring::segments::pops;
 use model::{Moment, Role, SessionKey};
 use store::scoring::scores;
 use web_admin::{outbox, worker};

@@ -4,7 +4,7 @@
 use acts::platform::clock::Clock;
 use acts::platform::config::MailTo;
 use model::ids::{AssignmentId, DatedId, SchoolId, SessionId};
-use model::mail::MailKind;
+use model::letters::mail::MailKind;
 use model::{Moment, Role};
 use store::letters::mails;
 use store::letters::mails::NewMail;

@@ -10,8 +10,9 @@ use std::time::Duration;
 
 use anyhow::{Context, ensure};
 use model::Moment;
-use model::certificate::{self, Certificate};
 use model::ids::LetterId;
+use model::training::certificate;
+use model::training::certificate::Certificate;
 use serde::{Deserialize, Serialize};
 use store::audit;
 

@@ -4,8 +4,8 @@
 use std::net::IpAddr;
 
 use anyhow::Context;
+use model::auth::passkey::PasskeyQuestion;
 use model::ids::{CeremonyId, PasskeyId};
-use model::passkey::PasskeyQuestion;
 use model::{CurrentPerson, PersonKey};
 use serde_json::json;
 use store::audit::AuditEntry;

@@ -4,9 +4,9 @@
 
 use std::sync::LazyLock;
 
-use model::folding::compose_text;
+use model::auth::password_refused::PasswordRefused;
 use model::limits::MIN_PASSWORD;
-use model::password_refused::PasswordRefused;
+use model::search_key::compose_text;
 
 use crate::platform::secret;
 

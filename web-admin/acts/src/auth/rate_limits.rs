@@ -4,8 +4,8 @@
 use std::net::IpAddr;
 
 use model::Moment;
-use model::email::normalize_email;
 use model::ids::PersonId;
+use model::people::email::normalize_email;
 use store::auth::rate_limits;
 use store::{Connection, Executor};
 

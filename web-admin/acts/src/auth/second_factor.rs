@@ -3,7 +3,7 @@
 
 use std::net::IpAddr;
 
-use model::mail::MailKind;
+use model::letters::mail::MailKind;
 use model::{CurrentPerson, Moment, PersonKey, TotpSecret};
 use serde_json::{Value, json};
 use store::audit::{Actor, AuditEntry};

@@ -3,8 +3,8 @@
 use std::net::IpAddr;
 
 use data_encoding::HEXLOWER;
-use model::email::normalize_email;
 use model::ids::{PersonId, SchoolId};
+use model::people::email::normalize_email;
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::auth::rate_limits;

@@ -2,7 +2,7 @@
 
 use model::ids::TokenId;
 use model::limits::{LONGEST_NAME, TOKEN_LIFETIMES_DAYS};
-use model::{CurrentPerson, Moment, line};
+use model::{CurrentPerson, Moment, single_line_text};
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::auth::tokens;
@@ -49,7 +49,7 @@ pub fn checked_name(given: &str) -> Result<String, Error> {
         let why = tr!("name: {count} characters; allowed: 1 to {most}", count = count, most = LONGEST_NAME);
         return Err(Error::Unprocessable(why));
     }
-    match line::refusal(tr!("name"), name) {
+    match single_line_text::refusal(tr!("name"), name) {
         Some(why) => Err(Error::Unprocessable(why)),
         None => Ok(name.to_owned()),
     }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use documents::{DocumentError, Instrument, Issue};
 use model::ids::{RevisionId, SchoolId, SurveyId};
-use model::survey::{FRESH_HOURS, Identity};
+use model::surveys::{FRESH_HOURS, Identity};
 use model::{CurrentPerson, Moment};
 use phrase::{Phrase, phrase};
 use serde_json::json;

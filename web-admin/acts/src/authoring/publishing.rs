@@ -10,7 +10,7 @@ use documents::load::{Document, read_document};
 use documents::{Curriculum, DocumentError, ExerciseBundle, Issue};
 use model::Moment;
 use model::ids::SchoolId;
-use model::progress::Mastery;
+use model::training::progress::Mastery;
 use phrase::phrase;
 use serde_json::json;
 use sha2::{Digest, Sha256};

@@ -2,8 +2,8 @@
 //! the sender records the result here.
 
 use model::PersonKey;
-use model::mail::{Mail, RetentionLetter, SurveyLetter};
-use model::survey::{Identity, PROFESSIONAL, Survey};
+use model::letters::mail::{Mail, RetentionLetter, SurveyLetter};
+use model::surveys::{Identity, PROFESSIONAL, Survey};
 use store::auth::account_links::Purpose;
 use store::letters::mails;
 use store::privacy::retention;

@@ -4,8 +4,8 @@
 use std::time::Duration;
 
 use model::ids::{AssignmentId, CommentId, RoundId, SessionId};
-use model::mail::MailKind;
-use model::notice::{NoticeKind, NoticePlace};
+use model::letters::mail::MailKind;
+use model::letters::notice::{NoticeKind, NoticePlace};
 use model::{CurrentPerson, Moment, PersonKey};
 use serde_json::json;
 use store::Connection;

@@ -7,7 +7,7 @@ use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::Instrument;
 use model::ids::{SchoolId, SurveyId};
-use model::survey::{Identity, ResponseState};
+use model::surveys::{Identity, ResponseState};
 use model::{Moment, Role};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};

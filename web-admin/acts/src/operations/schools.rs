@@ -1,8 +1,9 @@
 //! Settings of a school. Each change is made by an administrator and recorded in the audit log.
 
 use data_encoding::HEXLOWER;
-use model::due::DueRefused;
-use model::{CurrentPerson, FactorRule, Needed, due, line};
+use model::training::due;
+use model::training::due::DueRefused;
+use model::{CurrentPerson, FactorRule, Needed, single_line_text};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use store::Write;
@@ -62,7 +63,7 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
             most = LONGEST_NAME
         )));
     }
-    if let Some(why) = line::refusal("name", &settings.name) {
+    if let Some(why) = single_line_text::refusal("name", &settings.name) {
         return Err(Error::Unprocessable(why));
     }
     if !due::is_zone(&settings.time_zone) {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use anyhow::Context;
-use model::directory::AccountState;
+use model::people::directory::AccountState;
 use store::people::directory;
 use store::recordings::sessions;
 use store::recordings::sessions::RecordingFile;

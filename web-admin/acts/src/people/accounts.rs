@@ -1,10 +1,10 @@
 //! Accounts: adds, invites, changes, disables and enables people, and issues the links by which
 //! passwords are set.
 
-use model::directory::{AccountState, DirectoryEntry};
 use model::ids::{CohortId, PersonId};
+use model::letters::mail::MailKind;
 use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
-use model::mail::MailKind;
+use model::people::directory::{AccountState, DirectoryEntry};
 use model::{CurrentPerson, PersonKey, Role};
 use serde_json::json;
 use store::Connection;

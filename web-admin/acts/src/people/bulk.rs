@@ -3,8 +3,8 @@
 
 use std::collections::BTreeSet;
 
-use model::directory::{BulkAct, BulkPlan, DirectoryEntry, ExemptPerson};
 use model::ids::{CohortId, PersonId};
+use model::people::directory::{BulkAct, BulkPlan, DirectoryEntry, ExemptPerson};
 use model::{CurrentPerson, PersonKey, Role, count_u32};
 use serde_json::json;
 use store::Connection;

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use data_encoding::{BASE64, HEXLOWER};
-use model::email::email_in_ascii;
 use model::ids::{CohortId, PersonId, RosterId, SchoolId};
-use model::roster::{
+use model::people::email::email_in_ascii;
+use model::people::roster::{
     LineOutcome, MappingDoubt, Roster, RosterChange, RosterDifference, RosterEntry, RosterMapping, RosterOutcome,
     RosterRequest, RosterTable, Unreadable, is_workbook,
 };

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use http::Uri;
-use model::email::is_email;
+use model::people::email::is_email;
 use store::{AddressRefused, DatabaseAddress};
 
 use crate::platform::bucket_address::BucketAddress;

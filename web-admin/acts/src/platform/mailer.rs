@@ -9,8 +9,8 @@ use anyhow::Context;
 use lettre::message::{Mailbox, Message};
 use lettre::{AsyncSmtpTransport, AsyncTransport, Tokio1Executor};
 use model::Moment;
-use model::email::email_in_ascii;
 use model::ids::LetterId;
+use model::people::email::email_in_ascii;
 
 use crate::platform::config::{Config, MailTo};
 

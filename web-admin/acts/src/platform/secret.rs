@@ -6,7 +6,7 @@ use argon2::password_hash::phc::{Output, ParamsString, PasswordHash, Salt};
 use argon2::password_hash::try_generate_salt;
 use argon2::{Algorithm, Argon2, Block, Params, Version};
 use data_encoding::HEXLOWER;
-use model::folding::compose_text;
+use model::search_key::compose_text;
 use sha2::{Digest, Sha256};
 
 /// Returns 32 random bytes from the operating system, in hexadecimal.

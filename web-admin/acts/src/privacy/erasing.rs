@@ -3,8 +3,8 @@
 
 use std::sync::atomic::Ordering;
 
-use model::directory::{AccountState, DirectoryEntry};
 use model::ids::SchoolId;
+use model::people::directory::{AccountState, DirectoryEntry};
 use model::{CurrentPerson, PersonKey};
 use serde_json::{Value, json};
 use store::Connection;

@@ -6,9 +6,9 @@
 
 use std::time::Duration;
 
-use model::directory::AccountState;
 use model::ids::{PersonId, SchoolId};
-use model::retention::{Now, RetentionAction, step};
+use model::people::directory::AccountState;
+use model::privacy::retention::{Now, RetentionAction, step};
 use model::{CurrentPerson, PersonKey, count_i64};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};

@@ -3,7 +3,7 @@
 //! so that a wrong clock erases nothing.
 
 use model::ids::SchoolId;
-use model::retention::{Now, RetentionAction, RetentionRule, Warned, step};
+use model::privacy::retention::{Now, RetentionAction, RetentionRule, Warned, step};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::people;
@@ -80,7 +80,7 @@ async fn erase_study(state: &Service, study: &Study) -> Result<(), Error> {
     let everything = ErasureScope { written: true, about: true, recordings: true };
     for guest in participants.iter().filter(|participant| participant.name.is_none()) {
         let known = directory::find_anybody(state.db.reader(), study.school_id, guest.person_id).await?;
-        if let Some(known) = known.filter(|known| known.state != model::directory::AccountState::Erased) {
+        if let Some(known) = known.filter(|known| known.state != model::people::directory::AccountState::Erased) {
             let by = Eraser { actor: Actor::Worker, why: Some(json!({ "study": study.id })) };
             erasing::erase(state, by, &known, study.school_id, everything).await?;
         }

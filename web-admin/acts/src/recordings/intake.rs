@@ -4,8 +4,8 @@
 use std::time::Duration;
 
 use data_encoding::HEXLOWER;
-use model::began::Claim;
 use model::ids::{PersonId, ReaderId, RevisionId, SchoolId, SessionId, StationId, UploadId};
+use model::recordings::start_time::Claim;
 use model::{Moment, PersonKey, SessionKey, Uncounted, count_i64};
 use recording::signature;
 use serde_json::{Value, json};

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use anyhow::Context;
-use model::series::Pyramid;
+use model::recordings::series::Pyramid;
 use store::recordings::sessions::Session;
 
 use crate::error::Error;

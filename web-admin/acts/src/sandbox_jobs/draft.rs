@@ -2,7 +2,7 @@
 //! rubric.
 
 use documents::{DocumentError, ExerciseBundle, Issue, Patient};
-use model::draft::Publishable;
+use model::authoring::draft::Publishable;
 use phrase::{Phrase, phrase};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};

@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use model::draft::DraftVerdict;
+use model::authoring::draft::DraftVerdict;
 use model::ids::SchoolId;
 
 use crate::error::Error;

@@ -6,7 +6,7 @@ use documents::Instrument;
 use documents::instrument::ScaleKind;
 use model::CurrentPerson;
 use model::ids::{RatingId, RoundId};
-use model::survey::given::GivenAnswers;
+use model::surveys::given::GivenAnswers;
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::recordings::sessions;

@@ -2,8 +2,9 @@
 //! marks and evaluates them.
 
 use model::ids::{PersonId, SchoolId, TaskId, TraceId};
-use model::segments::{MarksVerdict, TraceOutcome, pops};
-use model::{CurrentPerson, Role, SessionKey, due};
+use model::scoring::segments::{MarksVerdict, TraceOutcome, pops};
+use model::training::due;
+use model::{CurrentPerson, Role, SessionKey};
 use serde_json::json;
 use store::Json;
 use store::audit::AuditEntry;

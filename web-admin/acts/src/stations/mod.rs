@@ -2,7 +2,7 @@
 //! enough to type.
 
 use model::ids::{PersonId, SchoolId, StationId};
-use model::{CurrentPerson, Moment, PersonKey, Role, line};
+use model::{CurrentPerson, Moment, PersonKey, Role, single_line_text};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::auth::tokens;
@@ -115,7 +115,7 @@ fn checked_name(given: &str) -> Result<String, Error> {
     if length == 0 || length > LONGEST_NAME {
         return Err(Error::Unprocessable(format!("name: {length} characters; 1 to {LONGEST_NAME} are allowed")));
     }
-    if let Some(why) = line::refusal("name", name) {
+    if let Some(why) = single_line_text::refusal("name", name) {
         return Err(Error::Unprocessable(why));
     }
     Ok(name.to_owned())

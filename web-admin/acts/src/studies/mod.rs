@@ -4,7 +4,7 @@
 pub mod research;
 
 use model::ids::{PersonId, RevisionId, StudyId};
-use model::survey::{Identity, ResponseState, Survey};
+use model::surveys::{Identity, ResponseState, Survey};
 use model::{CurrentPerson, Moment, Role};
 use serde_json::json;
 use store::audit::AuditEntry;

@@ -9,8 +9,8 @@
 use assessment::questionnaire::{Answer, Refused, asked_pages, is_asked, read_answer};
 use documents::Instrument;
 use model::ids::SessionId;
-use model::survey::given::GivenAnswers;
-use model::survey::{ResponseState, Survey};
+use model::surveys::given::GivenAnswers;
+use model::surveys::{ResponseState, Survey};
 use model::{CurrentPerson, Moment};
 use store::audit::{Actor, AuditEntry};
 use store::surveys::{NewResponse, Submission, SurveyResponse};

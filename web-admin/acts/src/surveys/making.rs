@@ -2,7 +2,7 @@
 
 use model::ids::{CohortId, RevisionId, SchoolId, SurveyId};
 use model::limits::LETTERS_AN_HOUR;
-use model::survey::{Identity, PROFESSIONAL, Survey};
+use model::surveys::{Identity, PROFESSIONAL, Survey};
 use model::{CurrentPerson, Moment};
 use serde_json::json;
 use store::audit::AuditEntry;

@@ -7,9 +7,9 @@ mod themes;
 
 use documents::Instrument;
 pub use making::{SurveyLink, SurveyRequest, close, letters_left, link_expiry, mail_links, make, make_links};
-use model::folding::fold_text;
 use model::ids::{RevisionId, SchoolId};
-use model::survey::Survey;
+use model::search_key::fold_text;
+use model::surveys::Survey;
 use store::surveys::instruments as stored;
 use store::surveys::instruments::InstrumentRevision;
 pub use taking::{AnsweredSheet, take};

@@ -10,7 +10,7 @@ use assessment::questionnaire::{Answer, read_answer};
 use documents::Instrument;
 use model::Moment;
 use model::ids::SurveyId;
-use model::survey::{ResponseState, Survey};
+use model::surveys::{ResponseState, Survey};
 use store::recordings::sessions::Session;
 use store::surveys::{NewResponse, Practised, SurveyResponse};
 use store::{Connection, Json, people, surveys};

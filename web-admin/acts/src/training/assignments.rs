@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use model::assignment::{
+use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
+use model::training::assignment::{
     Assigned, AssignmentStanding, AssignmentTask, AttemptHistory, SupervisedSessions, TaughtCourse, sort,
 };
-use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
-use model::progress::Course;
+use model::training::progress::Course;
 use model::{CurrentPerson, PersonKey, Role};
 use serde_json::json;
 use store::audit::AuditEntry;

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use ed25519_dalek::SigningKey;
+use model::CurrentPerson;
 use model::ids::PersonId;
-use model::{CurrentPerson, certificate};
+use model::training::certificate;
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::training::curricula::TaughtCurriculum;

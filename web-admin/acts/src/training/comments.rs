@@ -1,8 +1,8 @@
 //! Comments on an attempt.
 
 use model::CurrentPerson;
-use model::comment::{Comment, CommentKind};
 use model::ids::CommentId;
+use model::training::comment::{Comment, CommentKind};
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::letters::notices as told;

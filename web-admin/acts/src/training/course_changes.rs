@@ -1,9 +1,9 @@
 //! Whom a new revision of a course concerns.
 
 use model::PersonKey;
-use model::draft::CourseChange;
+use model::authoring::draft::CourseChange;
 use model::ids::{PersonId, SchoolId};
-use model::progress::Progress;
+use model::training::progress::Progress;
 use store::training::practice;
 
 use crate::authoring::drafting::CheckedCourse;

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use model::CurrentPerson;
 use model::ids::{DatedId, PersonId};
-use model::mail::MailKind;
-use model::{CurrentPerson, due};
+use model::letters::mail::MailKind;
+use model::training::due;
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::letters::mails;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use model::authoring::draft::DraftRemark;
 use model::authoring::{EditedDocument, find_exercise_id};
-use model::draft::DraftRemark;
 
 use super::{
     ChoiceGroup, DocumentForm, FieldInput, FormBoxes, FormField, FormReader, FormRow, FormSection, RowAdding, RowMove,

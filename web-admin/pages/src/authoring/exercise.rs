@@ -4,7 +4,7 @@ use assessment::catalogue::{self, Definition};
 use documents::Feedback;
 use documents::metrics::{METRICS, SceneNames};
 use model::authoring::EditedDocument;
-use model::draft::DraftRemark;
+use model::authoring::draft::DraftRemark;
 
 use super::{
     ChoiceGroup, DocumentForm, DraftPictures, FieldInput, FormField, FormReader, FormRow, FormSection, RowAdding,

@@ -1,7 +1,7 @@
 //! The form of an instrument.
 
+use model::authoring::draft::DraftRemark;
 use model::authoring::{EditedDocument, is_wording};
-use model::draft::DraftRemark;
 
 use super::instrument_rows::{find_kind, list_new_kinds};
 use super::{

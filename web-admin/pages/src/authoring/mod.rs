@@ -13,7 +13,7 @@ pub use exercise::{ExerciseContext, make_exercise_form};
 pub use instrument::make_instrument_form;
 pub use instrument_rows::begin_scale;
 use model::authoring::EditedDocument;
-use model::draft::DraftRemark;
+use model::authoring::draft::DraftRemark;
 pub use picture::{DraftPictures, PictureAdding};
 
 use super::people::SelectOption;

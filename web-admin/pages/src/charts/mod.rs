@@ -87,7 +87,7 @@ mod tests {
     //! Drawings are in the reader's language, including the text for screen readers.
 
     use assessment::learning::{CusumParams, Rule, learning_curve as learning};
-    use model::corridor::corridor as corridor_of;
+    use model::scoring::corridor::corridor as corridor_of;
 
     use super::*;
     use crate::forgotten::check_drawing;

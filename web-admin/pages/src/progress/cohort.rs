@@ -4,7 +4,7 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use assessment::statistics::Estimate;
-use model::progress::{DECLINE_RUN, StepProgress, StepState};
+use model::training::progress::{DECLINE_RUN, StepProgress, StepState};
 use time::Date;
 
 use super::ScoredRow;

@@ -5,7 +5,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use assessment::learning::{Crossing, LearningPoint, Standing};
 use assessment::statistics::{Estimate, Summary};
-use model::progress::{CurveRule, Habits, RubricHabit, ScoredAttempt, StepProgress};
+use model::training::progress::{CurveRule, Habits, RubricHabit, ScoredAttempt, StepProgress};
 use time::OffsetDateTime;
 
 use crate::{Shell, StatusWord, charts, format, metric};

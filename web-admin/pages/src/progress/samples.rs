@@ -7,7 +7,7 @@ use assessment::{Deduction, DeductionCause};
 use documents::MasteryRule;
 use model::Role;
 use model::ids::RevisionId;
-use model::progress::{Concern, Course, Habits, Mastery, Progress, ScoredAttempt};
+use model::training::progress::{Concern, Course, Habits, Mastery, Progress, ScoredAttempt};
 use time::Duration;
 
 use super::{

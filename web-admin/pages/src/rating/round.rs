@@ -3,7 +3,7 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use assessment::statistics::{IntraclassCorrelation, NotComputable};
-use model::rating::{ScoreTable, mean};
+use model::scoring::rating::{ScoreTable, mean};
 use time::OffsetDateTime;
 
 use crate::rating::OwnRating;

@@ -2,7 +2,7 @@
 
 use model::Role;
 use model::ids::RatingId;
-use model::rating::ScoreTable;
+use model::scoring::rating::ScoreTable;
 
 use super::{OwnRating, RatePage, RatedAttemptRow, RaterRow, RoundPage, ScoreView};
 use crate::replay::NamedHappenings;

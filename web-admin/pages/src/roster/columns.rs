@@ -3,7 +3,7 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use model::ids::RosterId;
-use model::roster::{
+use model::people::roster::{
     GroupSplit, LineOutcome, MappingDoubt, Refusal, RosterChange, RosterColumn, RosterMapping, RosterOutcome,
 };
 use serde::Deserialize;
@@ -254,7 +254,7 @@ mod tests {
     //! The content of each column must be visible, and the selection must be kept.
 
     use model::Role;
-    use model::roster::RosterEntry;
+    use model::people::roster::RosterEntry;
 
     use super::*;
     use crate::samples;

@@ -3,7 +3,9 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use model::ids::RosterId;
-use model::roster::{Leaving, LineOutcome, Refusal, RosterChange, RosterColumn, RosterDifference, RosterOutcome};
+use model::people::roster::{
+    Leaving, LineOutcome, Refusal, RosterChange, RosterColumn, RosterDifference, RosterOutcome,
+};
 use serde::Deserialize;
 
 use super::form::{FilledForm, read_ticked_box, read_trimmed_text};
@@ -165,7 +167,7 @@ mod tests {
 
     use model::Role;
     use model::ids::PersonId;
-    use model::roster::{RosterEntry, RosterRequest, SchoolPerson, read};
+    use model::people::roster::{RosterEntry, RosterRequest, SchoolPerson, read};
 
     use super::*;
     use crate::samples;

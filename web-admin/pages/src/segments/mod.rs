@@ -4,9 +4,9 @@ mod trace;
 
 use askama::Template;
 use askama_web::WebTemplate;
-use model::due::Local;
 use model::ids::PersonId;
-use model::segments::TraceOutcome;
+use model::scoring::segments::TraceOutcome;
+use model::training::due::Local;
 use serde::Deserialize;
 use time::OffsetDateTime;
 pub use trace::{StripView, TracePage, TraceTruth};
@@ -140,7 +140,7 @@ mod tests {
     //! Open tasks must be visible to the trainee, and a missing value must not be shown as 0.
 
     use model::Role;
-    use model::segments::MarksVerdict;
+    use model::scoring::segments::MarksVerdict;
 
     use super::*;
     use crate::samples;
@@ -150,7 +150,7 @@ mod tests {
             href: "/segments/1".to_owned(),
             title: "Where are the <pops>?".to_owned(),
             cohort: "Spring".to_owned(),
-            due: Some(model::due::local(model::Moment::from(samples::NOW), "Europe/Berlin")),
+            due: Some(model::training::due::local(model::Moment::from(samples::NOW), "Europe/Berlin")),
             extended_days: 2,
             late: true,
             traces: 3,

@@ -3,8 +3,8 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use model::ids::TraceId;
-use model::segments::{MOST_MARKS, MarksVerdict, TOLERANCE_S};
-use model::series::TimeSpan;
+use model::recordings::series::TimeSpan;
+use model::scoring::segments::{MOST_MARKS, MarksVerdict, TOLERANCE_S};
 
 use crate::charts::{Extent, TRACE_LEFT, TRACE_RIGHT, TraceStrip};
 use crate::form::FilledForm;

@@ -3,8 +3,8 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use assessment::statistics::{Estimate, Summary};
-use model::study::{StudyComparison, StudyFindings};
-use model::survey::results::{EXPERTS, GroupValidity, ItemGroup, ItemResult, Results};
+use model::studies::{StudyComparison, StudyFindings};
+use model::surveys::results::{EXPERTS, GroupValidity, ItemGroup, ItemResult, Results};
 
 use crate::charts::{self, BoxRow, Extent, MeansLine};
 use crate::survey::figures;
@@ -231,7 +231,7 @@ mod tests {
     //! Each group must keep its name, and each figure must be shown with its sample size.
 
     use model::Role;
-    use model::study::{StudyGroups, StudyMetric, StudyValue};
+    use model::studies::{StudyGroups, StudyMetric, StudyValue};
 
     use super::*;
     use crate::samples;

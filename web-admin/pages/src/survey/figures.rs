@@ -1,6 +1,6 @@
 //! Formatting of survey statistics.
 
-use model::survey::results::{Alpha, AlphaRemark, ConfidenceInterval, Quartiles, RaterAgreement, SurveyFigure};
+use model::surveys::results::{Alpha, AlphaRemark, ConfidenceInterval, Quartiles, RaterAgreement, SurveyFigure};
 
 use crate::format;
 

@@ -6,8 +6,8 @@ use assessment::questionnaire::{Answer, Refused};
 use axum::response::{IntoResponse, Response};
 use documents::Instrument;
 use documents::instrument::{Item, ScaleKind, Words};
-use model::survey::Identity;
-use model::survey::given::{GivenAnswers, name_of_field, name_of_leaving};
+use model::surveys::Identity;
+use model::surveys::given::{GivenAnswers, name_of_field, name_of_leaving};
 use words::Language;
 
 use super::previewing::FormPreview;

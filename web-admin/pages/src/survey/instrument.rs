@@ -3,7 +3,7 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use documents::Instrument;
-use model::draft::DraftVerdict;
+use model::authoring::draft::DraftVerdict;
 use time::OffsetDateTime;
 
 use super::form::{FormQuestion, GivenField, QuestionField};

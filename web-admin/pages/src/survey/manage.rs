@@ -2,9 +2,9 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::letters::mail::LetterDelivery;
 use model::limits::LETTERS_AN_HOUR;
-use model::mail::LetterDelivery;
-use model::survey::Identity;
+use model::surveys::Identity;
 use serde::Deserialize;
 use time::OffsetDateTime;
 

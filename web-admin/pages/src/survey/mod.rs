@@ -9,7 +9,7 @@ pub mod results;
 #[cfg(test)]
 pub(crate) mod samples;
 
-use model::survey::Identity;
+use model::surveys::Identity;
 
 /// Describes an identity setting to readers of the results.
 #[must_use]

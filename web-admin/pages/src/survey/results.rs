@@ -4,8 +4,8 @@ use std::borrow::Borrow;
 
 use askama::Template;
 use askama_web::WebTemplate;
-use model::survey::Identity;
-use model::survey::results::{
+use model::surveys::Identity;
+use model::surveys::results::{
     ConfidenceInterval, FEWEST_FOR_ALPHA, ItemGroup, ItemResult, Results, ScoreGroup, ScoreResult, SurveyFigure,
 };
 

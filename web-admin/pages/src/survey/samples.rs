@@ -4,9 +4,9 @@
 use assessment::questionnaire::{Answer, Scorer};
 use documents::Instrument;
 use model::ids::ResponseId;
-use model::mail::LetterDelivery;
-use model::survey::Identity;
-use model::survey::results::{ResponseRow, Results, correlation, score_group};
+use model::letters::mail::LetterDelivery;
+use model::surveys::Identity;
+use model::surveys::results::{ResponseRow, Results, correlation, score_group};
 use model::{Moment, Role};
 use words::Language;
 

@@ -11,7 +11,7 @@ use axum::http::header::{
 };
 use axum::response::Response;
 use model::ids::RatingId;
-use model::replay::ReplayStage;
+use model::recordings::replay::ReplayStage;
 use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
 use store::recordings::sessions::Session;

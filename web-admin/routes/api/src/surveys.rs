@@ -9,7 +9,7 @@ use axum::Json;
 use axum::extract::{Path, State};
 use model::Role;
 use model::ids::{PersonId, SchoolId, SessionId, SurveyId};
-use model::survey::{Identity, ResponseState, Survey};
+use model::surveys::{Identity, ResponseState, Survey};
 use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
 use routes_base::surveys::{TermsOf, find_asker, open_attempts, terms_of_survey};

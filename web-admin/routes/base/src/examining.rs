@@ -1,7 +1,7 @@
 //! Previews a draft: its evaluation as shown on pages.
 
 use acts::sandbox_jobs::{DraftQuestion, publishable};
-use model::draft::DraftVerdict;
+use model::authoring::draft::DraftVerdict;
 use pages::draft::{verdict_of_exercise, verdict_of_refused};
 use words::Language;
 

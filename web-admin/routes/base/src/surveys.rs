@@ -5,7 +5,7 @@ use acts::surveys::instrument_of;
 use axum::http::HeaderMap;
 use axum::http::header::ACCEPT_LANGUAGE;
 use model::ids::PersonId;
-use model::survey::Survey;
+use model::surveys::Survey;
 use model::{CurrentPerson, PersonKey};
 use pages::survey::form::{SurveyAsker, SurveyContact, Terms};
 use store::operations::schools;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use acts::error::Error;
 use assessment::statistics::summary;
-use model::corridor::FEWEST;
+use model::scoring::corridor::FEWEST;
 use model::{CurrentPerson, PersonKey};
 use pages::judgement::{MetricSpread, OthersSpreads};
 use routes_base::AppState;

@@ -8,7 +8,7 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect};
 use model::Role;
 use model::ids::{RegradingId, RevisionId, SessionId};
-use model::regrading::RegradingState as Standing;
+use model::scoring::regrading::RegradingState as Standing;
 use pages::addresses::exercise_href;
 use pages::form::FilledForm;
 use pages::people::SelectOption;

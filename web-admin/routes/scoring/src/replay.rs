@@ -7,12 +7,14 @@ use acts::training::comments as said;
 use attempt::AttemptCurve;
 use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
-use model::comment::{Comment, TypedComment};
-use model::expert_way::GhostStretch;
 use model::ids::{CommentId, SessionId};
-use model::notice::NoticePlace;
-use model::review::{AskedReviews, ReviewFilter};
-use model::{CurrentPerson, Moment, Role, comment, corridor, expert_way};
+use model::letters::notice::NoticePlace;
+use model::scoring::expert_comparison::GhostStretch;
+use model::scoring::review::{AskedReviews, ReviewFilter};
+use model::scoring::{corridor, expert_comparison};
+use model::training::comment;
+use model::training::comment::{Comment, TypedComment};
+use model::{CurrentPerson, Moment, Role};
 use pages::experts::BesideExperts;
 use pages::form::FilledForm;
 use pages::replay::{CommentForm, CommentView, NamedHappenings, OtherAttempt, ReplayPage, ReviewLook, Utterance};
@@ -137,10 +139,10 @@ async fn compare_with_experts(
         shown: BesideExperts::new(
             curve,
             &made,
-            &expert_way::compare_by_layer(curve, &experts),
-            expert_way::find_overreach(curve, &experts).as_ref(),
+            &expert_comparison::compare_by_layer(curve, &experts),
+            expert_comparison::find_overreach(curve, &experts).as_ref(),
         ),
-        ghost: expert_way::median_way(curve, &experts),
+        ghost: expert_comparison::median_way(curve, &experts),
     }))
 }
 

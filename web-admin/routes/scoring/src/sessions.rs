@@ -8,7 +8,7 @@ use axum::extract::State;
 use documents::{Exercise, ExerciseBundle};
 use law::structures::StructureKind;
 use model::ids::SessionId;
-use model::notice::NoticePlace;
+use model::letters::notice::NoticePlace;
 use model::{CurrentPerson, SessionKey, Uncounted};
 use pages::addresses::exercise_href;
 use pages::judgement::{GradedAttempt, JudgementView};

@@ -10,8 +10,8 @@ use acts::surveys::answering::Answering;
 use axum::extract::{Path, Query, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
-use model::survey::ResponseState;
-use model::survey::given::GivenAnswers;
+use model::surveys::ResponseState;
+use model::surveys::given::GivenAnswers;
 use pages::form::read_ticked_box;
 use pages::survey::form::{
     ConsentPage, EndPage, FormPage, FormQuestion, GivenField, Refusals, SurveyEnd, respond_in_language, speak_language,

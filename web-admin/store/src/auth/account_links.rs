@@ -1,8 +1,8 @@
 //! Single-use links for setting a password. Only the hash of each token is stored.
 
 use model::Moment;
-use model::email::normalize_email;
 use model::ids::{PersonId, SchoolId};
+use model::people::email::normalize_email;
 use sqlx::FromRow;
 
 use crate::{Connection, Executor, Result};

@@ -2,7 +2,7 @@
 
 use model::Moment;
 use model::ids::{DatedId, LetterId, PersonId, SchoolId};
-use model::mail::{Mail, MailKind, MailTrouble};
+use model::letters::mail::{Mail, MailKind, MailTrouble};
 use sqlx::FromRow;
 
 use crate::{Connection, Executor, Result};

@@ -1,7 +1,7 @@
 //! Notices of new events for a person until they are read, and whether they are mailed.
 
 use model::ids::{AssignmentId, CommentId, NoticeId, PersonId, RoundId, SchoolId, SessionId};
-use model::notice::{Notice, NoticeKind, NoticePlace};
+use model::letters::notice::{Notice, NoticeKind, NoticePlace};
 use model::{Moment, PersonKey, SessionKey, count_u32};
 use sqlx::FromRow;
 

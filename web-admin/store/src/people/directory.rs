@@ -1,9 +1,9 @@
 //! Directory of a school's people, for its administrators: search, changes and erasure.
 
-use model::directory::{AccountState, DirectoryEntry, PeopleKey, PeopleOrder};
-use model::email::normalize_email;
-use model::folding::{fold_text, make_search_text};
 use model::ids::{CohortId, LetterId, PersonId, SchoolId};
+use model::people::directory::{AccountState, DirectoryEntry, PeopleKey, PeopleOrder};
+use model::people::email::normalize_email;
+use model::search_key::{fold_text, make_search_text};
 use model::{Moment, Role};
 use sqlx::FromRow;
 

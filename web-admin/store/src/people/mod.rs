@@ -3,9 +3,9 @@
 pub mod directory;
 pub mod rosters;
 
-use model::email::{email_in_ascii, normalize_email};
-use model::folding::{fold_text, make_search_text};
 use model::ids::{PersonId, SchoolId};
+use model::people::email::{email_in_ascii, normalize_email};
+use model::search_key::{fold_text, make_search_text};
 use model::{CurrentPerson, Moment, PersonKey, Role};
 use sqlx::FromRow;
 use words::Language;

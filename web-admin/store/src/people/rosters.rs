@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use model::email::normalize_email;
 use model::ids::{PersonId, RosterId, SchoolId};
-use model::roster::{RosterEntry, RosterMapping, RosterRequest, SchoolPerson};
+use model::people::email::normalize_email;
+use model::people::roster::{RosterEntry, RosterMapping, RosterRequest, SchoolPerson};
 use model::{Moment, Role};
 use sqlx::FromRow;
 

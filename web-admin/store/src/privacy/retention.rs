@@ -3,8 +3,8 @@
 
 use model::count::StoredCount;
 use model::ids::{LetterId, PersonId, SchoolId};
-use model::mail::RetentionLetter;
-use model::retention::{RetentionRule, Warned};
+use model::letters::mail::RetentionLetter;
+use model::privacy::retention::{RetentionRule, Warned};
 use model::{Moment, PersonKey, Role};
 use sqlx::FromRow;
 

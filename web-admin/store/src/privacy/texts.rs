@@ -5,7 +5,7 @@ use documents::Instrument;
 use documents::instrument::ScaleKind;
 use futures::TryStreamExt;
 use model::ids::{PersonId, SchoolId, SessionId};
-use model::texts::{MOST_MENTIONS, TextCounts};
+use model::privacy::texts::{MOST_MENTIONS, TextCounts};
 use model::{Moment, count_i64};
 use sqlx::FromRow;
 use uuid::Uuid;

@@ -1,7 +1,7 @@
 //! Queue of attempts waiting for review, and completed reviews.
 
 use model::ids::{PersonId, SessionId};
-use model::review::{QueuePlace, ReviewFilter};
+use model::scoring::review::{QueuePlace, ReviewFilter};
 use model::titles::StoredTitle;
 use model::{AttemptPlace, CurrentPerson, Moment, Role, SessionKey, count_u32};
 use sqlx::FromRow;

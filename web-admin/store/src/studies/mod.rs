@@ -6,7 +6,7 @@ pub mod research;
 
 pub use keeping::{announce_study_erasure, call_off_study_erasure, list_kept_studies, mark_study_erased};
 use model::ids::{PersonId, RevisionId, SchoolId, StudyId};
-use model::survey::Survey;
+use model::surveys::Survey;
 use model::titles::StoredTitle;
 use model::{CurrentPerson, Moment, PersonKey, Role};
 pub use participants::{

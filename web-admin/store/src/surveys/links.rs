@@ -3,7 +3,7 @@
 
 use model::Moment;
 use model::ids::{CohortId, PersonId, ResponseId, RevisionId, SchoolId, SessionId, SurveyId};
-use model::survey::Survey;
+use model::surveys::Survey;
 use model::titles::StoredTitle;
 
 use super::survey;

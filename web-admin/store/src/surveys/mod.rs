@@ -12,7 +12,7 @@ pub use links::{
 };
 use model::Moment;
 use model::ids::{PersonId, RevisionId, SchoolId, StudyId, SurveyId};
-use model::survey::{Identity, Survey};
+use model::surveys::{Identity, Survey};
 pub use responses::{
     NewResponse, Submission, SurveyResponse, add, by_token, draft_of, put_answers, reset, set_token, submit, withdraw,
 };

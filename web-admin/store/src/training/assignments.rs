@@ -1,10 +1,11 @@
 //! Assignments: the task, the cohort or trainee, and the due date.
 
-use model::assignment::{Assigned, AssignmentTask};
 use model::count::StoredCount;
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
 use model::titles::StoredTitle;
-use model::{CurrentPerson, Moment, Role, due};
+use model::training::assignment::{Assigned, AssignmentTask};
+use model::training::due;
+use model::{CurrentPerson, Moment, Role};
 use sqlx::FromRow;
 
 use crate::{Connection, Executor, Result};

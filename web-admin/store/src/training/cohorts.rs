@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use model::ids::{CohortId, PersonId, SchoolId};
-use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
+use model::training::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use model::{Moment, Role, new_id};
 use sqlx::FromRow;
 

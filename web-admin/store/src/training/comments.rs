@@ -1,7 +1,7 @@
 //! Comments on attempts, and replies to them.
 
-use model::comment::{Comment, CommentKind};
 use model::ids::{CommentId, PersonId};
+use model::training::comment::{Comment, CommentKind};
 use model::{Moment, Role, SessionKey};
 use serde::Serialize;
 use sqlx::FromRow;

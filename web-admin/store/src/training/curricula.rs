@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use documents::Wording;
 use model::Moment;
 use model::ids::{RevisionId, SchoolId};
-use model::progress::{Course, CourseStep, CurveRule, EarlierCourse, Mastery};
 use model::titles::{StoredTitle, store_wording};
+use model::training::progress::{Course, CourseStep, CurveRule, EarlierCourse, Mastery};
 use sqlx::FromRow;
 
 use crate::{Connection, Executor, Json, Result};

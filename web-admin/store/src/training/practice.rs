@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use model::ids::{AssignmentId, CohortId, PersonId, RevisionId, SchoolId, SessionId};
-use model::progress::ScoredAttempt;
+use model::training::progress::ScoredAttempt;
 use model::{Moment, PersonKey, SessionKey, count_i64};
 use serde::{Deserialize, Serialize};
 use sqlx::FromRow;

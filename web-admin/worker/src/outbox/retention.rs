@@ -5,7 +5,7 @@ use acts::error::Error;
 use acts::letters::mailing;
 use acts::platform::mailer::Letter;
 use acts::replicas::{self, Duty};
-use model::mail::RetentionLetter;
+use model::letters::mail::RetentionLetter;
 use pages::letters;
 use routes_base::AppState;
 use store::privacy::retention;

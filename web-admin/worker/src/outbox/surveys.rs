@@ -4,7 +4,7 @@ use acts::error::Error;
 use acts::letters::mailing;
 use acts::platform::mailer::Letter;
 use acts::surveys::{instrument_of, link_expiry};
-use model::mail::SurveyLetter;
+use model::letters::mail::SurveyLetter;
 use pages::letters;
 use routes_base::AppState;
 use store::surveys;

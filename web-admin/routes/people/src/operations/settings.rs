@@ -49,7 +49,7 @@ pub(super) async fn make_settings_page(
     let own = directory::find_directory_entry(reader, school, person.id).await?.ok_or(Error::NotFound)?;
     Ok(SettingsPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Administration),
-        zones: model::due::list_zones(&settled.time_zone),
+        zones: model::training::due::list_zones(&settled.time_zone),
         form: sent.unwrap_or_else(|| FilledForm::new(form_of_settings(settled))),
         done: None,
         mail_way: find_mail_way(state),

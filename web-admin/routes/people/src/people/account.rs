@@ -6,7 +6,7 @@ use acts::people::accounts;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
-use model::password_refused::PasswordRefused;
+use model::auth::password_refused::PasswordRefused;
 use model::{CurrentPerson, Moment};
 use pages::account::AccountPage;
 use pages::{NavPlace, Shell};

@@ -9,10 +9,10 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use model::CurrentPerson;
-use model::email::is_domain;
 use model::ids::{RosterId, SchoolId};
-use model::line::tidy;
-use model::roster::{RosterDifference, RosterMapping, RosterRequest, is_name};
+use model::people::email::is_domain;
+use model::people::roster::{RosterDifference, RosterMapping, RosterRequest, is_name};
+use model::single_line_text::tidy;
 use pages::form::{FilledForm, read_ticked_box};
 use pages::roster::{
     ColumnsRefused, RosterColumnsForm, RosterColumnsPage, RosterFilter, RosterForm, RosterPage, RosterPreviewPage,

@@ -6,7 +6,7 @@ use acts::people::accounts;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
-use model::password_refused::PasswordRefused;
+use model::auth::password_refused::PasswordRefused;
 use pages::account::{DeadLinkPage, ForgottenPage, JoinPage};
 use routes_base::auth::{ClientAddress, Csrf, CsrfForm};
 use routes_base::error::PageError;

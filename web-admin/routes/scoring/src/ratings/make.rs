@@ -7,8 +7,8 @@ use acts::scoring::ratings;
 use acts::surveys;
 use axum::extract::{Query, State};
 use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
-use model::review::ReviewFilter;
-use model::{CurrentPerson, line};
+use model::scoring::review::ReviewFilter;
+use model::{CurrentPerson, single_line_text};
 use pages::form::FilledForm;
 use pages::people::SelectOption;
 use pages::rating::{AttemptChoice, NewRoundForm, NewRoundPage};
@@ -153,7 +153,7 @@ pub(super) async fn make_round(
 /// Parses the form. Attempts and raters that the visitor may not see are treated as unknown.
 async fn read_new_round(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<NewRound, Error> {
     let refused = |why: String| Err(Error::Unprocessable(why));
-    let title = line::title(&form.title).map_err(Error::Unprocessable)?.to_owned();
+    let title = single_line_text::title(&form.title).map_err(Error::Unprocessable)?.to_owned();
     let asked = form.instrument.as_str();
     let Some(instrument) = instruments::find_current_instrument(state.db.reader(), person.school_id, asked).await?
     else {

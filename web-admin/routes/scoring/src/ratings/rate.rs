@@ -10,7 +10,7 @@ use axum::response::IntoResponse;
 use documents::instrument::Item;
 use model::CurrentPerson;
 use model::ids::RatingId;
-use model::survey::given::GivenAnswers;
+use model::surveys::given::GivenAnswers;
 use pages::rating::RatePage;
 use pages::replay::NamedHappenings;
 use pages::session::Drawing;

@@ -4,7 +4,8 @@ use acts::error::Error;
 use acts::scoring::segments;
 use axum::extract::{Query, State};
 use model::ids::{CohortId, SessionId};
-use model::{CurrentPerson, Moment, due, line};
+use model::training::due;
+use model::{CurrentPerson, Moment, single_line_text};
 use pages::form::FilledForm;
 use pages::people::SelectOption;
 use pages::segments::{NewTaskForm, NewTaskPage, attempt_label};
@@ -124,7 +125,7 @@ pub(super) async fn make_task(
 /// Parses the form. Cohorts and attempts that the visitor may not see are answered with 404.
 async fn read_new_task(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<NewTask, Error> {
     let reader = state.db.reader();
-    let title = line::title(&form.title).map_err(Error::Unprocessable)?.to_owned();
+    let title = single_line_text::title(&form.title).map_err(Error::Unprocessable)?.to_owned();
     let time_zone = schools::find_time_zone(reader, person.school_id).await?;
     let due = read_due_date(&form.due, &time_zone, state.clock.now())?;
     let cohort: CohortId = form.cohort.parse().map_err(|_| Error::NotFound)?;

@@ -10,7 +10,7 @@ use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use documents::Instrument;
 use documents::instrument::{Combine, ScaleKind, ScoreKey};
-use model::survey::results::answers_of;
+use model::surveys::results::answers_of;
 use pages::format;
 use routes_base::AppState;
 use routes_base::auth::Teacher;

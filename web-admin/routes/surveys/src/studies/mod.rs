@@ -14,8 +14,8 @@ use acts::surveys::SurveyLink;
 use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::ids::{PersonId, StudyId};
-use model::retention::{Now, RetentionAction};
-use model::{CurrentPerson, Moment, count_u32, line};
+use model::privacy::retention::{Now, RetentionAction};
+use model::{CurrentPerson, Moment, count_u32, single_line_text};
 use pages::form::{FilledForm, read_ticked_box};
 use pages::study::{
     GuestCodePage, ParticipantForm, ParticipantRow, StudiesPage, StudyDataEnd, StudyDone, StudyPage, StudyRow,
@@ -225,7 +225,7 @@ fn read_participant(study: &Study, form: &ParticipantForm) -> Result<Participant
         if told.chars().count() > LONGEST_FACT {
             return Err(tr!("{question}: at most {most} characters", question = question, most = LONGEST_FACT));
         }
-        line::refusal(question, told).map_or_else(|| Ok(told.to_owned()), Err)
+        single_line_text::refusal(question, told).map_or_else(|| Ok(told.to_owned()), Err)
     };
     let facts = study.questions.0.iter().enumerate().map(fact).collect::<Result<_, _>>()?;
     Ok(ParticipantFacts { group_place, facts })

@@ -11,7 +11,7 @@ use acts::surveys::{answering, instrument_of};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Response};
 use model::ids::{SessionId, SurveyId};
-use model::survey::Survey;
+use model::surveys::Survey;
 use model::{CurrentPerson, Moment, Role};
 use pages::form::{FilledForm, read_ticked_box};
 use pages::survey::form::{ConsentPage, respond_in_language};

@@ -13,7 +13,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use documents::metrics::SceneNames;
 use model::CurrentPerson;
 use model::authoring::EditedDocument;
-use model::draft::{CourseChange, DraftVerdict};
+use model::authoring::draft::{CourseChange, DraftVerdict};
 use model::ids::{DraftId, SchoolId};
 use pages::authoring::{
     CourseContext, CourseExercise, DocumentForm, ExerciseContext, make_course_form, make_exercise_form,

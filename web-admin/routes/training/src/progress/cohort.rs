@@ -7,7 +7,7 @@ use assessment::statistics::wilson;
 use axum::extract::{Query, State};
 use axum::response::Response;
 use model::ids::{CohortId, PersonId};
-use model::progress::{Progress, ScoredAttempt};
+use model::training::progress::{Progress, ScoredAttempt};
 use model::{CurrentPerson, Role};
 use pages::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, make_heat_cell};
 use pages::school_time::to_school_time;

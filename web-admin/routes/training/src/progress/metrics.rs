@@ -6,7 +6,7 @@ use axum::extract::{Path, State};
 use axum::response::Response;
 use futures::stream;
 use model::ids::{CohortId, PersonId, SessionId};
-use model::progress::ScoredAttempt;
+use model::training::progress::ScoredAttempt;
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
 use pages::progress::{MetricSpreadRow, MetricsPage, ScoredRow, SpreadTheme};

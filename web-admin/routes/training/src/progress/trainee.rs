@@ -5,7 +5,7 @@ use assessment::statistics::{summary, wilson};
 use axum::extract::{Path, State};
 use axum::response::Response;
 use model::ids::{PersonId, SchoolId};
-use model::progress::{CurveRule, Mastery, Progress, ScoredAttempt, StepProgress, StepState};
+use model::training::progress::{CurveRule, Mastery, Progress, ScoredAttempt, StepProgress, StepState};
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
 use pages::progress::{Comparison, CurveFacts, CurveRow, LearningPage};

@@ -8,10 +8,11 @@ use acts::training::assignments::LockedTrainees;
 use acts::training::{assignments as teaching, deadlines};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
-use model::assignment::{AssignmentTally, AssignmentTask};
-use model::due::{self, local};
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
-use model::notice::NoticePlace;
+use model::letters::notice::NoticePlace;
+use model::training::assignment::{AssignmentTally, AssignmentTask};
+use model::training::due;
+use model::training::due::local;
 use model::{CurrentPerson, Role};
 use pages::assignments::{
     AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,

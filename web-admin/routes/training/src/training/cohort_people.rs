@@ -8,7 +8,7 @@ use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, Query, State};
 use axum::response::Redirect;
 use model::ids::{CohortId, PersonId, SchoolId};
-use model::roster::is_name;
+use model::people::roster::is_name;
 use model::{CurrentPerson, Role};
 use pages::form::FilledForm;
 use pages::listed::ListPart;

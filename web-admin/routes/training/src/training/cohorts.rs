@@ -3,7 +3,7 @@
 use acts::error::Error;
 use axum::extract::{Query, State};
 use model::ids::CohortId;
-use model::progress::Progress;
+use model::training::progress::Progress;
 use model::{CurrentPerson, Role, count_u32};
 use pages::cohort::{CohortFigures, CohortLine, CohortPage, CohortsPage, CourseShare};
 use pages::listed::{ListPart, ListQuery};

@@ -4,7 +4,7 @@ use acts::error::Error;
 use axum::extract::{Path, Query, State};
 use documents::ExerciseBundle;
 use dossier::compare_scene;
-use model::progress::{CourseStep, Progress, StepState};
+use model::training::progress::{CourseStep, Progress, StepState};
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
 use pages::curricula::{CourseCard, CurriculaPage, ExerciseLine};

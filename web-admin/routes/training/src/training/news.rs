@@ -4,7 +4,7 @@ use acts::error::Error;
 use acts::letters::notices as told;
 use axum::extract::State;
 use axum::response::Redirect;
-use model::notice::NoticePlace;
+use model::letters::notice::NoticePlace;
 use model::{CurrentPerson, Role};
 use pages::news::{NewsItem, say_waiting_ratings};
 use routes_base::AppState;

@@ -3,9 +3,9 @@
 use acts::error::Error;
 use acts::training::assignments as teaching;
 use acts::training::assignments::{CohortStandings, PractisedTrainee, TraineeStandings};
-use model::assignment::{AttemptHistory, TaughtCourse as JudgedCourse, find_not_started};
 use model::ids::{CohortId, PersonId, SchoolId};
-use model::progress::{Concern, Course, Progress, ScoredAttempt};
+use model::training::assignment::{AttemptHistory, TaughtCourse as JudgedCourse, find_not_started};
+use model::training::progress::{Concern, Course, Progress, ScoredAttempt};
 use model::{CurrentPerson, Moment, Needed, Role};
 use pages::cohort::{NamedTrainee, TraineeRow};
 use pages::trainee::CourseFacts;

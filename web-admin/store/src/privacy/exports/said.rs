@@ -4,7 +4,7 @@ use assessment::questionnaire::Answer;
 use attempt::AttemptCurve;
 use model::Moment;
 use model::ids::{AssignmentId, CommentId, PersonId, SchoolId, SessionId, TraceId};
-use model::segments::{MarksVerdict, pops};
+use model::scoring::segments::{MarksVerdict, pops};
 use model::titles::StoredTitle;
 use serde::Serialize;
 use sqlx::FromRow;

@@ -2,7 +2,7 @@
 
 use assessment::Assessment;
 use model::ids::{RegradingId, SchoolId, ScoreId, SessionId};
-use model::regrading::{OutcomeCount, RegradingLine, RegradingOutcome};
+use model::scoring::regrading::{OutcomeCount, RegradingLine, RegradingOutcome};
 use sqlx::FromRow;
 
 use super::Regrading;

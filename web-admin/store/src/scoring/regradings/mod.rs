@@ -2,7 +2,7 @@
 //! progress.
 
 use model::ids::{OverrideId, PersonId, RegradingId, RevisionId, SchoolId, ScoreId, SessionId};
-use model::regrading::{OutcomeCount, RegradingState};
+use model::scoring::regrading::{OutcomeCount, RegradingState};
 use model::{CurrentPerson, Moment, Role, SessionKey};
 use serde::Serialize;
 use sqlx::FromRow;

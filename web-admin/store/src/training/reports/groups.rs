@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use model::cohort::CohortSummary;
 use model::ids::{CohortId, PersonId, SchoolId};
+use model::training::cohort::CohortSummary;
 use model::{CurrentPerson, Role};
 use sqlx::FromRow;
 
