@@ -360,8 +360,12 @@ const DECODERS: &[(&str, &[&str])] = &[
     ("recordings::with(", &["acts/src/scoring/regrading/mod.rs"]),
 ];
 /// Crates that decode files. Only these of ours use them.
-const DECODING_CRATES: &[(&str, &[&str])] =
-    &[("calamine", &["model/src/people/roster/"]), ("zip::", &["model/src/people/roster/"]), ("image::", &[]), ("mcap::", &[])];
+const DECODING_CRATES: &[(&str, &[&str])] = &[
+    ("calamine", &["model/src/people/roster/"]),
+    ("zip::", &["model/src/people/roster/"]),
+    ("image::", &[]),
+    ("mcap::", &[]),
+];
 
 #[test]
 fn what_strangers_send_is_decoded_where_a_death_harms_nobody() {

@@ -6,7 +6,7 @@
 use assessment::words::{deduction_phrase, failure_phrase, name_metric};
 use assessment::{Deduction, Direction, HardFailure, catalogue};
 
-use super::format;
+use crate::format;
 
 /// Returns the name of a metric by its id, capitalized.
 #[must_use]

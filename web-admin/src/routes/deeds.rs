@@ -6,7 +6,7 @@ use axum::http::header::{CONTENT_TYPE, COOKIE, SET_COOKIE};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode};
 use axum::middleware::Next;
 use axum::response::Response;
-use pages::deed::{Deed, saying_done};
+use pages::flash_message::{Deed, saying_done};
 use routes_base::AppState;
 use tower_sessions::cookie::{Cookie, SameSite};
 

@@ -8,7 +8,7 @@ use axum::middleware::from_fn;
 use axum::response::IntoResponse;
 use axum::routing::get;
 use model::training::certificate_note::CertificateNote;
-use pages::certificate::{CertificateCheckPage, CheckOutcome};
+use pages::training::certificate::{CertificateCheckPage, CheckOutcome};
 use routes_base::error::{ApiError, PageError};
 use routes_base::language::settle_language;
 use routes_base::{AppState, Routes};

@@ -9,7 +9,7 @@ use model::ids::SessionId;
 use model::training::certificate::check_certificate;
 use model::training::certificate_note::CertificateNote;
 use model::{Moment, PersonKey, Role};
-use pages::qr::draw_qr_code;
+use pages::training::qr::draw_qr_code;
 use sha2::{Digest, Sha256};
 use store::people;
 use web_admin::worker;

@@ -1,7 +1,7 @@
 //! Every act says that it was done. Fails when a form's route says so nowhere, when a page says it that was not led to, or says it twice.
 
 use model::Role;
-use pages::deed::SAID_HERE;
+use pages::flash_message::SAID_HERE;
 
 use super::people::{post, school};
 
@@ -89,7 +89,10 @@ fn every_form_says_that_it_was_taken() {
     listed.dedup();
     for path in &listed {
         let (here, there) = (here.contains(path), SAID_THERE.contains(&path.as_str()));
-        assert!(here != there, "{path}: said by pages::deed ({here}) or by the page that it leads to ({there})");
+        assert!(
+            here != there,
+            "{path}: said by pages::flash_message ({here}) or by the page that it leads to ({there})"
+        );
     }
     for path in here.iter().map(String::as_str).chain(SAID_THERE) {
         assert!(listed.iter().any(|known| known == path), "{path} is no form any more");

@@ -8,8 +8,8 @@ pub use deeds::describe_act;
 use serde::Deserialize;
 use time::OffsetDateTime;
 
-use super::form::read_trimmed_text;
-use super::{Shell, format};
+use crate::form::read_trimmed_text;
+use crate::{Shell, format};
 
 /// A theme by which the audit log can be filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

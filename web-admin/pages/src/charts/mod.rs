@@ -90,7 +90,7 @@ mod tests {
     use model::scoring::corridor::corridor as corridor_of;
 
     use super::*;
-    use crate::forgotten::check_drawing;
+    use crate::samples::untranslated_text::check_drawing;
     use crate::{anatomy, samples};
 
     #[test]

@@ -2,7 +2,7 @@
 
 use acts::sandbox_jobs::{DraftQuestion, publishable};
 use model::authoring::draft::DraftVerdict;
-use pages::draft::{verdict_of_exercise, verdict_of_refused};
+use pages::authoring::draft::{verdict_of_exercise, verdict_of_refused};
 use words::Language;
 
 /// Evaluates a draft, with text in its language. Blocks, and may take long.

@@ -7,7 +7,7 @@ use axum::http::header::ACCEPT_LANGUAGE;
 use model::ids::PersonId;
 use model::surveys::Survey;
 use model::{CurrentPerson, PersonKey};
-use pages::survey::form::{SurveyAsker, SurveyContact, Terms};
+use pages::surveys::form::{SurveyAsker, SurveyContact, Terms};
 use store::operations::schools;
 use store::recordings::sessions;
 use store::surveys::Practised;

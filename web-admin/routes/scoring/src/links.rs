@@ -10,7 +10,7 @@ use axum::extract::{Path, Request, State};
 use axum::http::{HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use model::ids::SessionId;
-use pages::links::RecordingLinksPage;
+use pages::recordings::links::RecordingLinksPage;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::{PathId, encode_in_query, own_address};

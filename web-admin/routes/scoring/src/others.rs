@@ -6,7 +6,7 @@ use acts::error::Error;
 use assessment::statistics::summary;
 use model::scoring::corridor::FEWEST;
 use model::{CurrentPerson, PersonKey};
-use pages::judgement::{MetricSpread, OthersSpreads};
+use pages::scoring::judgement::{MetricSpread, OthersSpreads};
 use routes_base::AppState;
 use store::operations::schools;
 use store::privacy::experts;

@@ -15,10 +15,12 @@ use model::scoring::{corridor, expert_comparison};
 use model::training::comment;
 use model::training::comment::{Comment, TypedComment};
 use model::{CurrentPerson, Moment, Role};
-use pages::experts::BesideExperts;
 use pages::form::FilledForm;
-use pages::replay::{CommentForm, CommentView, NamedHappenings, OtherAttempt, ReplayPage, ReviewLook, Utterance};
-use pages::session::Drawing;
+use pages::recordings::replay::{
+    CommentForm, CommentView, NamedHappenings, OtherAttempt, ReplayPage, ReviewLook, Utterance,
+};
+use pages::recordings::session::Drawing;
+use pages::scoring::experts::BesideExperts;
 use pages::{NavPlace, Shell, format};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

@@ -13,7 +13,7 @@ use axum::response::{IntoResponse, Response};
 use model::surveys::ResponseState;
 use model::surveys::given::GivenAnswers;
 use pages::form::read_ticked_box;
-use pages::survey::form::{
+use pages::surveys::form::{
     ConsentPage, EndPage, FormPage, FormQuestion, GivenField, Refusals, SurveyEnd, respond_in_language, speak_language,
 };
 use routes_base::auth::OpenForm;

@@ -1,7 +1,7 @@
 //! `/admin/backups`: the time and content of the latest backups.
 
 use axum::extract::State;
-use pages::backups::{BackupRow, BackupsPage};
+use pages::operations::backups::{BackupRow, BackupsPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf};

@@ -6,7 +6,7 @@ use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
 use axum::response::{IntoResponse, Redirect, Response};
 use pages::form::FilledForm;
-use pages::settings::SettingsPage;
+use pages::operations::settings::SettingsPage;
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf, CsrfFileForm, CsrfForm, NoFields, Visit, Visitor};
 use routes_base::error::PageError;

@@ -5,7 +5,7 @@ use acts::operations::schools;
 use acts::platform::config;
 use axum::extract::State;
 use pages::form::FilledForm;
-use pages::origins::{OriginsForm, OriginsPage};
+use pages::operations::origins::{OriginsForm, OriginsPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf, CsrfForm, Visit};

@@ -10,7 +10,7 @@ use axum::response::Redirect;
 use model::Moment;
 use model::ids::PersonId;
 use pages::form::FilledForm;
-use pages::retention::{IdleRow, RetentionForm, RetentionPage};
+use pages::privacy::retention::{IdleRow, RetentionForm, RetentionPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

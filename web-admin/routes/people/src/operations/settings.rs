@@ -10,7 +10,7 @@ use model::Needed;
 use model::ids::LetterId;
 use pages::form::FilledForm;
 use pages::letters::MailWay;
-use pages::settings::{SettingsForm, SettingsPage};
+use pages::operations::settings::{SettingsForm, SettingsPage};
 use pages::{NavPlace, Shell, letters};
 use routes_base::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use routes_base::error::PageError;

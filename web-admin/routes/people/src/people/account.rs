@@ -8,7 +8,7 @@ use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
 use model::auth::password_refused::PasswordRefused;
 use model::{CurrentPerson, Moment};
-use pages::account::AccountPage;
+use pages::auth::account::AccountPage;
 use pages::{NavPlace, Shell};
 use routes_base::auth::{Csrf, CsrfForm, Visitor, start_session};
 use routes_base::error::PageError;

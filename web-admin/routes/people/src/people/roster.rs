@@ -14,7 +14,7 @@ use model::people::email::is_domain;
 use model::people::roster::{RosterDifference, RosterMapping, RosterRequest, is_name};
 use model::single_line_text::tidy;
 use pages::form::{FilledForm, read_ticked_box};
-use pages::roster::{
+use pages::people::roster::{
     ColumnsRefused, RosterColumnsForm, RosterColumnsPage, RosterFilter, RosterForm, RosterPage, RosterPreviewPage,
 };
 use pages::{NavPlace, Shell};

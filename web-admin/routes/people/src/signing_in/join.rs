@@ -7,7 +7,7 @@ use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use model::auth::password_refused::PasswordRefused;
-use pages::account::{DeadLinkPage, ForgottenPage, JoinPage};
+use pages::auth::account::{DeadLinkPage, ForgottenPage, JoinPage};
 use routes_base::auth::{ClientAddress, Csrf, CsrfForm};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;

@@ -10,7 +10,7 @@ use acts::platform::secret;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
-use pages::login::LoginPage;
+use pages::auth::login::LoginPage;
 use routes_base::auth::{
     CheckedForm, ClientAddress, Csrf, CsrfForm, NoFields, SignInStanding, Visitor, person_of, refuse_form, standing_of,
 };

@@ -11,7 +11,7 @@ use acts::platform::relying_party::AnswerRefused;
 use model::PersonKey;
 use model::auth::passkey::PasskeyQuestion;
 use model::ids::CeremonyId;
-use pages::proving::FactorRefused;
+use pages::auth::reauthentication::FactorRefused;
 use routes_base::AppState;
 use serde::Deserialize;
 use tower_sessions::Session;

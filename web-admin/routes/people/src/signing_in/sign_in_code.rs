@@ -10,7 +10,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use data_encoding::HEXLOWER;
 use model::Moment;
 use model::ids::PersonId;
-use pages::trainee::SignInCodePage;
+use pages::training::trainee::SignInCodePage;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Csrf, CsrfForm, NoFields, Visitor};

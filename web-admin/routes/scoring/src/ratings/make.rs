@@ -11,7 +11,7 @@ use model::scoring::review::ReviewFilter;
 use model::{CurrentPerson, single_line_text};
 use pages::form::FilledForm;
 use pages::people::SelectOption;
-use pages::rating::{AttemptChoice, NewRoundForm, NewRoundPage};
+use pages::scoring::rating::{AttemptChoice, NewRoundForm, NewRoundPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Csrf, CsrfForm, Teacher, Visit};

@@ -12,7 +12,7 @@ use model::ids::{PersonId, RatingId, RoundId, SessionId};
 use model::letters::notice::NoticePlace;
 use model::scoring::rating::{RatingAnswers, tables};
 use model::{CurrentPerson, Moment, Role};
-use pages::rating::{OwnRating, RatedAttemptRow, RaterRow, RatingsPage, RoundPage, RoundRow, ScoreView};
+use pages::scoring::rating::{OwnRating, RatedAttemptRow, RaterRow, RatingsPage, RoundPage, RoundRow, ScoreView};
 use pages::{NavPlace, Shell, format};
 use routes_base::addresses::PathId;
 use routes_base::auth::{Csrf, CsrfForm, NoFields, Teacher};

@@ -8,7 +8,7 @@ use model::training::due;
 use model::{CurrentPerson, Moment, single_line_text};
 use pages::form::FilledForm;
 use pages::people::SelectOption;
-use pages::segments::{NewTaskForm, NewTaskPage, attempt_label};
+use pages::scoring::segments::{NewTaskForm, NewTaskPage, attempt_label};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Csrf, CsrfForm, Teacher, Visit};

@@ -10,7 +10,7 @@ use model::scoring::segments::TraceOutcome;
 use model::training::due;
 use model::training::due::local;
 use model::{CurrentPerson, Role};
-use pages::segments::{OwnTaskPage, ResultRow, SegmentsPage, TaskPage, TaskRow};
+use pages::scoring::segments::{OwnTaskPage, ResultRow, SegmentsPage, TaskPage, TaskRow};
 use pages::{NavPlace, Shell};
 use routes_base::addresses::PathId;
 use routes_base::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};

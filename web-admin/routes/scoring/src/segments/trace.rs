@@ -10,7 +10,7 @@ use model::recordings::series::{AttemptStretch, TimeSpan};
 use model::scoring::segments::{MarksVerdict, read_pop_marks, strips};
 use model::{CurrentPerson, Role};
 use pages::form::FilledForm;
-use pages::segments::{StripView, TracePage, TraceTruth};
+use pages::scoring::segments::{StripView, TracePage, TraceTruth};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

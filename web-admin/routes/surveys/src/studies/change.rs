@@ -8,7 +8,7 @@ use axum::extract::State;
 use model::ids::StudyId;
 use model::single_line_text;
 use pages::form::FilledForm;
-use pages::study::{NewStudyForm, StudyChangePage};
+use pages::studies::{NewStudyForm, StudyChangePage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

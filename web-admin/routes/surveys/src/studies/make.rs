@@ -8,7 +8,7 @@ use axum::extract::State;
 use model::ids::RevisionId;
 use model::single_line_text;
 use pages::form::FilledForm;
-use pages::study::{NewStudyForm, NewStudyPage};
+use pages::studies::{NewStudyForm, NewStudyPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Csrf, CsrfForm, Teacher, Visit};

@@ -17,11 +17,11 @@ use model::ids::{PersonId, StudyId};
 use model::privacy::retention::{Now, RetentionAction};
 use model::{CurrentPerson, Moment, count_u32, single_line_text};
 use pages::form::{FilledForm, read_ticked_box};
-use pages::study::{
+use pages::studies::{
     GuestCodePage, ParticipantForm, ParticipantRow, StudiesPage, StudyDataEnd, StudyDone, StudyPage, StudyRow,
     kept_in_words,
 };
-use pages::survey::manage::SurveyLinksPage;
+use pages::surveys::manage::SurveyLinksPage;
 use pages::{NavPlace, Shell, format};
 use routes_base::addresses::{PathId, own_address};
 use routes_base::auth::{Csrf, CsrfForm, NoFields, PageHead, Teacher, Visit};

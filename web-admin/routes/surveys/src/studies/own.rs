@@ -6,7 +6,7 @@ use acts::studies as acting;
 use axum::extract::State;
 use axum::response::Redirect;
 use model::ids::StudyId;
-use pages::study::{OwnStudiesPage, OwnStudyCard};
+use pages::studies::{OwnStudiesPage, OwnStudyCard};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

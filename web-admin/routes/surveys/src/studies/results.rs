@@ -11,7 +11,7 @@ use model::studies::{StudyFindings, StudyGroups, StudyMetric, StudyValue};
 use model::surveys::Survey;
 use model::surveys::results::{ResponseRow, Results};
 use pages::metric::label_of;
-use pages::study::results::{StudyResultsPage, StudySurveyBlock};
+use pages::studies::results::{StudyResultsPage, StudySurveyBlock};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

@@ -13,7 +13,7 @@ use model::training::due::find_day_start;
 use model::{CurrentPerson, Moment, single_line_text};
 use pages::form::FilledForm;
 use pages::school_time::zone_name;
-use pages::survey::manage::{ManagePage, NewSurveyForm, NewSurveyPage, SurveyLinksPage};
+use pages::surveys::manage::{ManagePage, NewSurveyForm, NewSurveyPage, SurveyLinksPage};
 use pages::{NavPlace, Shell, format};
 use routes_base::AppState;
 use routes_base::addresses::{PathId, own_address};

@@ -18,7 +18,7 @@ use model::surveys::groups::{LEAST, ResponseGroups};
 use model::surveys::results::{ResponseRow, Results, correlation, score_group};
 use pages::charts::Extent;
 use pages::school_time::to_school_time;
-use pages::survey::results::{
+use pages::surveys::results::{
     AskedLine, CommentBlock, ResultsPage, ScatteredScore, ScatteredScores, SplitScore, SplitScores, SurveyComment,
 };
 use pages::{NavPlace, Shell};

@@ -15,18 +15,18 @@ use model::CurrentPerson;
 use model::authoring::EditedDocument;
 use model::authoring::draft::{CourseChange, DraftVerdict};
 use model::ids::{DraftId, SchoolId};
-use pages::authoring::{
+use pages::authoring::diff::compare_lines;
+use pages::authoring::document_forms::{
     CourseContext, CourseExercise, DocumentForm, ExerciseContext, make_course_form, make_exercise_form,
     make_instrument_form, place_id,
 };
-use pages::diff::compare_lines;
-use pages::draft::{
+use pages::authoring::draft::{
     DraftPage, DraftRow, DraftsPage, NewDraftForm, NewDraftKind, VerdictPart, verdict_of_course, verdict_of_refused,
     verdict_while_waiting,
 };
 use pages::form::FilledForm;
 use pages::people::SelectOption;
-use pages::survey::instrument::verdict_of_instrument;
+use pages::surveys::instrument::verdict_of_instrument;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

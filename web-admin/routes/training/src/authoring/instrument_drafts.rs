@@ -10,7 +10,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use model::authoring::EditedDocument;
 use model::ids::{DraftId, SchoolId};
 use pages::people::SelectOption;
-use pages::survey::form::{FormPage, respond_in_language};
+use pages::surveys::form::{FormPage, respond_in_language};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
 use routes_base::auth::{CsrfForm, NoFields, Teacher};

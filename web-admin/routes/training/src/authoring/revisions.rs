@@ -4,9 +4,9 @@
 use acts::error::Error;
 use axum::extract::{Path, Query, State};
 use model::ids::RevisionId;
-use pages::addresses::exercise_href;
-use pages::diff::{DiffLine, compare_lines};
-use pages::revisions::{RevisionRow, RevisionsPage};
+use pages::authoring::diff::{DiffLine, compare_lines};
+use pages::authoring::revisions::{RevisionRow, RevisionsPage};
+use pages::training::addresses::exercise_href;
 use pages::{NavPlace, Shell, format};
 use routes_base::AppState;
 use routes_base::auth::{Csrf, Teacher};

@@ -6,7 +6,7 @@ use axum::extract::State;
 use axum::response::Redirect;
 use model::ids::{SchoolId, StationId};
 use model::{CurrentPerson, Moment};
-use pages::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
+use pages::operations::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::{PathId, own_address};

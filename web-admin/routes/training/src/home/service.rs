@@ -3,7 +3,7 @@
 use acts::operations::inspection::InspectionState;
 use axum::extract::State;
 use model::count_i64;
-use pages::service::{DatabaseCheck, FailedLetterRow, ServicePage};
+use pages::operations::service::{DatabaseCheck, FailedLetterRow, ServicePage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf};

@@ -9,8 +9,8 @@ use axum::response::Response;
 use model::ids::{CohortId, PersonId};
 use model::training::progress::{Progress, ScoredAttempt};
 use model::{CurrentPerson, Role};
-use pages::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, make_heat_cell};
 use pages::school_time::to_school_time;
+use pages::training::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, make_heat_cell};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
@@ -163,7 +163,7 @@ fn list_worries(taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> Vec<Worr
             worries.push(Worry {
                 name: trainee.name.clone(),
                 href: step.map_or_else(|| format!("/trainees/{}", trainee.id), |s| curve_href(trainee, &s.exercise)),
-                concern: pages::concern::say_concern(concern),
+                concern: pages::training::concern::say_concern(concern),
             });
         }
     }

@@ -4,7 +4,7 @@ use assessment::statistics::{Estimate, wilson};
 use axum::extract::{Query, State};
 use axum::response::Response;
 use model::Role;
-use pages::progress::{MonthRow, SchoolProgressPage, YearRow};
+use pages::training::progress::{MonthRow, SchoolProgressPage, YearRow};
 use pages::{NavPlace, Shell, charts, format};
 use routes_base::AppState;
 use routes_base::addresses::encode_in_query;

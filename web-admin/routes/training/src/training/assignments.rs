@@ -14,12 +14,12 @@ use model::training::assignment::{AssignmentTally, AssignmentTask};
 use model::training::due;
 use model::training::due::local;
 use model::{CurrentPerson, Role};
-use pages::assignments::{
+use pages::form::{FilledForm, read_ticked_box};
+use pages::people::SelectOption;
+use pages::people::listed::ListPart;
+use pages::training::assignments::{
     AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,
 };
-use pages::form::{FilledForm, read_ticked_box};
-use pages::listed::ListPart;
-use pages::people::SelectOption;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

@@ -11,7 +11,7 @@ use model::ids::{CohortId, PersonId, SchoolId};
 use model::people::roster::is_name;
 use model::{CurrentPerson, Role};
 use pages::form::FilledForm;
-use pages::listed::ListPart;
+use pages::people::listed::ListPart;
 use pages::people::{CohortMember, CohortPeoplePage, UnknownAddress};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;

@@ -13,9 +13,9 @@ use model::training::assignment::{Assigned, AssignmentStage, AssignmentStanding,
 use model::training::due;
 use model::training::due::local;
 use model::{CurrentPerson, Moment};
-use pages::assignments::{AssignmentRow, DueLine};
-use pages::gradebook::{GradebookColumn, GradebookPage, GradebookRow};
-use pages::listed::ListPart;
+use pages::people::listed::ListPart;
+use pages::training::assignments::{AssignmentRow, DueLine};
+use pages::training::gradebook::{GradebookColumn, GradebookPage, GradebookRow};
 use pages::{NavPlace, Shell, format};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

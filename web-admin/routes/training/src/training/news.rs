@@ -6,7 +6,7 @@ use axum::extract::State;
 use axum::response::Redirect;
 use model::letters::notice::NoticePlace;
 use model::{CurrentPerson, Role};
-use pages::news::{NewsItem, say_waiting_ratings};
+use pages::letters::news::{NewsItem, say_waiting_ratings};
 use routes_base::AppState;
 use routes_base::auth::{CsrfForm, NoFields, Visitor};
 use routes_base::error::PageError;

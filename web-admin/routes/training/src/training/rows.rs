@@ -1,7 +1,7 @@
 //! Converts stored attempts to rows of a list.
 
-use pages::listed::ListQuery;
-use pages::trainee::OwnAttemptRow;
+use pages::people::listed::ListQuery;
+use pages::training::trainee::OwnAttemptRow;
 use pages::{StatusWord, metric};
 use serde::Deserialize;
 use store::recordings::sessions::SessionState;

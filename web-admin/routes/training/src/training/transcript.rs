@@ -3,7 +3,7 @@
 use acts::error::Error;
 use axum::extract::State;
 use model::ids::PersonId;
-use pages::transcript::{TranscriptCourse, TranscriptPage};
+use pages::training::transcript::{TranscriptCourse, TranscriptPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

@@ -1,0 +1,112 @@
+//! Reauthentication: proof of identity before a second factor is changed, and the reasons why it is
+//! refused.
+
+use askama::Template;
+use model::auth::passkey::PasskeyQuestion;
+
+use crate::format;
+
+/// Proof required before a second factor is changed.
+#[derive(Clone, Debug)]
+pub struct ProofAsked {
+    /// Whether a second factor is set up and required in addition to the password.
+    pub on: bool,
+    /// Whether codes of an authenticator app are accepted.
+    pub app: bool,
+    /// The WebAuthn challenge for passkeys.
+    pub question: Option<PasskeyQuestion>,
+}
+
+impl ProofAsked {
+    /// Renders the fields and buttons of a form; `id` is the prefix of the fields' ids.
+    pub(super) fn fields(&self, id: &str, label: &str, quiet: bool) -> String {
+        ProofPart { on: self.on, app: self.app, question: self.question.as_ref(), id, label, quiet }
+            .render()
+            .unwrap_or_default()
+    }
+}
+
+/// Reasons why a change was refused.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FactorRefused {
+    /// The password is wrong.
+    Password,
+    /// The code is wrong.
+    Code,
+    /// The WebAuthn challenge is missing, expired or already used.
+    Late,
+    /// The passkey's response does not match the challenge.
+    Answer,
+    /// The passkey's signature counter went backwards, which suggests a copy.
+    Copied,
+    /// No passkey was created.
+    NotMade,
+    /// Another reason, as text.
+    Other(String),
+}
+
+impl FactorRefused {
+    /// Describes the reason in a sentence.
+    #[must_use]
+    pub fn said(&self) -> String {
+        let fixed = match self {
+            Self::Password => tr!("This is not your current password."),
+            Self::Code => {
+                tr!("This code is wrong, was used before, or is too old. Is the clock of your device right?")
+            }
+            Self::Late => tr!("The passkey has answered too late, or twice. Try it once more."),
+            Self::Answer => {
+                tr!("This passkey was refused: its answer does not fit what was asked of this account here.")
+            }
+            Self::Copied => {
+                tr!(
+                    "This passkey was refused: it has counted fewer signatures than before, so there may be a copy of it. Sign in by a code, and remove it."
+                )
+            }
+            Self::NotMade => tr!("No passkey was added: the answer was too late, or does not fit what was asked."),
+            Self::Other(why) => return format::as_sentence(why),
+        };
+        fixed.to_owned()
+    }
+}
+
+#[derive(Debug, Template)]
+#[template(path = "account/proof.html")]
+struct ProofPart<'a> {
+    on: bool,
+    app: bool,
+    question: Option<&'a PasskeyQuestion>,
+    id: &'a str,
+    label: &'a str,
+    quiet: bool,
+}
+
+impl ProofPart<'_> {
+    fn ask(&self) -> Option<String> {
+        let question = self.question?;
+        let label = tr!("{act}, by passkey", act = self.label);
+        Some(AskPart { question, label: &label, lead: false, at_once: false }.html())
+    }
+}
+
+/// The part of a form that prompts for a passkey.
+#[derive(Debug, Template)]
+#[template(path = "account/ask.html")]
+pub(super) struct AskPart<'a> {
+    /// The WebAuthn challenge.
+    pub question: &'a PasskeyQuestion,
+    /// Label of the button.
+    pub label: &'a str,
+    /// Whether it is the main action of the page.
+    pub lead: bool,
+    /// Whether the browser prompts without the button.
+    pub at_once: bool,
+}
+
+impl AskPart<'_> {
+    /// Renders the prompt as HTML.
+    pub(super) fn html(&self) -> String {
+        // Rendering this template into a `String` cannot fail.
+        self.render().unwrap_or_default()
+    }
+}

@@ -1,0 +1,286 @@
+//! The page of an attempt: score with reasons, curves, damage, verification.
+
+use std::borrow::Borrow;
+
+use askama::Template;
+use askama_web::WebTemplate;
+use attempt::{AttemptCurve, BoundaryStage, StageSpan};
+use model::Uncounted;
+use recording::keep_extremes;
+use time::OffsetDateTime;
+
+use crate::scoring::judgement::JudgementView;
+use crate::{Shell, StatusWord, anatomy, charts, format};
+
+/// The page of an attempt.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "session.html")]
+pub struct SessionPage {
+    /// Page frame.
+    pub shell: Shell,
+    /// Title of the exercise.
+    pub exercise: String,
+    /// Address of the exercise's page, if the school publishes it.
+    pub exercise_href: Option<String>,
+    /// Name of the trainee and address of their page, if the visitor is another person.
+    pub trainee: Option<(String, String)>,
+    /// Start of the attempt.
+    pub started_at: OffsetDateTime,
+    /// Address of the replay.
+    pub replay_href: String,
+    /// Address of the grade's history.
+    pub grade_href: String,
+    /// Result of scoring.
+    pub outcome: SessionOutcome,
+    /// The override of the computed score.
+    pub ruling: Option<Ruling>,
+    /// The curves.
+    pub drawing: Option<Drawing>,
+    /// Why the attempt does not count, and the address of the attempt that it repeats, if the
+    /// visitor may see that one.
+    pub uncounted: Option<(Uncounted, Option<String>)>,
+    /// Whether the attempt used a revision of the exercise that had already been replaced.
+    pub is_replaced: bool,
+    /// Result of the re-simulation.
+    pub verification: VerificationResult,
+    /// Name of the paired station that signed it.
+    pub signed_by: Option<String>,
+    /// Name of the supervisor who confirmed it.
+    pub supervised_by: Option<String>,
+    /// Surveys asked after this attempt: title, address and duration in min.
+    pub surveys: Vec<(String, String, f64)>,
+    /// Further facts: name and value.
+    pub facts: Vec<(&'static str, String)>,
+}
+
+impl SessionPage {
+    /// Returns the address of the replay at the time that cost points.
+    fn watched_at(&self, t_s: impl Borrow<f64>) -> String {
+        moment_href(&self.replay_href, *t_s.borrow())
+    }
+
+    /// Returns the score that counts as a bar with the pass mark on it.
+    fn counting_bar(&self) -> String {
+        let SessionOutcome::Scored(judgement) = &self.outcome else { return String::new() };
+        self.ruling
+            .as_ref()
+            .map_or_else(|| judgement.bar.clone(), |ruling| charts::draw_score_bar(ruling.score, judgement.pass_mark))
+    }
+
+    fn uncounted_words(&self) -> &'static str {
+        self.uncounted.as_ref().map_or("", |(why, _)| uncounted_in_short(*why))
+    }
+}
+
+/// Describes briefly why an attempt does not count.
+#[must_use]
+pub fn uncounted_in_short(why: Uncounted) -> &'static str {
+    match why {
+        Uncounted::Unpublished => tr!("Exercise not published"),
+        Uncounted::Duplicate => tr!("Same motion as before"),
+    }
+}
+
+/// Result of scoring an attempt.
+#[derive(Clone, Debug)]
+pub enum SessionOutcome {
+    /// Waiting in the queue.
+    Waiting,
+    /// Not scored, with the reason.
+    Refused(String),
+    /// Scored.
+    Scored(Box<JudgementView>),
+}
+
+/// An override of a computed score.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ruling {
+    /// Score, 0–100.
+    pub score: f64,
+    /// Whether it counts as a pass.
+    pub passed: bool,
+    /// Name of the person who set it.
+    pub by: String,
+    /// Reason given.
+    pub reason: String,
+}
+
+/// Result of the server's re-simulation of the recorded input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum VerificationResult {
+    /// Not run yet.
+    Waiting,
+    /// All forces and events are identical.
+    Same,
+    /// Forces or events differ.
+    Differs {
+        /// Largest deviation of any force, in N.
+        deviation_n: f64,
+        /// Number of events that differ.
+        events: i64,
+    },
+}
+
+/// The curves as drawings and tables.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    /// Force against depth, at both widths.
+    pub force_depth: String,
+    /// Force and depth against time, at both widths.
+    pub force_time: String,
+    /// Numbered events.
+    pub marks: Vec<MarkRow>,
+    /// Stages of each boundary.
+    pub stages: Vec<StageRow>,
+    /// Name, start and end of each layer, in mm along the needle.
+    pub layers: Vec<(String, f64, f64)>,
+    /// Time in s, advance along the needle in mm and force in N at up to 24 points, including the
+    /// extremes.
+    pub points: Vec<(f64, f64, f64)>,
+    /// Address of the replay; `None` on pages that must not reveal the trainee.
+    pub replay: Option<String>,
+}
+
+/// A numbered event.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MarkRow {
+    /// Number in the drawings.
+    pub number: usize,
+    /// Description.
+    pub what: String,
+    /// Time, in s.
+    pub t_s: f64,
+    /// Position, in mm along the needle.
+    pub advance_mm: f64,
+    /// Axial force on the hand just before the event, in N.
+    pub force_n: f64,
+}
+
+/// A stage of a boundary.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageRow {
+    /// Name of the layer below the boundary.
+    pub boundary: String,
+    /// The stage.
+    pub stage: BoundaryStage,
+    /// Start, in mm along the needle.
+    pub from_mm: f64,
+    /// End, in mm along the needle.
+    pub to_mm: f64,
+}
+
+/// Returns the address of a time in a replay.
+#[must_use]
+pub fn moment_href(replay: &str, t_s: f64) -> String {
+    format!("{replay}?t={}", format::plain_seconds(t_s))
+}
+
+/// Maximum number of rows in the table of the curve.
+const TABLE_ROWS: usize = 24;
+
+impl Drawing {
+    /// Draws a curve.
+    #[must_use]
+    pub fn new(curve: &AttemptCurve) -> Self {
+        let curve = &anatomy::name_layers_of_curve(curve);
+        let rows = keep_extremes(&curve.points, TABLE_ROWS, |point| point.force_n).into_iter();
+        Self {
+            force_depth: charts::draw_both_widths(|size| charts::draw_force_over_depth(curve, size)),
+            force_time: charts::draw_both_widths(|size| charts::draw_force_and_depth(curve, size)),
+            marks: charts::number_marks(curve)
+                .map(|(number, mark)| MarkRow {
+                    number,
+                    what: anatomy::say_event(mark.kind, &mark.name),
+                    t_s: mark.t_s,
+                    advance_mm: mark.advance_mm,
+                    force_n: mark.axial_n,
+                })
+                .collect(),
+            stages: make_stage_rows(curve),
+            layers: curve.bands.iter().map(|b| (b.name.clone(), b.top_mm, b.bottom_mm)).collect(),
+            points: rows.map(|p| (p.t_s, p.advance_mm, p.force_n)).collect(),
+            replay: None,
+        }
+    }
+
+    /// Links the events to their time in a replay.
+    #[must_use]
+    pub fn leading_to(self, replay: &str) -> Self {
+        Self { replay: Some(replay.to_owned()), ..self }
+    }
+
+    /// Returns the address of the replay at a time of the attempt.
+    pub(crate) fn watched_at(&self, t_s: impl Borrow<f64>) -> Option<String> {
+        self.replay.as_ref().map(|replay| moment_href(replay, *t_s.borrow()))
+    }
+}
+
+fn make_stage_rows(curve: &AttemptCurve) -> Vec<StageRow> {
+    let row = |span: &StageSpan| StageRow {
+        boundary: curve.bands.get(span.boundary).map_or_else(String::new, |b| b.name.clone()),
+        stage: span.stage,
+        from_mm: span.from_mm,
+        to_mm: span.to_mm,
+    };
+    curve.stages.iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    //! The page must show the score with its breakdown, and state clearly if there is no score.
+
+    use super::*;
+    use crate::samples;
+
+    #[test]
+    fn a_scored_attempt_shows_its_arithmetic() {
+        let html = samples::keep_page("session", &samples::session_page());
+        for wanted in
+            ["out of 100", "Passed", "1.9 mm too deep", "−4.8", "Rim into fat", "full marks", "mJ", "identical", ">81<"]
+        {
+            assert!(html.contains(wanted), "{wanted} is missing");
+        }
+        assert!(html.matches("<caption").count() >= 5, "each table says what it is");
+        assert!(html.contains("/sessions/0190/replay?t=19.00"), "a lost point leads to its second");
+        assert!(html.matches("<details class=\"theme\"").count() >= 3, "what earns no points is folded");
+        assert!(html.contains("2.30 (1.90 to 2.70"), "the cohort stands beside it");
+    }
+
+    #[test]
+    fn what_counts_leads_where_a_score_is_overridden() {
+        let ruling = Ruling { score: 72.0, passed: false, by: "Dr Osei".to_owned(), reason: "A second try".to_owned() };
+        let page = SessionPage { ruling: Some(ruling), ..samples::session_page() };
+        let html = samples::keep_page("session-overridden", &page);
+        let (counts, computed) = (html.find("<strong>72</strong>"), html.find("Computed from the recording: 81"));
+        assert!(counts.is_some() && counts < computed, "{html}");
+        assert!(html.contains("A second try") && !html.contains("<strong>81</strong>"));
+    }
+
+    #[test]
+    fn a_waiting_attempt_says_so() {
+        let page = SessionPage {
+            outcome: SessionOutcome::Waiting,
+            drawing: None,
+            verification: VerificationResult::Waiting,
+            ..samples::session_page()
+        };
+        assert!(samples::keep_page("session-waiting", &page).contains("is being scored"));
+    }
+
+    #[test]
+    fn a_refused_attempt_gives_the_reason() {
+        let outcome = SessionOutcome::Refused("the recording holds no samples".to_owned());
+        let page = SessionPage { outcome, drawing: None, ..samples::session_page() };
+        assert!(samples::keep_page("session-refused", &page).contains("the recording holds no samples"));
+    }
+
+    #[test]
+    fn a_deviation_is_shown_as_a_warning() {
+        let page = SessionPage {
+            verification: VerificationResult::Differs { deviation_n: 0.25, events: 2 },
+            ..samples::session_page()
+        };
+        let html = samples::keep_page("session-differs", &page);
+        assert!(html.contains("differs from the recording") && html.contains("0.25"));
+    }
+}

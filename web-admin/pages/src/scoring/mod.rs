@@ -1,0 +1,9 @@
+//! Scores and reviews.
+
+pub mod experts;
+pub mod judgement;
+pub mod moments;
+pub mod rating;
+pub mod regrading;
+pub mod review;
+pub mod segments;
