@@ -10,7 +10,7 @@ use law::operator::{Felt, Motion, needle_pose};
 use model::recordings::replay::Replay;
 use model::scoring::corridor::corridor;
 use nalgebra::{Rotation3, Vector3};
-use pages::recordings::session::Drawing;
+use pages::charts::Drawing;
 use recording::{EventKind, Recording};
 use tissue::Specimen;
 

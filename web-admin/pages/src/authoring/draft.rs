@@ -14,8 +14,7 @@ use tissue::follow::FieldPlan;
 use crate::authoring::diff::DiffLine;
 use crate::authoring::document_forms::{DocumentForm, FieldInput};
 use crate::authoring::exercise::ExerciseFacts;
-use crate::form::FilledForm;
-use crate::people::SelectOption;
+use crate::form::{FilledForm, SelectOption};
 use crate::training::trainee::rule_in_words;
 use crate::{Shell, assets, format};
 
@@ -245,11 +244,6 @@ pub fn verdict_of_refused(issues: &[Issue]) -> DraftVerdict {
 pub fn verdict_while_waiting(retry_after_s: u64) -> DraftVerdict {
     let what = tr!("others of this school are before this; try again in {wait} s", wait = retry_after_s);
     DraftVerdict { problems: vec![DraftRemark::on_all(tr!("Not looked at yet"), what)], ..DraftVerdict::default() }
-}
-
-/// Converts fact names to owned strings.
-pub(crate) fn name_facts(facts: Vec<(&'static str, String)>) -> Vec<(String, String)> {
-    facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 /// Describes an issue in a document: its place, and the problem with field name.

@@ -11,7 +11,7 @@ use nalgebra::{Point3, Vector3};
 use crate::authoring::measured::MeasuredLine;
 use crate::authoring::pictures::{PictureAtHand, ShownPicture, show_pictures};
 use crate::charts::{CrossSection, SectionPoint, SectionStructure, StructureOutline};
-use crate::people::SelectOption;
+use crate::form::SelectOption;
 use crate::training::trainee::OwnAttemptRow;
 use crate::{Shell, StatusWord, anatomy, charts, format, metric};
 

@@ -14,24 +14,13 @@ use model::people::directory::{AccountState, DirectoryEntry};
 use model::training::membership::MembershipRequest;
 
 use self::bulk::{BulkDone, BulkForm, BulkRefused};
-use crate::form::FilledForm;
+use crate::form::{FilledForm, SelectOption};
 use crate::letters::MailWay;
 use crate::people::listed::ListPart;
 use crate::{Shell, StatusWord, format, people};
 
 /// All roles, in the order of selection.
 pub const ROLES: [Role; 3] = [Role::Trainee, Role::Instructor, Role::Administrator];
-
-/// An option of a selection.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SelectOption {
-    /// Value sent by the form.
-    pub value: String,
-    /// Label shown to the reader.
-    pub label: String,
-    /// Whether it is selected.
-    pub chosen: bool,
-}
 
 /// The list of people.
 #[derive(Debug, Template, WebTemplate)]

@@ -18,10 +18,11 @@ use time::macros::datetime;
 use time::{Duration, OffsetDateTime};
 
 use crate::authoring::exercise::{Context, ExerciseFacts, ExercisePage};
+use crate::charts::Drawing;
+use crate::form::SelectOption;
 use crate::letters::news::NewsItem;
-use crate::people::SelectOption;
 use crate::people::listed::{ListPart, ListQuery, PageNumbers};
-use crate::recordings::session::{Drawing, Ruling, SessionOutcome, SessionPage, VerificationResult};
+use crate::recordings::session::{Ruling, SessionOutcome, SessionPage, VerificationResult};
 use crate::scoring::judgement::{GradedAttempt, JudgementView, MetricSpread, OthersSpreads};
 use crate::shell::ShellVisitor;
 use crate::training::assignments::DueLine;

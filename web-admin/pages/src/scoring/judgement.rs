@@ -150,31 +150,6 @@ pub struct MeasuredRow {
     pub experts: String,
 }
 
-/// Headings of themes, with the prefixes of the metric ids that belong to them.
-pub(crate) const GROUPS: [(&str, &[&str]); 5] = [
-    (
-        sentence!("Accuracy"),
-        &["depth_error", "overshoot", "tip_error", "entry_error", "angle_error", "reached", "confirmed", "withdrawn"],
-    ),
-    (sentence!("Force"), &["peak_force", "rupture_force", "force_", "lateral_peak", "max_lateral"]),
-    (sentence!("After each pop"), &["over_insertion", "stop_time"]),
-    (
-        sentence!("Tissue and structures"),
-        &[
-            "rupture_energy",
-            "cutting",
-            "friction",
-            "lateral_work",
-            "sweep",
-            "skin_entries",
-            "redirections",
-            "structure",
-        ],
-    ),
-    // The empty prefix matches every id that no heading above has claimed.
-    (sentence!("Time and motion"), &[""]),
-];
-
 impl JudgementView {
     /// Builds the breakdown of a score.
     #[must_use]
@@ -333,12 +308,6 @@ fn group_metrics(graded: &GradedAttempt<'_>) -> Vec<MetricGroup> {
         }
     }
     groups.into_iter().filter(|g| !g.rows.is_empty() || !g.absent.is_empty()).collect()
-}
-
-/// Returns the index in [`GROUPS`] of a metric's theme: the first that matches, else the last.
-pub(crate) fn theme_of_metric(id: &str) -> usize {
-    let claims = |(_, starts): &(&str, &[&str])| starts.iter().any(|start| id.starts_with(start));
-    GROUPS.iter().position(claims).unwrap_or(GROUPS.len() - 1)
 }
 
 fn make_metric_row(graded: &GradedAttempt<'_>, measured: &Metric) -> MeasuredRow {

@@ -5,5 +5,6 @@ pub mod judgement;
 pub mod moments;
 pub mod rating;
 pub mod regrading;
+pub mod replay_events;
 pub mod review;
 pub mod segments;

@@ -9,8 +9,7 @@ use model::scoring::regrading::{OutcomeCount, RegradingLine, RegradingOutcome, R
 use serde::Deserialize;
 use time::OffsetDateTime;
 
-use crate::form::FilledForm;
-use crate::people::SelectOption;
+use crate::form::{FilledForm, SelectOption};
 use crate::{Shell, StatusWord, format};
 
 /// The page that selects a rubric.

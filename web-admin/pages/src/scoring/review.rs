@@ -10,8 +10,7 @@ use model::scoring::judgement::TypedOverride;
 use model::scoring::review::{ReviewFilter, ReviewReason};
 use time::OffsetDateTime;
 
-use crate::form::FilledForm;
-use crate::people::SelectOption;
+use crate::form::{FilledForm, SelectOption};
 use crate::{Shell, StatusWord, format, metric};
 
 /// The queue of attempts that await review.

@@ -7,9 +7,8 @@ use model::authoring::draft::DraftVerdict;
 use time::OffsetDateTime;
 
 use super::form::{FormQuestion, GivenField, QuestionField};
-use crate::authoring::draft::name_facts;
-use crate::form::FilledForm;
-use crate::people::SelectOption;
+use crate::form::{FilledForm, SelectOption};
+use crate::format::name_facts;
 use crate::{Shell, format};
 
 /// All instruments of the school.

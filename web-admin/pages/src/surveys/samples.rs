@@ -19,8 +19,7 @@ use super::results::{
     AskedLine, CommentBlock, ResultsPage, ScatteredScore, ScatteredScores, SplitScore, SplitScores, SurveyComment,
 };
 use crate::charts::Extent;
-use crate::form::FilledForm;
-use crate::people::SelectOption;
+use crate::form::{FilledForm, SelectOption};
 use crate::samples::{NOW, keep_page, shell};
 
 fn shipped(name: &str) -> Instrument {

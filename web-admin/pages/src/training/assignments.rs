@@ -8,8 +8,7 @@ use model::training::assignment::{AssignmentStage, AssignmentStanding, Assignmen
 use model::training::due::{Local, local};
 use time::OffsetDateTime;
 
-use crate::form::FilledForm;
-use crate::people::SelectOption;
+use crate::form::{FilledForm, SelectOption};
 use crate::people::listed::ListPart;
 use crate::{Shell, StatusWord, format};
 

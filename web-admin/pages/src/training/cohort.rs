@@ -7,7 +7,7 @@ use model::training::cohort::CohortSummary;
 use model::training::progress::{Concern, Progress, StepProgress, StepState};
 use time::OffsetDateTime;
 
-use crate::people::SelectOption;
+use crate::form::SelectOption;
 use crate::people::listed::ListPart;
 use crate::training::addresses::exercise_href;
 use crate::training::assignments::DueLine;

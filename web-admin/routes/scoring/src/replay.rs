@@ -15,12 +15,11 @@ use model::scoring::{corridor, expert_comparison};
 use model::training::comment;
 use model::training::comment::{Comment, TypedComment};
 use model::{CurrentPerson, Moment, Role};
+use pages::charts::Drawing;
 use pages::form::FilledForm;
-use pages::recordings::replay::{
-    CommentForm, CommentView, NamedHappenings, OtherAttempt, ReplayPage, ReviewLook, Utterance,
-};
-use pages::recordings::session::Drawing;
+use pages::recordings::replay::{CommentForm, CommentView, ReplayPage, ReviewLook, Utterance};
 use pages::scoring::experts::BesideExperts;
+use pages::scoring::replay_events::{NamedHappenings, OtherAttempt};
 use pages::{NavPlace, Shell, format};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

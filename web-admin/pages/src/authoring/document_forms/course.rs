@@ -9,7 +9,7 @@ use super::{
     ChoiceGroup, DocumentForm, FieldInput, FormBoxes, FormField, FormReader, FormRow, FormSection, RowAdding, RowMove,
     place_id, plain_choices,
 };
-use crate::people::SelectOption;
+use crate::form::SelectOption;
 
 /// An exercise that a course may contain.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -10,8 +10,8 @@ use super::{
     ChoiceGroup, DocumentForm, DraftPictures, FieldInput, FormField, FormReader, FormRow, FormSection, RowAdding,
     mark_chosen, place_id, plain_choices,
 };
-use crate::people::SelectOption;
-use crate::scoring::judgement::GROUPS;
+use crate::form::SelectOption;
+use crate::metric::GROUPS;
 use crate::{anatomy, metric};
 
 /// Data that the form of an exercise needs in addition to the document.

@@ -8,7 +8,7 @@ use super::{
     ChoiceGroup, DocumentForm, FieldInput, FormField, FormReader, FormRow, FormSection, RowAdding, RowMove, place_id,
     plain_choices,
 };
-use crate::people::SelectOption;
+use crate::form::SelectOption;
 
 /// Above this number of rows with problems, all of them stay collapsed.
 const MOST_OPEN: usize = 3;

@@ -17,7 +17,7 @@ use model::authoring::draft::DraftRemark;
 pub use picture::{DraftPictures, PictureAdding};
 
 use crate::authoring::pictures::ShownPicture;
-use crate::people::SelectOption;
+use crate::form::SelectOption;
 
 /// Prefix of the names of document fields in a form, which keeps them apart from the form's other
 /// fields.

@@ -8,8 +8,8 @@ use model::people::roster::{
 };
 use serde::Deserialize;
 
-use crate::form::{FilledForm, read_trimmed_text};
-use crate::people::{SelectOption, roster};
+use crate::form::{FilledForm, SelectOption, read_trimmed_text};
+use crate::people::roster;
 use crate::{Shell, format};
 
 /// The page that maps the columns of a roster file.

@@ -13,8 +13,7 @@ pub use round::{RatedAttemptRow, RaterRow, RoundPage, ScoreView};
 use serde::Deserialize;
 use time::OffsetDateTime;
 
-use crate::form::{FilledForm, read_trimmed_text};
-use crate::people::SelectOption;
+use crate::form::{FilledForm, SelectOption, read_trimmed_text};
 use crate::{Shell, StatusWord, format};
 
 /// The list of rating rounds.

@@ -4,8 +4,8 @@ use askama::Template;
 use askama_web::WebTemplate;
 use model::ids::RatingId;
 
-use crate::recordings::replay::{NamedHappenings, OtherAttempt};
-use crate::recordings::session::Drawing;
+use crate::charts::Drawing;
+use crate::scoring::replay_events::{NamedHappenings, OtherAttempt};
 use crate::surveys::form::{FormQuestion, QuestionField};
 use crate::{Shell, StatusWord, anatomy, assets, format};
 

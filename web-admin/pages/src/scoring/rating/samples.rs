@@ -5,9 +5,9 @@ use model::ids::RatingId;
 use model::scoring::rating::ScoreTable;
 
 use super::{OwnRating, RatePage, RatedAttemptRow, RaterRow, RoundPage, ScoreView};
-use crate::recordings::replay::NamedHappenings;
-use crate::recordings::session::Drawing;
+use crate::charts::Drawing;
 use crate::samples;
+use crate::scoring::replay_events::NamedHappenings;
 use crate::surveys::form::{FormQuestion, GivenField};
 
 pub(super) fn show(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {

@@ -11,8 +11,7 @@ use serde::Deserialize;
 use time::OffsetDateTime;
 pub use trace::{StripView, TracePage, TraceTruth};
 
-use crate::form::{FilledForm, read_trimmed_text};
-use crate::people::SelectOption;
+use crate::form::{FilledForm, SelectOption, read_trimmed_text};
 use crate::{Shell, StatusWord, format};
 
 /// The visitor's marking tasks.

@@ -5,7 +5,7 @@ use askama_web::WebTemplate;
 use assessment::statistics::Summary;
 use time::OffsetDateTime;
 
-use crate::scoring::judgement::{GROUPS, theme_of_metric};
+use crate::metric::{GROUPS, theme_of_metric};
 use crate::{Shell, StatusWord, charts, format};
 
 /// The page of a cohort's metrics.

@@ -11,11 +11,9 @@ use model::people::email::{is_email, normalize_email};
 use model::people::roster::is_name;
 use model::search_key::split_search_words;
 use model::{CurrentPerson, PersonKey, Role};
-use pages::form::FilledForm;
+use pages::form::{FilledForm, SelectOption};
 use pages::people::bulk::{BulkDone, BulkForm, list_bulk_acts};
-use pages::people::{
-    LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SelectOption, SortHeading,
-};
+use pages::people::{LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SortHeading};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::{PathId, encode_in_query};

@@ -24,8 +24,7 @@ use pages::authoring::draft::{
     DraftPage, DraftRow, DraftsPage, NewDraftForm, NewDraftKind, VerdictPart, verdict_of_course, verdict_of_refused,
     verdict_while_waiting,
 };
-use pages::form::FilledForm;
-use pages::people::SelectOption;
+use pages::form::{FilledForm, SelectOption};
 use pages::surveys::instrument::verdict_of_instrument;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;

@@ -9,7 +9,7 @@ use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::authoring::EditedDocument;
 use model::ids::{DraftId, SchoolId};
-use pages::people::SelectOption;
+use pages::form::SelectOption;
 use pages::surveys::form::{FormPage, respond_in_language};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

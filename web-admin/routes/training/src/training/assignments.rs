@@ -14,8 +14,7 @@ use model::training::assignment::{AssignmentTally, AssignmentTask};
 use model::training::due;
 use model::training::due::local;
 use model::{CurrentPerson, Role};
-use pages::form::{FilledForm, read_ticked_box};
-use pages::people::SelectOption;
+use pages::form::{FilledForm, SelectOption, read_ticked_box};
 use pages::people::listed::ListPart;
 use pages::training::assignments::{
     AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,

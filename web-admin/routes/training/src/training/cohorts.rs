@@ -5,7 +5,7 @@ use axum::extract::{Query, State};
 use model::ids::CohortId;
 use model::training::progress::Progress;
 use model::{CurrentPerson, Role, count_u32};
-use pages::people::SelectOption;
+use pages::form::SelectOption;
 use pages::people::listed::{ListPart, ListQuery};
 use pages::training::cohort::{CohortFigures, CohortLine, CohortPage, CohortsPage, CourseShare};
 use pages::{NavPlace, Shell};

@@ -8,7 +8,7 @@ use model::training::progress::{CourseStep, Progress, StepState};
 use model::{CurrentPerson, Role};
 use pages::authoring::exercise::{Context, ExerciseFacts, ExercisePage, ExerciseTeaching};
 use pages::authoring::measured::{MeasuredLine, list_measured_lines};
-use pages::people::SelectOption;
+use pages::form::SelectOption;
 use pages::training::addresses::exercise_href;
 use pages::training::curricula::{CourseCard, CurriculaPage, ExerciseLine};
 use pages::training::trainee::{rule_in_words, score_points};
