@@ -89,7 +89,7 @@ pub struct AuditForm {
 
 /// The audit log page.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "audit.html")]
+#[template(path = "audit/audit.html")]
 pub struct AuditPage {
     /// Page frame.
     pub shell: Shell,

@@ -16,7 +16,7 @@ use crate::{Shell, StatusWord, assets, format};
 
 /// The user's own account page.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "account/account.html")]
+#[template(path = "auth/account.html")]
 pub struct AccountPage {
     /// Page frame.
     pub shell: Shell,
@@ -68,7 +68,7 @@ impl AccountPage {
 
 /// The page behind a sign-in link, where the user chooses a password.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "account/join.html")]
+#[template(path = "auth/join.html")]
 pub struct JoinPage {
     /// CSRF token.
     pub csrf: String,
@@ -88,12 +88,12 @@ pub struct JoinPage {
 
 /// Shown for a link that is invalid, used or expired.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "account/dead_link.html")]
+#[template(path = "auth/dead_link.html")]
 pub struct DeadLinkPage;
 
 /// The form that requests a password reset link.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "account/forgotten.html")]
+#[template(path = "auth/forgotten.html")]
 pub struct ForgottenPage {
     /// CSRF token.
     pub csrf: String,

@@ -10,7 +10,7 @@ use crate::auth::reauthentication::AskPart;
 
 /// The sign-in page.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "login.html")]
+#[template(path = "auth/login.html")]
 pub struct LoginPage {
     /// Why the previous attempt failed.
     pub error: Option<String>,
@@ -24,7 +24,7 @@ pub struct LoginPage {
 
 /// The page that asks for the second factor, after a correct password.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "account/code.html")]
+#[template(path = "auth/code.html")]
 pub struct CodePage {
     /// CSRF token.
     pub csrf: String,

@@ -42,7 +42,7 @@ impl PasskeyRow {
 
 /// The page of one of the user's passkeys.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "account/passkey.html")]
+#[template(path = "auth/passkey.html")]
 pub struct PasskeyPage {
     /// Page frame.
     pub shell: Shell,
@@ -66,7 +66,7 @@ impl PasskeyPage {
 
 /// The page on which the browser creates a new passkey.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "account/make_passkey.html")]
+#[template(path = "auth/make_passkey.html")]
 pub struct MakePasskeyPage {
     /// Page frame.
     pub shell: Shell,

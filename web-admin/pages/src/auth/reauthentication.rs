@@ -71,7 +71,7 @@ impl FactorRefused {
 }
 
 #[derive(Debug, Template)]
-#[template(path = "account/proof.html")]
+#[template(path = "auth/proof.html")]
 struct ProofPart<'a> {
     on: bool,
     app: bool,
@@ -91,7 +91,7 @@ impl ProofPart<'_> {
 
 /// The part of a form that prompts for a passkey.
 #[derive(Debug, Template)]
-#[template(path = "account/ask.html")]
+#[template(path = "auth/ask.html")]
 pub(super) struct AskPart<'a> {
     /// The WebAuthn challenge.
     pub question: &'a PasskeyQuestion,

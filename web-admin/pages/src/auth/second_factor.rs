@@ -36,7 +36,7 @@ pub enum FactorState {
 
 /// The page of the user's second factor.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "account/second_factor.html")]
+#[template(path = "auth/second_factor.html")]
 pub struct SecondFactorPage {
     /// Page frame.
     pub shell: Shell,
@@ -73,7 +73,7 @@ impl SecondFactorPage {
 
 /// Recovery codes, shown only once.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "account/recovery_codes.html")]
+#[template(path = "auth/recovery_codes.html")]
 pub struct RecoveryCodesPage {
     /// Page frame.
     pub shell: Shell,

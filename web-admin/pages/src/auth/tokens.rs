@@ -10,7 +10,7 @@ use crate::{Shell, StatusWord, format};
 
 /// The page of the user's tokens.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "account/tokens.html")]
+#[template(path = "auth/tokens.html")]
 pub struct TokensPage {
     /// Page frame.
     pub shell: Shell,
@@ -62,7 +62,7 @@ impl TokenRow {
 
 /// A newly created token, shown only once.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "account/token.html")]
+#[template(path = "auth/token.html")]
 pub struct MadeTokenPage {
     /// Page frame.
     pub shell: Shell,

@@ -20,7 +20,7 @@ use crate::{Shell, assets, format};
 
 /// The page of the school's drafts.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "drafts.html")]
+#[template(path = "authoring/drafts.html")]
 pub struct DraftsPage {
     /// Page frame.
     pub shell: Shell,
@@ -96,7 +96,7 @@ pub struct DraftRow {
 
 /// The page that edits a draft.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "draft.html")]
+#[template(path = "authoring/draft.html")]
 pub struct DraftPage {
     /// Page frame.
     pub shell: Shell,
@@ -158,7 +158,7 @@ impl DraftPage {
 
 /// The verdict alone, which a script inserts into the page during editing.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "parts/verdict.html")]
+#[template(path = "authoring/verdict.html")]
 pub struct VerdictPart {
     /// Result of the check.
     pub verdict: DraftVerdict,

@@ -17,7 +17,7 @@ use crate::{Shell, StatusWord, anatomy, charts, format, metric};
 
 /// The page of an exercise.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "exercise.html")]
+#[template(path = "authoring/exercise.html")]
 pub struct ExercisePage {
     /// Page frame.
     pub shell: Shell,

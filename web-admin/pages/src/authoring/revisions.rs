@@ -10,7 +10,7 @@ use crate::{Shell, format};
 
 /// The page of a document's revisions, with two of them compared.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "revisions.html")]
+#[template(path = "authoring/revisions.html")]
 pub struct RevisionsPage {
     /// Page frame.
     pub shell: Shell,

@@ -18,7 +18,7 @@ use crate::letters::news::NewsItem;
 const DAY_S: i64 = 86_400;
 
 #[derive(Template)]
-#[template(path = "mail/invitation.txt")]
+#[template(path = "letters/invitation.txt")]
 struct Invitation<'a> {
     name: &'a str,
     school: &'a str,
@@ -27,14 +27,14 @@ struct Invitation<'a> {
 }
 
 #[derive(Template)]
-#[template(path = "mail/test_letter.txt")]
+#[template(path = "letters/test_letter.txt")]
 struct TestLetter<'a> {
     name: &'a str,
     school: &'a str,
 }
 
 #[derive(Template)]
-#[template(path = "mail/reset.txt")]
+#[template(path = "letters/reset.txt")]
 struct Reset<'a> {
     name: &'a str,
     school: &'a str,
@@ -43,7 +43,7 @@ struct Reset<'a> {
 }
 
 #[derive(Template)]
-#[template(path = "mail/second_factor_off.txt")]
+#[template(path = "letters/second_factor_off.txt")]
 struct SecondFactorOff<'a> {
     name: &'a str,
     school: &'a str,
@@ -51,7 +51,7 @@ struct SecondFactorOff<'a> {
 }
 
 #[derive(Template)]
-#[template(path = "mail/reminder.txt")]
+#[template(path = "letters/reminder.txt")]
 struct Reminder<'a> {
     name: &'a str,
     title: &'a str,
@@ -90,7 +90,7 @@ pub fn write_reminder(mail: &Mail, of: Reminded<'_>, link: &str) -> (String, Str
 }
 
 #[derive(Template)]
-#[template(path = "mail/news.txt")]
+#[template(path = "letters/news.txt")]
 struct NewsLetter<'a> {
     name: &'a str,
     school: &'a str,
@@ -108,7 +108,7 @@ pub fn write_news_letter(mail: &Mail, items: &[NewsItem], address: &str) -> (Str
 }
 
 #[derive(Template)]
-#[template(path = "mail/survey.txt")]
+#[template(path = "letters/survey.txt")]
 struct SurveyInvitation<'a> {
     letter: &'a SurveyLetter,
     title: String,
@@ -162,7 +162,7 @@ pub fn write_factor_off_letter(mail: &Mail, link: &str) -> (String, String) {
 }
 
 #[derive(Template)]
-#[template(path = "mail/retention.txt")]
+#[template(path = "letters/retention.txt")]
 struct Retention<'a> {
     letter: &'a RetentionLetter,
     months: u32,

@@ -10,7 +10,7 @@ use crate::{Shell, StatusWord, format};
 
 /// The administrator's home page.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "admin_home.html")]
+#[template(path = "operations/admin_home.html")]
 pub struct AdminHomePage {
     /// Page frame.
     pub shell: Shell,
@@ -32,7 +32,7 @@ pub struct AdminHomePage {
 
 /// The administration page.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "admin.html")]
+#[template(path = "operations/admin.html")]
 pub struct AdminPage {
     /// Page frame.
     pub shell: Shell,
@@ -115,7 +115,7 @@ pub struct StationRow {
 
 /// A pairing code for a new station, shown only once.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "pairing_code.html")]
+#[template(path = "operations/pairing_code.html")]
 pub struct PairingCodePage {
     /// Page frame.
     pub shell: Shell,

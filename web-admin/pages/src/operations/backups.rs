@@ -14,7 +14,7 @@ const OLD: Duration = Duration::from_secs(2 * 86_400);
 
 /// The page of backups.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "backups.html")]
+#[template(path = "operations/backups.html")]
 pub struct BackupsPage {
     /// Page frame.
     pub shell: Shell,

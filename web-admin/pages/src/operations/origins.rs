@@ -9,7 +9,7 @@ use crate::form::FilledForm;
 
 /// The page of the origins that a school allows.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "origins.html")]
+#[template(path = "operations/origins.html")]
 pub struct OriginsPage {
     /// Page frame.
     pub shell: Shell,

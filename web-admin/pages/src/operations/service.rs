@@ -7,7 +7,7 @@ use crate::{Shell, StatusWord, format};
 
 /// The page of the service's state.
 #[derive(Clone, Debug, Template, WebTemplate)]
-#[template(path = "service.html")]
+#[template(path = "operations/service.html")]
 pub struct ServicePage {
     /// Page frame.
     pub shell: Shell,

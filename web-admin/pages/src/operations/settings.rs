@@ -15,7 +15,7 @@ use crate::{Shell, format};
 
 /// The settings page.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "settings.html")]
+#[template(path = "operations/settings.html")]
 pub struct SettingsPage {
     /// Page frame.
     pub shell: Shell,

@@ -11,7 +11,7 @@ use crate::{Shell, StatusWord, format};
 
 /// The page with the consent of a staff member.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "people/consent.html")]
+#[template(path = "privacy/consent.html")]
 pub struct ConsentOfExpertPage {
     /// Page frame.
     pub shell: Shell,

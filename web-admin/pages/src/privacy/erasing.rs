@@ -10,7 +10,7 @@ use crate::Shell;
 
 /// The page that erases a person.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "people/erase.html")]
+#[template(path = "privacy/erase.html")]
 pub struct ErasePage {
     /// Page frame.
     pub shell: Shell,

@@ -12,7 +12,7 @@ use crate::{Shell, format};
 
 /// The page of the retention rule.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "retention.html")]
+#[template(path = "privacy/retention.html")]
 pub struct RetentionPage {
     /// Page frame.
     pub shell: Shell,

@@ -8,7 +8,7 @@ use crate::Shell;
 
 /// Newly created links to a recording, shown only once.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "links.html")]
+#[template(path = "recordings/links.html")]
 pub struct RecordingLinksPage {
     /// Page frame.
     pub shell: Shell,

@@ -19,7 +19,7 @@ use crate::{Shell, StatusWord, anatomy, assets, format};
 
 /// The page of a replay.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "replay.html")]
+#[template(path = "recordings/replay.html")]
 pub struct ReplayPage {
     /// Page frame.
     pub shell: Shell,

@@ -14,7 +14,7 @@ use crate::{Shell, StatusWord, anatomy, charts, format};
 
 /// The page of an attempt.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "session.html")]
+#[template(path = "recordings/session.html")]
 pub struct SessionPage {
     /// Page frame.
     pub shell: Shell,

@@ -14,7 +14,7 @@ use crate::{Shell, StatusWord, format};
 
 /// The page that selects a rubric.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "regrading/choose.html")]
+#[template(path = "scoring/regrading/choose.html")]
 pub struct ChooseRubricPage {
     /// Page frame.
     pub shell: Shell,
@@ -128,7 +128,7 @@ pub struct RegradingTile {
 
 /// The page of a regrading: its progress, and the changes it would make or has made.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "regrading/one.html")]
+#[template(path = "scoring/regrading/one.html")]
 pub struct RegradingPage {
     /// Page frame.
     pub shell: Shell,

@@ -15,7 +15,7 @@ use crate::{Shell, StatusWord, format, metric};
 
 /// The queue of attempts that await review.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "review.html")]
+#[template(path = "scoring/review.html")]
 pub struct ReviewPage {
     /// Page frame.
     pub shell: Shell,
@@ -75,7 +75,7 @@ pub struct WaitingRow {
 
 /// The page with the history of a grade.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "grade.html")]
+#[template(path = "scoring/grade.html")]
 pub struct GradePage {
     /// Page frame.
     pub shell: Shell,
@@ -180,7 +180,7 @@ impl GradePage {
 
 /// Preview of an attempt's grade by the current rubric of its exercise.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "regrade.html")]
+#[template(path = "scoring/regrade.html")]
 pub struct RegradePage {
     /// Page frame.
     pub shell: Shell,

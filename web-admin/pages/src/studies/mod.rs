@@ -13,7 +13,7 @@ use crate::{Shell, StatusWord, format};
 
 /// The page of all studies, `/studies`.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "study/list.html")]
+#[template(path = "studies/list.html")]
 pub struct StudiesPage {
     /// Page frame.
     pub shell: Shell,
@@ -41,7 +41,7 @@ pub struct StudyRow {
 /// The visitor's own studies, `/account/studies`: invitations, and studies the visitor takes part
 /// in.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "study/own.html")]
+#[template(path = "studies/own.html")]
 pub struct OwnStudiesPage {
     /// Page frame.
     pub shell: Shell,
@@ -72,7 +72,7 @@ pub struct OwnStudyCard {
 
 /// The form that creates a study.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "study/new.html")]
+#[template(path = "studies/new.html")]
 pub struct NewStudyPage {
     /// Page frame.
     pub shell: Shell,
@@ -120,7 +120,7 @@ pub struct NewStudyForm {
 
 /// The form that changes a study.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "study/change.html")]
+#[template(path = "studies/change.html")]
 pub struct StudyChangePage {
     /// Page frame.
     pub shell: Shell,
@@ -167,7 +167,7 @@ pub enum StudyDataEnd {
 
 /// The page of a study with its participants.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "study/one.html")]
+#[template(path = "studies/one.html")]
 pub struct StudyPage {
     /// Page frame.
     pub shell: Shell,
@@ -244,7 +244,7 @@ pub struct ParticipantForm {
 
 /// The page with a guest's code, shown only once.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "study/code.html")]
+#[template(path = "studies/code.html")]
 pub struct GuestCodePage {
     /// Page frame.
     pub shell: Shell,

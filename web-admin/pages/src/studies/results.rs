@@ -18,7 +18,7 @@ const DRAWN: usize = 6;
 
 /// The results of a study.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "study/results.html")]
+#[template(path = "studies/results.html")]
 pub struct StudyResultsPage {
     /// Page frame.
     pub shell: Shell,

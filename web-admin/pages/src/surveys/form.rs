@@ -34,7 +34,7 @@ const MOST_MARKS: f64 = 21.0;
 
 /// The page before the first question: information about the survey, and consent.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "survey/consent.html")]
+#[template(path = "surveys/consent.html")]
 pub struct ConsentPage {
     /// Information about the survey.
     pub terms: Terms,
@@ -93,7 +93,7 @@ pub struct SurveyContact {
 
 /// Information shown at a station before the first question, one paragraph per line.
 #[derive(Debug, Template)]
-#[template(path = "survey/station.txt")]
+#[template(path = "surveys/station.txt")]
 struct StationTerms<'a> {
     terms: &'a Terms,
     /// Whether the respondent is a guest of a study, who has no page at the school.
@@ -126,7 +126,7 @@ impl Terms {
 
 /// A page of the form.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "survey/form.html")]
+#[template(path = "surveys/form.html")]
 pub struct FormPage {
     /// Code of the language.
     pub language: String,
@@ -150,7 +150,7 @@ pub struct FormPage {
 
 /// The final page: answers were submitted, or withdrawn.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "survey/end.html")]
+#[template(path = "surveys/end.html")]
 pub struct EndPage {
     /// Code of the language.
     pub language: String,

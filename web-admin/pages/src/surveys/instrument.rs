@@ -13,7 +13,7 @@ use crate::{Shell, format};
 
 /// All instruments of the school.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "survey/instruments.html")]
+#[template(path = "surveys/instruments.html")]
 pub struct InstrumentsPage {
     /// Page frame.
     pub shell: Shell,
@@ -23,7 +23,7 @@ pub struct InstrumentsPage {
 
 /// An instrument with its preview and source.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "survey/instrument.html")]
+#[template(path = "surveys/instrument.html")]
 pub struct InstrumentPage {
     /// Page frame.
     pub shell: Shell,
@@ -39,7 +39,7 @@ pub struct InstrumentPage {
 
 /// The editor of an instrument's document as text.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "survey/edit.html")]
+#[template(path = "surveys/edit.html")]
 pub struct EditPage {
     /// Page frame.
     pub shell: Shell,

@@ -14,7 +14,7 @@ use crate::{Shell, StatusWord, format};
 
 /// The page of all surveys, `/surveys`: those a trainee can answer, or those of the school.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "survey/list.html")]
+#[template(path = "surveys/list.html")]
 pub struct SurveysPage {
     /// Page frame.
     pub shell: Shell,
@@ -58,7 +58,7 @@ pub struct SurveyRow {
 
 /// The management page of a survey.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "survey/manage.html")]
+#[template(path = "surveys/manage.html")]
 pub struct ManagePage {
     /// Page frame.
     pub shell: Shell,
@@ -88,7 +88,7 @@ pub struct ManagePage {
 
 /// Newly created links, shown only once.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "survey/links.html")]
+#[template(path = "surveys/links.html")]
 pub struct SurveyLinksPage {
     /// Page frame.
     pub shell: Shell,
@@ -102,7 +102,7 @@ pub struct SurveyLinksPage {
 
 /// The form that creates a survey.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "survey/new.html")]
+#[template(path = "surveys/new.html")]
 pub struct NewSurveyPage {
     /// Page frame.
     pub shell: Shell,

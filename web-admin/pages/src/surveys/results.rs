@@ -15,7 +15,7 @@ use crate::{Shell, charts, format};
 
 /// The page of a survey's results.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "survey/results.html")]
+#[template(path = "surveys/results.html")]
 pub struct ResultsPage {
     /// Page frame.
     pub shell: Shell,

@@ -14,7 +14,7 @@ use crate::{Shell, StatusWord, format};
 
 /// A trainee's assignments.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "assignments/own.html")]
+#[template(path = "training/assignments/own.html")]
 pub struct OwnAssignmentsPage {
     /// Page frame.
     pub shell: Shell,
@@ -57,7 +57,7 @@ pub struct AssignmentRow {
 
 /// Assignments that an instructor manages, and the form for a new one.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "assignments/managed.html")]
+#[template(path = "training/assignments/managed.html")]
 pub struct ManagedAssignmentsPage {
     /// Page frame.
     pub shell: Shell,
@@ -117,7 +117,7 @@ pub struct AssignForm {
 
 /// An assignment and the progress of every trainee.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "assignments/one.html")]
+#[template(path = "training/assignments/one.html")]
 pub struct AssignmentPage {
     /// Page frame.
     pub shell: Shell,

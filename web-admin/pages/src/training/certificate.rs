@@ -15,7 +15,7 @@ const GROUP: usize = 8;
 
 /// The certificate's page, in the language of the trainee.
 #[derive(Debug, Template)]
-#[template(path = "certificate.html")]
+#[template(path = "training/certificate.html")]
 pub struct CertificatePage {
     /// The signed statement.
     pub statement: Statement,
@@ -39,7 +39,7 @@ pub struct CertificatePage {
 
 /// The page that shows whether a certificate's code is genuine.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "certificate_check.html")]
+#[template(path = "training/certificate_check.html")]
 pub struct CertificateCheckPage {
     /// Result of the check.
     pub outcome: CheckOutcome,

@@ -17,7 +17,7 @@ use crate::{Shell, StatusWord, charts, format};
 
 /// The page of a cohort.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "cohort.html")]
+#[template(path = "training/cohort.html")]
 pub struct CohortPage {
     /// Page frame.
     pub shell: Shell,
@@ -76,7 +76,7 @@ impl CohortFigures {
 
 /// The list of cohorts.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "cohorts.html")]
+#[template(path = "training/cohorts.html")]
 pub struct CohortsPage {
     /// Page frame.
     pub shell: Shell,

@@ -7,7 +7,7 @@ use crate::{Shell, StatusWord};
 
 /// The list of curricula.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "curricula.html")]
+#[template(path = "training/curricula.html")]
 pub struct CurriculaPage {
     /// Page frame.
     pub shell: Shell,

@@ -11,7 +11,7 @@ use crate::{Shell, StatusWord, format};
 
 /// The gradebook of a cohort.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "gradebook.html")]
+#[template(path = "training/gradebook.html")]
 pub struct GradebookPage {
     /// Page frame.
     pub shell: Shell,

@@ -12,7 +12,7 @@ use crate::{Shell, StatusWord, format};
 
 /// An instructor's home page.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "instructor.html")]
+#[template(path = "training/instructor.html")]
 pub struct InstructorPage {
     /// Page frame.
     pub shell: Shell,

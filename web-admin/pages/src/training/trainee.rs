@@ -18,7 +18,7 @@ use crate::{Shell, StatusWord, charts, format};
 
 /// A trainee's page.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "trainee.html")]
+#[template(path = "training/trainee.html")]
 pub struct TraineePage {
     /// Page frame.
     pub shell: Shell,
@@ -53,7 +53,7 @@ pub struct TraineePage {
 
 /// A newly created sign-in code.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "sign_in_code.html")]
+#[template(path = "training/sign_in_code.html")]
 pub struct SignInCodePage {
     /// Page frame.
     pub shell: Shell,

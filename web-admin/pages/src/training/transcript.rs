@@ -10,7 +10,7 @@ use crate::{Shell, format};
 
 /// The page of a transcript.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "transcript.html")]
+#[template(path = "training/transcript.html")]
 pub struct TranscriptPage {
     /// Page frame.
     pub shell: Shell,

@@ -14,7 +14,7 @@ use crate::{Shell, format};
 
 /// The page that maps the columns of a roster file.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "roster/columns.html")]
+#[template(path = "people/roster/columns.html")]
 pub struct RosterColumnsPage {
     /// Page frame.
     pub shell: Shell,

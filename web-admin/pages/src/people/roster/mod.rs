@@ -22,7 +22,7 @@ pub const PER_PAGE: usize = 200;
 
 /// The page that uploads a roster.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "roster/new.html")]
+#[template(path = "people/roster/new.html")]
 pub struct RosterPage {
     /// Page frame.
     pub shell: Shell,
@@ -63,7 +63,7 @@ pub enum RosterFilter {
 
 /// The preview of a roster's changes.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "roster/preview.html")]
+#[template(path = "people/roster/preview.html")]
 pub struct RosterPreviewPage {
     /// Page frame.
     pub shell: Shell,

@@ -18,7 +18,7 @@ use crate::{Shell, StatusWord, format};
 
 /// The list of rating rounds.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "rating/list.html")]
+#[template(path = "scoring/rating/list.html")]
 pub struct RatingsPage {
     /// Page frame.
     pub shell: Shell,
@@ -49,7 +49,7 @@ pub struct RoundRow {
 
 /// The form that creates a round.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "rating/new.html")]
+#[template(path = "scoring/rating/new.html")]
 pub struct NewRoundPage {
     /// Page frame.
     pub shell: Shell,

@@ -11,7 +11,7 @@ use crate::{Shell, StatusWord, anatomy, assets, format};
 
 /// The page that rates an attempt.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "rating/rate.html")]
+#[template(path = "scoring/rating/rate.html")]
 pub struct RatePage {
     /// Page frame.
     pub shell: Shell,

@@ -11,7 +11,7 @@ use crate::{Shell, StatusWord, format};
 
 /// The page of a rating round.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "rating/round.html")]
+#[template(path = "scoring/rating/round.html")]
 pub struct RoundPage {
     /// Page frame.
     pub shell: Shell,

@@ -16,7 +16,7 @@ use crate::{Shell, StatusWord, format};
 
 /// The visitor's marking tasks.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "segments/list.html")]
+#[template(path = "scoring/segments/list.html")]
 pub struct SegmentsPage {
     /// Page frame.
     pub shell: Shell,
@@ -49,7 +49,7 @@ pub struct TaskRow {
 
 /// The form that creates a task.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "segments/new.html")]
+#[template(path = "scoring/segments/new.html")]
 pub struct NewTaskPage {
     /// Page frame.
     pub shell: Shell,
@@ -83,7 +83,7 @@ pub struct NewTaskForm {
 
 /// A task as a trainee sees it: their traces.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "segments/own.html")]
+#[template(path = "scoring/segments/own.html")]
 pub struct OwnTaskPage {
     /// A task for a trainee, with the trainee's traces.
     pub shell: Shell,
@@ -97,7 +97,7 @@ pub struct OwnTaskPage {
 
 /// A task for an instructor, with the results of all trainees.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "segments/task.html")]
+#[template(path = "scoring/segments/task.html")]
 pub struct TaskPage {
     /// Page frame.
     pub shell: Shell,

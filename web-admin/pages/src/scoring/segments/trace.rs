@@ -16,7 +16,7 @@ const SPARE: usize = 4;
 
 /// The page of a trace.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "segments/trace.html")]
+#[template(path = "scoring/segments/trace.html")]
 pub struct TracePage {
     /// Page frame.
     pub shell: Shell,

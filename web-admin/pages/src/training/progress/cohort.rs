@@ -12,7 +12,7 @@ use crate::{Shell, StatusWord, charts, format};
 
 /// The page of a cohort's progress.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "progress/cohort.html")]
+#[template(path = "training/progress/cohort.html")]
 pub struct CohortProgressPage {
     /// Page frame.
     pub shell: Shell,

@@ -12,7 +12,7 @@ use crate::{Shell, StatusWord, charts, format, metric};
 
 /// The page of a trainee's progress on one exercise.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "progress/learning.html")]
+#[template(path = "training/progress/learning.html")]
 pub struct LearningPage {
     /// Page frame.
     pub shell: Shell,

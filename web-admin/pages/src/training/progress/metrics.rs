@@ -10,7 +10,7 @@ use crate::{Shell, StatusWord, charts, format};
 
 /// The page of a cohort's metrics.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "progress/metrics.html")]
+#[template(path = "training/progress/metrics.html")]
 pub struct MetricsPage {
     /// Page frame.
     pub shell: Shell,

@@ -8,7 +8,7 @@ use crate::{Shell, format};
 
 /// The page of a school's progress.
 #[derive(Clone, Debug, Template, WebTemplate)]
-#[template(path = "progress/school.html")]
+#[template(path = "training/progress/school.html")]
 pub struct SchoolProgressPage {
     /// Page frame.
     pub shell: Shell,
