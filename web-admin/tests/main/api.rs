@@ -8,9 +8,9 @@ use axum::http::{Request, header};
 use model::{Moment, Role};
 use web_admin::worker::work_off_jobs;
 
-use super::support::App;
-use super::support::client::Client;
-use super::support::recordings::{Attempt, EXERCISE, record};
+use crate::support::App;
+use crate::support::client::Client;
+use crate::support::recordings::{Attempt, EXERCISE, record};
 
 async fn trainee(app: &App) -> Client {
     let school = app.school("North").await;

@@ -52,10 +52,10 @@ use store::{people, stations, surveys as stored};
 use tempfile::TempDir;
 use web_admin::{routes, worker};
 
-use super::support::client::{Client, csrf_in};
-use super::support::database::{copy_database, version};
-use super::support::recordings::{Attempt, record};
-use super::support::{App, Member, course_folder};
+use crate::support::client::{Client, csrf_in};
+use crate::support::database::{copy_database, version};
+use crate::support::recordings::{Attempt, record};
+use crate::support::{App, Member, course_folder};
 
 const TABLE: &str = include_str!("every_route.txt");
 const COLUMNS: [&str; 9] = ["out", "own", "same", "other", "teacher", "colleague", "admin", "abroad", "station"];

@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 use time::macros::datetime;
 use web_admin::worker;
 
-use super::support::App;
-use super::support::client::{Answer, Client, csrf_in};
-use super::support::recordings::{Attempt, record};
+use crate::support::App;
+use crate::support::client::{Answer, Client, csrf_in};
+use crate::support::recordings::{Attempt, record};
 
 /// A trainee's attempt, scored.
 async fn practised(app: &App) -> (Client, Attempt) {
