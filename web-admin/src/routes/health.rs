@@ -13,7 +13,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use routes_api::bearer_token;
 use routes_base::error::ApiError;
-use routes_base::monitoring::{MetricFamily, MetricFigure};
+use routes_base::operations::monitoring::{MetricFamily, MetricFigure};
 use routes_base::{AppState, Routes};
 use store::operations::service;
 use store::operations::service::Totals;

@@ -13,7 +13,7 @@ use opentelemetry_otlp::{MetricExporter, Protocol, SpanExporter, WithExportConfi
 use opentelemetry_sdk::Resource;
 use opentelemetry_sdk::metrics::SdkMeterProvider;
 use opentelemetry_sdk::trace::SdkTracerProvider;
-use routes_base::monitoring::{MetricFamily, MetricFigure, MetricKind};
+use routes_base::operations::monitoring::{MetricFamily, MetricFigure, MetricKind};
 use tracing::Subscriber;
 use tracing_subscriber::Layer;
 use tracing_subscriber::filter::filter_fn;

@@ -11,8 +11,8 @@ use acts::platform::config::Config;
 use model::Moment;
 use tokio::sync::Mutex;
 
-use crate::examining::examine_draft;
-use crate::monitoring::{Counters, Pulse};
+use crate::authoring::examining::examine_draft;
+use crate::operations::monitoring::{Counters, Pulse};
 use crate::refusals::RefusalLog;
 
 /// State shared by all handlers: the state of `acts`, reachable by `Deref`, and the parts that only

@@ -1,5 +1,6 @@
 //! `/surveys`: the surveys that a trainee is asked, and those of a school.
 
+pub(crate) mod answering;
 mod exports;
 mod instruments;
 mod make;

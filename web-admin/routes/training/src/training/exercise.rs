@@ -13,11 +13,12 @@ use pages::training::addresses::exercise_href;
 use pages::training::curricula::{CourseCard, CurriculaPage, ExerciseLine};
 use pages::training::trainee::{rule_in_words, score_points};
 use pages::{NavPlace, Shell, StatusWord, charts};
+use routes_base::AppState;
 use routes_base::auth::{Csrf, Visitor};
+use routes_base::authoring::exercises::published_bundle;
+use routes_base::authoring::pictures;
 use routes_base::error::PageError;
-use routes_base::exercises::published_bundle;
 use routes_base::forms::PublishedQuery;
-use routes_base::{AppState, pictures};
 use store::authoring::exercises;
 use store::training::{practice, reports};
 
