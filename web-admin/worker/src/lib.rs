@@ -115,7 +115,7 @@ impl WorkerDesk {
     async fn claim(&self, state: &AppState) -> anyhow::Result<Option<Job>> {
         let (reader, now) = (state.db.reader(), state.clock.now());
         let bench = Bench { judges: state.config.judges, several: schools::are_schools_several(reader).await? };
-        for deaths in 0..tries::MOST_DEATHS {
+        for deaths in 0..parse_attempts::MOST_DEATHS {
             let due = JobQuery { now, deaths };
             for school in self.shares.order(jobs::list_waiting_schools(reader, due).await?, bench) {
                 // Another replica may have claimed it in the meantime.

@@ -13,7 +13,7 @@ use model::ids::{DraftId, SchoolId};
 use model::{CurrentPerson, authoring};
 use store::authoring::drafts::{DraftKind, NewDocumentDraft, Texts};
 use store::authoring::{drafts, exercises};
-use store::surveys::instruments;
+use store::surveys::instruments::find_current_instrument;
 use store::training::curricula;
 
 use crate::authoring::drafting::{
@@ -143,7 +143,7 @@ pub async fn add_to_course(
     exercises::find_current_revision(reader, school, exercise_id).await?.ok_or(Error::NotFound)?;
     let id = open_course(state, person, course_id).await?;
     let draft = drafts::find_draft(reader, school, id).await?.ok_or(Error::NotFound)?;
-    let files = crate::authoring::drafting::find_course_files(state, school, course_id).await?;
+    let files = drafting::find_course_files(state, school, course_id).await?;
     let mut document = EditedDocument::from_text(&draft.texts.document).ok_or_else(refuse_unreadable)?;
     let rows = document.count_rows("exercise");
     let named = |row: &usize| {
@@ -248,7 +248,7 @@ async fn is_taken(state: &Service, school: SchoolId, kind: DraftKind, id: &str) 
             let taught = curricula::list_taught_curricula(reader, school).await?;
             taught.iter().any(|course| course.curriculum_id == id)
         }
-        DraftKind::Instrument => instruments::find_current_instrument(reader, school, id).await?.is_some(),
+        DraftKind::Instrument => find_current_instrument(reader, school, id).await?.is_some(),
     };
     Ok(published || drafts::find_draft_of(reader, school, kind, id).await?.is_some())
 }

@@ -85,7 +85,7 @@ impl MakePasskeyPage {
 }
 
 #[cfg(test)]
-pub(super) mod samples {
+pub(crate) mod samples {
     //! Sample passkeys for tests.
 
     use model::ids::CeremonyId;

@@ -19,7 +19,7 @@ pub struct ProofAsked {
 
 impl ProofAsked {
     /// Renders the fields and buttons of a form; `id` is the prefix of the fields' ids.
-    pub(super) fn fields(&self, id: &str, label: &str, quiet: bool) -> String {
+    pub(crate) fn fields(&self, id: &str, label: &str, quiet: bool) -> String {
         ProofPart { on: self.on, app: self.app, question: self.question.as_ref(), id, label, quiet }
             .render()
             .unwrap_or_default()
@@ -92,7 +92,7 @@ impl ProofPart<'_> {
 /// The part of a form that prompts for a passkey.
 #[derive(Debug, Template)]
 #[template(path = "auth/ask.html")]
-pub(super) struct AskPart<'a> {
+pub(crate) struct AskPart<'a> {
     /// The WebAuthn challenge.
     pub question: &'a PasskeyQuestion,
     /// Label of the button.
@@ -105,7 +105,7 @@ pub(super) struct AskPart<'a> {
 
 impl AskPart<'_> {
     /// Renders the prompt as HTML.
-    pub(super) fn html(&self) -> String {
+    pub(crate) fn html(&self) -> String {
         // Rendering this template into a `String` cannot fail.
         self.render().unwrap_or_default()
     }

@@ -15,6 +15,7 @@ use crate::authoring::diff::DiffLine;
 use crate::authoring::document_forms::{DocumentForm, FieldInput};
 use crate::authoring::exercise::ExerciseFacts;
 use crate::form::{FilledForm, SelectOption};
+use crate::format::name_facts;
 use crate::training::trainee::rule_in_words;
 use crate::{Shell, assets, format};
 

@@ -4,9 +4,7 @@ use std::borrow::Borrow;
 
 use askama::Template;
 use askama_web::WebTemplate;
-use attempt::{AttemptCurve, CurveMark, MarkKind};
 use model::ids::{CommentId, SessionId};
-use model::scoring::expert_comparison::GhostStretch;
 use model::scoring::review::{ReviewFilter, ReviewReason};
 use model::training::comment::{CommentKind, MOST_CHARACTERS, TypedComment};
 use time::OffsetDateTime;
@@ -14,7 +12,7 @@ use time::OffsetDateTime;
 use crate::charts::Drawing;
 use crate::form::FilledForm;
 use crate::scoring::experts::BesideExperts;
-use crate::scoring::moments;
+use crate::scoring::replay_events::{NamedHappenings, OtherAttempt};
 use crate::{Shell, StatusWord, anatomy, assets, format};
 
 /// The page of a replay.
@@ -240,7 +238,7 @@ mod tests {
         assert!(html.contains("data-at=\"19.5\"") && html.contains("At 19.50 s"), "{html}");
         assert!(html.contains("Position confirmed, 0.5"), "in words, for whoever runs no scripts");
         assert!(html.contains("?t=3.50") && html.contains("data-second=\"3.5\""), "from a comment");
-        let asked = |said| OpenedMoment::asked(said, 26.0, None).map(|moment| moment.t_s);
+        let asked = |said| NamedHappenings::new(None, said, 26.0).opened.map(|moment| moment.t_s);
         assert_eq!([asked("99"), asked("-1"), asked("x"), asked("NaN")], [Some(26.0), Some(0.0), None, None]);
     }
 

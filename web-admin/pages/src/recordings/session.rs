@@ -4,13 +4,12 @@ use std::borrow::Borrow;
 
 use askama::Template;
 use askama_web::WebTemplate;
-use attempt::{AttemptCurve, BoundaryStage, StageSpan};
 use model::Uncounted;
-use recording::keep_extremes;
 use time::OffsetDateTime;
 
+use crate::charts::{Drawing, moment_href};
 use crate::scoring::judgement::JudgementView;
-use crate::{Shell, StatusWord, anatomy, charts, format};
+use crate::{Shell, StatusWord, charts, format};
 
 /// The page of an attempt.
 #[derive(Debug, Template, WebTemplate)]

@@ -2,7 +2,7 @@
 //! skipped, and times have a valid HTML format. Every sample page is checked.
 
 /// Checks a page.
-pub(super) fn check_markup(name: &str, html: &str) {
+pub(crate) fn check_markup(name: &str, html: &str) {
     let levels = heading_levels(html);
     let skips = levels.windows(2).any(|pair| pair[1] > pair[0] + 1);
     assert!(!skips, "{name} skips a level of headings: {levels:?}");

@@ -34,14 +34,14 @@ use crate::{NavPlace, Shell, StatusWord};
 mod insertion;
 mod tissue;
 
-pub(super) use insertion::curve;
+pub(crate) use insertion::curve;
 
 /// Current time of the samples.
-pub(super) const NOW: OffsetDateTime = datetime!(2026-05-20 09:30 UTC);
+pub(crate) const NOW: OffsetDateTime = datetime!(2026-05-20 09:30 UTC);
 
 /// Renders a page and checks it. If `STYLET_KEEP_PAGES` is set, writes it to `target/pages` for
 /// viewing in a browser.
-pub(super) fn keep_page(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
+pub(crate) fn keep_page(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
     crate::samples::untranslated_text::check_page(name, page);
     let html = page.render().expect("the page renders");
     crate::samples::markup::check_markup(name, &html);
@@ -62,7 +62,7 @@ pub(super) fn keep_page(name: &str, page: &(impl askama::Template + std::fmt::De
     html
 }
 
-pub(super) fn shell(role: Role) -> Shell {
+pub(crate) fn shell(role: Role) -> Shell {
     let name = match role {
         Role::Trainee | Role::Guest => "Ana Lindqvist",
         Role::Instructor => "Dr Peter Osei",
@@ -78,7 +78,7 @@ pub(super) fn shell(role: Role) -> Shell {
 }
 
 /// Returns the exercise "Stop in the fat" on a lower back with a vessel.
-pub(super) fn bundle() -> ExerciseBundle {
+pub(crate) fn bundle() -> ExerciseBundle {
     let line =
         |metric: &str, full, zero, weight| RubricLine { metric: metric.to_owned(), version: 1, full, zero, weight };
     let exercise = Exercise {
@@ -128,7 +128,7 @@ pub(super) fn bundle() -> ExerciseBundle {
     }
 }
 
-pub(super) fn metrics() -> Vec<Metric> {
+pub(crate) fn metrics() -> Vec<Metric> {
     let values: [(&str, Option<f64>); 26] = [
         ("depth_error_mm", Some(1.93)),
         ("overshoot_mm", Some(1.93)),
@@ -160,7 +160,7 @@ pub(super) fn metrics() -> Vec<Metric> {
     values.map(|(id, value)| metric(id, value)).to_vec()
 }
 
-pub(super) fn metric(id: &str, value: Option<f64>) -> Metric {
+pub(crate) fn metric(id: &str, value: Option<f64>) -> Metric {
     let definition = assessment::catalogue::newest_definition(id);
     let label = definition.map_or_else(String::new, |d| {
         id.split_once('.').map_or_else(|| d.label.to_owned(), |(_, part)| d.label_of(part))
@@ -173,7 +173,7 @@ pub(super) fn metric(id: &str, value: Option<f64>) -> Metric {
     .expect("a metric")
 }
 
-pub(super) fn judgement() -> JudgementView {
+pub(crate) fn judgement() -> JudgementView {
     let deduction = |metric: &str, points: f64, value: f64, (full, zero): (f64, f64)| Deduction {
         metric: metric.to_owned(),
         version: 1,
@@ -204,7 +204,7 @@ pub(super) fn judgement() -> JudgementView {
 }
 
 /// The same attempt at an exercise that allows less distance from the target than it has.
-pub(super) fn missed_judgement() -> JudgementView {
+pub(crate) fn missed_judgement() -> JudgementView {
     let mut exercise = bundle().exercise;
     exercise.required = Some(Required { within_mm: Some(1.5), ..Required::default() });
     let judged = assessment::judge(metrics(), &exercise, "0.1.0").expect("a rubric");
@@ -222,7 +222,7 @@ pub(super) fn missed_judgement() -> JudgementView {
 }
 
 /// Its page, with another score put in place by an instructor.
-pub(super) fn missed_page() -> SessionPage {
+pub(crate) fn missed_page() -> SessionPage {
     SessionPage {
         outcome: SessionOutcome::Scored(Box::new(missed_judgement())),
         ruling: Some(Ruling {
@@ -235,7 +235,7 @@ pub(super) fn missed_page() -> SessionPage {
     }
 }
 
-pub(super) fn session_page() -> SessionPage {
+pub(crate) fn session_page() -> SessionPage {
     SessionPage {
         shell: shell(Role::Instructor),
         exercise: "Stop in the fat".to_owned(),
@@ -266,7 +266,7 @@ pub(super) fn session_page() -> SessionPage {
 
 /// Returns a course of four exercises, each requiring the previous one, mastered with three passes
 /// of five.
-pub(super) fn course() -> Course {
+pub(crate) fn course() -> Course {
     let step = |id: &str, title: &str, before: &[&str]| CourseStep {
         exercise: id.to_owned(),
         title: title.to_owned(),
@@ -284,11 +284,11 @@ pub(super) fn course() -> Course {
     }
 }
 
-pub(super) const PASS_MARKS: [f64; 4] = [60.0, 70.0, 70.0, 70.0];
+pub(crate) const PASS_MARKS: [f64; 4] = [60.0, 70.0, 70.0, 70.0];
 const COURSE_TITLE: &str = "Lower back: first punctures";
 
 /// Returns attempts two days apart, the last one `days_ago` days ago.
-pub(super) fn history(scores: &[(&str, f64)], days_ago: i64) -> Vec<ScoredAttempt> {
+pub(crate) fn history(scores: &[(&str, f64)], days_ago: i64) -> Vec<ScoredAttempt> {
     let count = i64::try_from(scores.len()).expect("few");
     let attempt = |(i, (exercise, score)): (i64, &(&str, f64))| ScoredAttempt {
         session: SessionId::from_u128(u128::from(i.unsigned_abs())),
@@ -301,7 +301,7 @@ pub(super) fn history(scores: &[(&str, f64)], days_ago: i64) -> Vec<ScoredAttemp
     (0..).zip(scores).map(attempt).collect()
 }
 
-pub(super) fn ana() -> Vec<ScoredAttempt> {
+pub(crate) fn ana() -> Vec<ScoredAttempt> {
     let scores = [
         ("feel-the-layers", 52.0),
         ("feel-the-layers", 71.0),
@@ -316,7 +316,7 @@ pub(super) fn ana() -> Vec<ScoredAttempt> {
     history(&scores, 16)
 }
 
-pub(super) fn facts(course: &Course) -> CourseFacts<'_> {
+pub(crate) fn facts(course: &Course) -> CourseFacts<'_> {
     CourseFacts {
         trainee: Some("/trainees/1"),
         id: "lower-back-basics",
@@ -326,7 +326,7 @@ pub(super) fn facts(course: &Course) -> CourseFacts<'_> {
     }
 }
 
-pub(super) fn attempts() -> Vec<OwnAttemptRow> {
+pub(crate) fn attempts() -> Vec<OwnAttemptRow> {
     let row = |(exercise, status, score, note, flagged): (&str, StatusWord, Option<f64>, &str, bool)| OwnAttemptRow {
         href: "/sessions/0190".to_owned(),
         at: NOW - Duration::days(16),
@@ -349,11 +349,11 @@ pub(super) fn attempts() -> Vec<OwnAttemptRow> {
     .to_vec()
 }
 
-pub(super) fn progress() -> Progress {
+pub(crate) fn progress() -> Progress {
     Progress::of(&course(), &ana(), NOW)
 }
 
-pub(super) fn request() -> MembershipRequest {
+pub(crate) fn request() -> MembershipRequest {
     MembershipRequest {
         cohort_id: CohortId::from_u128(3),
         cohort: "Spring".to_owned(),
@@ -365,12 +365,12 @@ pub(super) fn request() -> MembershipRequest {
     }
 }
 
-pub(super) fn noted(act: MembershipAct) -> MembershipEvent {
+pub(crate) fn noted(act: MembershipAct) -> MembershipEvent {
     MembershipEvent { cohort: "Spring".to_owned(), act, by: Some("Ben Okafor".to_owned()), done_at: Moment::from(NOW) }
 }
 
 /// Returns news of three kinds.
-pub(super) fn news() -> Vec<NewsItem> {
+pub(crate) fn news() -> Vec<NewsItem> {
     let notice = |kind| Notice {
         kind,
         by: "Dr Peter Osei".to_owned(),
@@ -384,7 +384,7 @@ pub(super) fn news() -> Vec<NewsItem> {
     [NoticeKind::Answer, NoticeKind::Override, NoticeKind::Assignment].map(|kind| NewsItem::new(&notice(kind))).to_vec()
 }
 
-pub(super) fn trainee_page(own: bool) -> TraineePage {
+pub(crate) fn trainee_page(own: bool) -> TraineePage {
     let (course, progress) = (course(), progress());
     TraineePage {
         news: if own { news() } else { vec![] },
@@ -407,14 +407,14 @@ pub(super) fn trainee_page(own: bool) -> TraineePage {
     }
 }
 
-pub(super) fn newcomer_page() -> TraineePage {
+pub(crate) fn newcomer_page() -> TraineePage {
     let course = course();
     let progress = Progress::of(&course, &[], NOW);
     let courses = vec![CourseView::new(&facts(&course), &progress, 0)];
     TraineePage { courses, attempts: vec![], pages: PageNumbers::default(), ..trainee_page(true) }
 }
 
-pub(super) fn cohort_page() -> CohortPage {
+pub(crate) fn cohort_page() -> CohortPage {
     let course = course();
     let first = [("feel-the-layers", 75.0), ("feel-the-layers", 82.0), ("feel-the-layers", 88.0)];
     let second = [("stop-in-the-fat", 71.0), ("stop-in-the-fat", 75.0), ("stop-in-the-fat", 79.0)];
@@ -459,7 +459,7 @@ pub(super) fn cohort_page() -> CohortPage {
     }
 }
 
-pub(super) fn due_line() -> DueLine {
+pub(crate) fn due_line() -> DueLine {
     DueLine {
         href: "/assignments/1".to_owned(),
         title: "Stop in the fat".to_owned(),
@@ -469,7 +469,7 @@ pub(super) fn due_line() -> DueLine {
     }
 }
 
-pub(super) fn exercise_page() -> ExercisePage {
+pub(crate) fn exercise_page() -> ExercisePage {
     let link = |title: &str, id: &str| (title.to_owned(), format!("/exercises/{id}"));
     ExercisePage {
         shell: shell(Role::Trainee),

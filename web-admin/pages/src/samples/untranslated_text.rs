@@ -39,13 +39,13 @@ const NAMES: [&str; 23] = [
 const READ: [&str; 6] = ["title", "aria-label", "placeholder", "alt", "data-label", "data-failed"];
 
 /// Checks a page.
-pub(super) fn check_page(name: &str, page: &(impl askama::Template + Debug)) {
+pub(crate) fn check_page(name: &str, page: &(impl askama::Template + Debug)) {
     let html = within(Language::PSEUDO, || page.render()).expect("the page renders");
     all_is_said(name, &html, page);
 }
 
 /// Checks a drawing. Pages contain finished drawings, in which text would pass as data of the page.
-pub(super) fn check_drawing(name: &str, data: &impl Debug, draw: impl Fn() -> String) {
+pub(crate) fn check_drawing(name: &str, data: &impl Debug, draw: impl Fn() -> String) {
     all_is_said(name, &within(Language::PSEUDO, draw), data);
 }
 

@@ -5,6 +5,7 @@ use attempt::AttemptCurve;
 use documents::{Exercise, Required};
 
 use crate::charts::LayerDamage;
+use crate::metric::{GROUPS, theme_of_metric};
 use crate::scoring::moments;
 use crate::{charts, format, metric};
 

@@ -9,7 +9,7 @@ extern crate words;
 
 pub mod addresses;
 pub mod auth;
-mod authoring;
+pub mod authoring;
 pub mod column_names;
 pub mod error;
 pub mod export;
@@ -22,6 +22,6 @@ pub mod refusals;
 pub mod startup;
 pub mod surveys;
 
-pub use authoring::examine_draft;
+pub use authoring::examining::examine_draft;
 pub use listed::{Routes, get, post};
 pub use startup::AppState;

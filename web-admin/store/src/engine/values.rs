@@ -184,7 +184,7 @@ macro_rules! read_natively {
         }
 
         impl<'r> sqlx::Decode<'r, $crate::engine::Engine> for $read {
-            fn decode(value: $crate::engine::ValueRef<'r>) -> Result<Self, sqlx::error::BoxDynError> {
+            fn decode(value: $crate::engine::ValueRef<'r>) -> std::result::Result<Self, sqlx::error::BoxDynError> {
                 match value {
                     $crate::engine::ValueRef::Sqlite(own) => <Self as sqlx::Decode<'r, sqlx::Sqlite>>::decode(own),
                     #[cfg(feature = "postgres")]

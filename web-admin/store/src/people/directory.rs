@@ -134,7 +134,7 @@ pub async fn list_people_by_id(
 }
 
 /// Fills the search and sort columns for accounts created before these columns existed.
-pub(super) async fn fill_search_texts(writer: &Pool) -> Result<()> {
+pub(crate) async fn fill_search_texts(writer: &Pool) -> Result<()> {
     #[derive(FromRow)]
     struct Unsorted {
         id: PersonId,

@@ -23,7 +23,7 @@ pub struct Sums {
 
 /// Adds a difference to the monthly sums of the school and of each cohort of the trainee. People
 /// who are not trainees are not counted.
-pub(super) async fn add_to_tally(
+pub(crate) async fn add_to_tally(
     writer: &mut Connection,
     PersonKey { school_id: school, person_id: trainee }: PersonKey,
     at: Moment,

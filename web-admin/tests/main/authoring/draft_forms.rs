@@ -19,30 +19,30 @@ async fn instructor() -> (App, Client) {
 }
 
 /// The page of a draft, and what stands in its form.
-pub(super) struct FormWriter {
-    pub(super) client: Client,
-    pub(super) draft: String,
-    pub(super) fields: Vec<(String, String)>,
+pub(crate) struct FormWriter {
+    pub(crate) client: Client,
+    pub(crate) draft: String,
+    pub(crate) fields: Vec<(String, String)>,
 }
 
 impl FormWriter {
-    pub(super) async fn at(mut client: Client, draft: &str) -> Self {
+    pub(crate) async fn at(mut client: Client, draft: &str) -> Self {
         let page = client.get(draft).await;
         assert_eq!(page.status, 200, "{}", page.text());
         let draft = draft.split(['#', '?']).next().unwrap_or_default().to_owned();
         Self { client, draft, fields: fields_of_form(&page.text()) }
     }
 
-    pub(super) fn set(&mut self, name: &str, value: &str) {
+    pub(crate) fn set(&mut self, name: &str, value: &str) {
         let field = self.fields.iter_mut().find(|(known, _)| known == name);
         field.unwrap_or_else(|| panic!("no field {name}")).1 = value.to_owned();
     }
 
-    pub(super) fn value(&self, name: &str) -> &str {
+    pub(crate) fn value(&self, name: &str) -> &str {
         self.fields.iter().find(|(known, _)| known == name).map_or("", |(_, value)| value)
     }
 
-    pub(super) async fn act(&mut self, act: &str) -> Answer {
+    pub(crate) async fn act(&mut self, act: &str) -> Answer {
         let mut fields: Vec<(&str, &str)> =
             self.fields.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
         fields.push(("act", act));
@@ -86,7 +86,7 @@ async fn begin(client: &mut Client, document: &str) -> String {
     client.form(&format!("{document}/draft"), &[("csrf", &csrf)]).await.header("location").to_owned()
 }
 
-pub(super) fn unix(text: &str) -> String {
+pub(crate) fn unix(text: &str) -> String {
     text.replace("\r\n", "\n")
 }
 

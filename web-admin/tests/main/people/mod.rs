@@ -21,7 +21,7 @@ use crate::support::{App, PASSWORD};
 
 const NOW: Moment = Moment::from_micros(1_795_269_600_000_000); // 2026-11-21 14:00 UTC
 
-pub(super) async fn school() -> (App, SchoolId, Client) {
+pub(crate) async fn school() -> (App, SchoolId, Client) {
     school_with(|_| {}).await
 }
 
@@ -34,7 +34,7 @@ async fn school_with(change: impl FnOnce(&mut Config)) -> (App, SchoolId, Client
 }
 
 /// Sends a roster as a browser would.
-pub(super) async fn send(client: &mut Client, file: &[u8], fields: &[(&str, &str)]) -> Answer {
+pub(crate) async fn send(client: &mut Client, file: &[u8], fields: &[(&str, &str)]) -> Answer {
     let csrf = csrf_in(&client.get("/people/roster").await.text());
     let mut body = Vec::new();
     for (name, value) in [("csrf", csrf.as_str())].iter().chain(fields) {
@@ -52,7 +52,7 @@ fn digest_in(page: &str) -> String {
 }
 
 /// Sends a roster, looks at it and confirms it.
-pub(super) async fn import(client: &mut Client, file: &str, fields: &[(&str, &str)]) -> Answer {
+pub(crate) async fn import(client: &mut Client, file: &str, fields: &[(&str, &str)]) -> Answer {
     let sent = send(client, file.as_bytes(), fields).await;
     assert_eq!(sent.status, 303, "{}", sent.text());
     let address = sent.header("location").to_owned();
@@ -60,7 +60,7 @@ pub(super) async fn import(client: &mut Client, file: &str, fields: &[(&str, &st
     confirm(client, &address, &shown).await
 }
 
-pub(super) async fn confirm(client: &mut Client, address: &str, shown: &str) -> Answer {
+pub(crate) async fn confirm(client: &mut Client, address: &str, shown: &str) -> Answer {
     let (csrf, digest) = (csrf_in(shown), digest_in(shown));
     client.form(address, &[("csrf", &csrf), ("digest", &digest), ("invite", "yes")]).await
 }
@@ -69,13 +69,13 @@ async fn count(app: &App) -> i64 {
     people::count_people(app.state.db.reader()).await.unwrap()
 }
 
-pub(super) async fn post(client: &mut Client, page: &str, path: &str, fields: &[(&str, &str)]) -> Answer {
+pub(crate) async fn post(client: &mut Client, page: &str, path: &str, fields: &[(&str, &str)]) -> Answer {
     let csrf = csrf_in(&client.get(page).await.text());
     client.form(path, &[&[("csrf", csrf.as_str())], fields].concat()).await
 }
 
 /// The mails that have gone out, as text.
-pub(super) async fn mails(app: &App) -> Vec<String> {
+pub(crate) async fn mails(app: &App) -> Vec<String> {
     outbox::work_off_letters(&app.state).await.unwrap();
     let MailTo::Folder(folder) = &app.state.config.mail else { panic!("mail goes to a folder") };
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
@@ -86,7 +86,7 @@ pub(super) async fn mails(app: &App) -> Vec<String> {
 }
 
 /// The path of the link in a mail.
-pub(super) fn link_in(mail: &str) -> String {
+pub(crate) fn link_in(mail: &str) -> String {
     let rest = mail.split("/join/").nth(1).unwrap_or_else(|| panic!("no link in {mail}"));
     format!("/join/{}", rest.split_whitespace().next().unwrap())
 }

@@ -84,7 +84,7 @@ async fn two_jobs() -> (App, [SessionKey; 2]) {
 
 /// Takes the job that is due first; dropped without a commit, it is nobody's.
 async fn claim_first(app: &App, tx: &mut Connection, now: Moment) -> Option<JobHold> {
-    for deaths in 0..tries::MOST_DEATHS {
+    for deaths in 0..parse_attempts::MOST_DEATHS {
         let due = jobs::JobQuery { now, deaths };
         for school in jobs::list_waiting_schools(&mut *tx, due).await.unwrap() {
             if let Some(job) = jobs::claim_due_job(tx, school, due, app.state.replica).await.unwrap() {

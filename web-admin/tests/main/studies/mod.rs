@@ -29,15 +29,15 @@ const STUDY: [(&str, &str); 11] = [
 ];
 
 /// A school in which a study is held, and a station.
-pub(super) struct StudyDay {
-    pub(super) school: School,
-    pub(super) teacher: Client,
-    pub(super) study: String,
+pub(crate) struct StudyDay {
+    pub(crate) school: School,
+    pub(crate) teacher: Client,
+    pub(crate) study: String,
     station: Client,
 }
 
 impl StudyDay {
-    pub(super) async fn new() -> Self {
+    pub(crate) async fn new() -> Self {
         let school = School::new().await;
         let mut teacher = school.app.signed_in("teacher@example.org").await;
         let csrf = csrf_in(&teacher.get("/studies/new").await.text());
@@ -48,17 +48,17 @@ impl StudyDay {
     }
 
     /// Sends a form of the study's page.
-    pub(super) async fn post(&mut self, path: &str, fields: &[(&str, &str)]) -> Answer {
+    pub(crate) async fn post(&mut self, path: &str, fields: &[(&str, &str)]) -> Answer {
         let csrf = csrf_in(&self.teacher.get(&self.study).await.text());
         send(&mut self.teacher, path, &[&[("csrf", csrf.as_str())], fields].concat()).await
     }
 
-    pub(super) async fn add(&mut self, fields: &[(&str, &str)]) -> Answer {
+    pub(crate) async fn add(&mut self, fields: &[(&str, &str)]) -> Answer {
         self.post(&format!("{}/participants", self.study), fields).await
     }
 
     /// The code of a guest who is an expert.
-    pub(super) async fn guest(&mut self) -> String {
+    pub(crate) async fn guest(&mut self) -> String {
         let fields = [("group", "1"), ("fact", "surgeon"), ("fact", "12"), ("consent", "yes")];
         code_in(&self.add(&fields).await)
     }
@@ -70,7 +70,7 @@ impl StudyDay {
     }
 
     /// Somebody types their code, and agrees to what they are asked.
-    pub(super) async fn sign_in(&mut self, code: &str) -> Answer {
+    pub(crate) async fn sign_in(&mut self, code: &str) -> Answer {
         let answer = self.type_code(json!({ "code": code })).await;
         if answer.status != 202 {
             return answer;
@@ -80,7 +80,7 @@ impl StudyDay {
     }
 
     /// An attempt of somebody at the station.
-    pub(super) async fn attempt(&mut self, trainee: &Value) -> SessionId {
+    pub(crate) async fn attempt(&mut self, trainee: &Value) -> SessionId {
         let session_id = SessionId::random();
         let trainee = trainee.as_str().unwrap().to_owned();
         let attempt = Attempt { session_id, trainee, ..Attempt::default() };
@@ -91,7 +91,7 @@ impl StudyDay {
     }
 
     /// Answers at the station what is asked after an attempt.
-    pub(super) async fn answer(&mut self, session: SessionId, survey: &Value, item: &str) -> Answer {
+    pub(crate) async fn answer(&mut self, session: SessionId, survey: &Value, item: &str) -> Answer {
         let path = format!("/api/v1/sessions/{session}/survey/{}", survey["survey_id"].as_str().unwrap());
         let secret: String = session.uuid().simple().to_string().repeat(2);
         let secret = if item == "mental" { secret } else { secret.chars().rev().collect() };
@@ -102,7 +102,7 @@ impl StudyDay {
         self.station.send(request.body(Body::from(given.to_string())).unwrap()).await
     }
 
-    pub(super) async fn count(&self, statement: &'static str) -> i64 {
+    pub(crate) async fn count(&self, statement: &'static str) -> i64 {
         sqlx::query_scalar(statement).fetch_one(self.school.app.state.db.reader()).await.unwrap()
     }
 }
@@ -235,7 +235,7 @@ async fn whoever_leaves_is_out_with_all_they_said() {
 }
 
 /// Somebody of the school answers what they are asked on their own page.
-pub(super) async fn answer_request(client: &mut Client, answer: &str) -> Answer {
+pub(crate) async fn answer_request(client: &mut Client, answer: &str) -> Answer {
     let page = client.get("/account/studies").await.text();
     let is_answer = |value: &&str| value.starts_with("/account/studies/") && value.ends_with(answer);
     let path = page.split('"').rfind(is_answer).expect("somebody asks").to_owned();

@@ -19,7 +19,7 @@ use crate::support::recordings::{Attempt, record};
 use crate::support::{App, Member, course_folder};
 
 /// A form as a browser sends it, whatever stands in it.
-pub(super) async fn send(client: &mut Client, path: &str, fields: &[(&str, &str)]) -> Answer {
+pub(crate) async fn send(client: &mut Client, path: &str, fields: &[(&str, &str)]) -> Answer {
     let escape = |text: &str| text.bytes().map(|b| format!("%{b:02X}")).collect::<String>();
     let pairs: Vec<_> = fields.iter().map(|(name, value)| format!("{}={}", escape(name), escape(value))).collect();
     let request = Request::post(path)
@@ -35,15 +35,15 @@ fn led_to(answer: &Answer) -> String {
     answer.header("location").to_owned()
 }
 
-pub(super) struct School {
-    pub(super) app: App,
-    pub(super) id: SchoolId,
-    pub(super) ada: Member,
+pub(crate) struct School {
+    pub(crate) app: App,
+    pub(crate) id: SchoolId,
+    pub(crate) ada: Member,
 }
 
 impl School {
     /// A school with the shipped instruments, a trainee in a cohort, her teacher, another teacher and a head.
-    pub(super) async fn new() -> Self {
+    pub(crate) async fn new() -> Self {
         let app = App::with(Clock::fixed(Moment::from(datetime!(2026-05-20 09:30 UTC))), |_| {}).await;
         let id = app.school("North").await;
         let now = app.state.clock.now();
@@ -63,7 +63,7 @@ impl School {
     }
 
     /// Makes a survey in the browser, and returns its path.
-    pub(super) async fn survey(&self, teacher: &mut Client, instrument: &str, fields: &[(&str, &str)]) -> String {
+    pub(crate) async fn survey(&self, teacher: &mut Client, instrument: &str, fields: &[(&str, &str)]) -> String {
         let csrf = csrf_in(&teacher.get("/surveys/new").await.text());
         let common = [("csrf", csrf.as_str()), ("instrument", instrument), ("title", "What do you think?")];
         let made = send(teacher, "/surveys/new", &[&common[..], fields].concat()).await;
@@ -71,7 +71,7 @@ impl School {
     }
 
     /// Makes links, and returns their paths.
-    pub(super) async fn links(&self, teacher: &mut Client, survey: &str, labels: &str) -> Vec<String> {
+    pub(crate) async fn links(&self, teacher: &mut Client, survey: &str, labels: &str) -> Vec<String> {
         let csrf = csrf_in(&teacher.get(survey).await.text());
         let page = send(teacher, &format!("{survey}/links"), &[("csrf", &csrf), ("labels", labels)]).await.text();
         page.split("href=\"http://localhost/survey/")
@@ -81,12 +81,12 @@ impl School {
     }
 
     /// The cohort's id, as the form of a new survey has it.
-    pub(super) async fn cohort(&self, teacher: &mut Client) -> String {
+    pub(crate) async fn cohort(&self, teacher: &mut Client) -> String {
         let page = teacher.get("/surveys/new").await.text();
         page.split("name=\"cohort\" value=\"").nth(1).unwrap().split('"').next().unwrap().to_owned()
     }
 
-    pub(super) async fn upload(&self) -> SessionId {
+    pub(crate) async fn upload(&self) -> SessionId {
         let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
         let answer = self.app.with_token(&self.ada.token).upload(&record(&attempt)).await;
         assert_eq!(answer.status, 201, "{}", answer.text());

@@ -20,14 +20,14 @@ use crate::{ApiId, ApiJson};
 
 /// Comments in the order of their moments, each followed by its answers in the order of their time.
 #[derive(Debug, Serialize, ToSchema)]
-pub(super) struct Comments {
+pub(crate) struct Comments {
     comments: Vec<CommentRecord>,
 }
 
 /// Lists the comments on an attempt.
 #[utoipa::path(get, path = "/sessions/{id}/comments", tag = "comments", operation_id = "list_comments", params(("id" = Uuid, Path)),
     responses((status = 200, body = Comments), (status = 404, body = ProblemDocument)))]
-pub(super) async fn list_comments(
+pub(crate) async fn list_comments(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<SessionId>,
@@ -38,7 +38,7 @@ pub(super) async fn list_comments(
 
 /// A comment on a moment, or on an interval.
 #[derive(Debug, Deserialize, ToSchema)]
-pub(super) struct NewComment {
+pub(crate) struct NewComment {
     /// praise, error, question or teaching.
     kind: String,
     /// The moment, or the start of the interval, in s since the start of the attempt.
@@ -51,7 +51,7 @@ pub(super) struct NewComment {
 
 /// The comment that was added.
 #[derive(Debug, Serialize, ToSchema)]
-pub(super) struct Added {
+pub(crate) struct Added {
     #[schema(value_type = Uuid)]
     id: CommentId,
 }
@@ -59,7 +59,7 @@ pub(super) struct Added {
 /// Adds a comment.
 #[utoipa::path(post, path = "/sessions/{id}/comments", tag = "comments", operation_id = "add_comment", params(("id" = Uuid, Path)), request_body = NewComment,
     responses((status = 201, body = Added), (status = 404, body = ProblemDocument), (status = 422, body = ProblemDocument)))]
-pub(super) async fn add_comment(
+pub(crate) async fn add_comment(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<SessionId>,

@@ -28,7 +28,7 @@ const SHARED: [(HeaderName, &str); 4] = [
 
 /// Lets pages of the allowed origins read the response. Preflight requests (`OPTIONS`) need no
 /// authentication.
-pub(super) async fn share_with_origin(State(state): State<AppState>, request: Request, next: Next) -> Response {
+pub(crate) async fn share_with_origin(State(state): State<AppState>, request: Request, next: Next) -> Response {
     let origin = request.headers().get(header::ORIGIN).cloned();
     let is_shared = match &origin {
         Some(origin) => is_allowed_origin(&state, origin).await,

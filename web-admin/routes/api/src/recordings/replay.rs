@@ -25,7 +25,7 @@ use crate::recordings::sessions::find_session;
 
 /// Raw query parameters, so that each refusal names its field.
 #[derive(Deserialize)]
-pub(super) struct SeriesQuery {
+pub(crate) struct SeriesQuery {
     points: Option<String>,
     from_s: Option<String>,
     to_s: Option<String>,
@@ -33,7 +33,7 @@ pub(super) struct SeriesQuery {
 
 /// An attempt over time.
 #[derive(Debug, Serialize, ToSchema)]
-pub(super) struct Series {
+pub(crate) struct Series {
     /// Spans of time in order.
     spans: Vec<TimeSpan>,
 }
@@ -46,7 +46,7 @@ pub(super) struct Series {
            ("to_s" = Option<f64>, Query, description = "where it ends, in s; the end by default")),
     responses((status = 200, body = Series), (status = 400, body = ProblemDocument), (status = 404, body = ProblemDocument),
               (status = 410, body = ProblemDocument), (status = 503, body = ProblemDocument)))]
-pub(super) async fn show_series(
+pub(crate) async fn show_series(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<SessionId>,
@@ -57,7 +57,7 @@ pub(super) async fn show_series(
 }
 
 /// Returns the spans of a session that the caller may see.
-pub(super) async fn series_of_spans(
+pub(crate) async fn series_of_spans(
     state: &AppState,
     session: &Session,
     query: Result<Query<SeriesQuery>, QueryRejection>,
@@ -94,7 +94,7 @@ fn round_seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error>
 #[utoipa::path(get, path = "/sessions/{id}/replay", tag = "replay", operation_id = "show_replay_stage", params(("id" = Uuid, Path)),
     responses((status = 200, body = ReplayStage), (status = 404, body = ProblemDocument),
               (status = 410, body = ProblemDocument), (status = 503, body = ProblemDocument)))]
-pub(super) async fn show_stage(
+pub(crate) async fn show_stage(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<SessionId>,
@@ -110,7 +110,7 @@ pub(super) async fn show_stage(
               (status = 206, content_type = "application/octet-stream"), (status = 416),
               (status = 404, body = ProblemDocument),
               (status = 410, body = ProblemDocument), (status = 503, body = ProblemDocument)))]
-pub(super) async fn show_frames(
+pub(crate) async fn show_frames(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<SessionId>,
@@ -120,14 +120,14 @@ pub(super) async fn show_frames(
 }
 
 /// File name and media type of a part of a replay.
-pub(super) type SeriesPart = (&'static str, &'static str);
+pub(crate) type SeriesPart = (&'static str, &'static str);
 /// The static part.
-pub(super) const STAGE: SeriesPart = (replay_files::STAGE, "application/json");
+pub(crate) const STAGE: SeriesPart = (replay_files::STAGE, "application/json");
 /// The moving part.
-pub(super) const FRAMES: SeriesPart = (replay_files::FRAMES, "application/octet-stream");
+pub(crate) const FRAMES: SeriesPart = (replay_files::FRAMES, "application/octet-stream");
 
 /// Serves a part of the replay of a session that the caller may see.
-pub(super) async fn serve_part(
+pub(crate) async fn serve_part(
     state: &AppState,
     session: &Session,
     request: Request,

@@ -55,18 +55,18 @@ const SESSION: HeaderName = HeaderName::from_static("stylet-session");
 const MOST_METADATA_BYTES: usize = 4096;
 
 /// Returns the endpoints that require a token.
-pub(super) fn caller_endpoints() -> OpenApiRouter<AppState> {
+pub(crate) fn caller_endpoints() -> OpenApiRouter<AppState> {
     OpenApiRouter::default().routes(routes!(create_upload)).routes(routes!(show_upload, append_piece, terminate_upload))
 }
 
 /// Returns the public endpoints. The capabilities of the server are public, and clients query them
 /// before they authenticate.
-pub(super) fn open_endpoints() -> OpenApiRouter<AppState> {
+pub(crate) fn open_endpoints() -> OpenApiRouter<AppState> {
     OpenApiRouter::default().routes(routes!(describe_server))
 }
 
 /// Returns the routes of tus. Authentication precedes the check of the version.
-pub(super) fn upload_routes(state: &AppState) -> Routes {
+pub(crate) fn upload_routes(state: &AppState) -> Routes {
     // Aliases under another method or path are described at the endpoint that they call.
     let with_token =
         Routes::described(caller_endpoints()).route("/uploads/{id}", post(override_method)).around(|routes| {
@@ -100,7 +100,7 @@ async fn require_tus_version(request: Request, next: Next) -> Result<Response, A
 /// Describes the supported version, extensions and limits of tus.
 #[utoipa::path(options, path = "/uploads", tag = "tus", operation_id = "describe_uploads", security(()),
     responses((status = 204, description = "Tus-Version, Tus-Extension, Tus-Max-Size, Tus-Checksum-Algorithm")))]
-pub(super) async fn describe_server(State(state): State<AppState>) -> impl IntoResponse {
+pub(crate) async fn describe_server(State(state): State<AppState>) -> impl IntoResponse {
     let headers = [
         ("tus-version", VERSION.to_owned()),
         ("tus-extension", EXTENSIONS.to_owned()),
@@ -120,7 +120,7 @@ pub(super) async fn describe_server(State(state): State<AppState>) -> impl IntoR
               (status = 401, body = ProblemDocument), (status = 412, body = ProblemDocument), (status = 413, body = ProblemDocument),
               (status = 415, body = ProblemDocument), (status = 422, body = ProblemDocument),
               (status = 429, body = ProblemDocument, description = "Too much was begun and not ended"), (status = 507, body = ProblemDocument)))]
-pub(super) async fn create_upload(
+pub(crate) async fn create_upload(
     State(state): State<AppState>,
     caller: Caller,
     headers: HeaderMap,
@@ -159,7 +159,7 @@ pub(super) async fn create_upload(
     responses((status = 200, description = "Upload-Offset, Upload-Length, Upload-Metadata, Upload-Expires; \
                                             Stylet-Session once it is an attempt"),
               (status = 404), (status = 410), (status = 412)))]
-pub(super) async fn show_upload(
+pub(crate) async fn show_upload(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<UploadId>,
@@ -187,7 +187,7 @@ pub(super) async fn show_upload(
               (status = 423, body = ProblemDocument, description = "It is being taken in"),
               (status = 460, body = ProblemDocument, description = "The piece is not what its checksum says"),
               (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner or the store does not answer; Retry-After")))]
-pub(super) async fn append_piece(
+pub(crate) async fn append_piece(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<UploadId>,
@@ -203,7 +203,7 @@ pub(super) async fn append_piece(
 #[utoipa::path(delete, path = "/uploads/{id}", tag = "tus", operation_id = "end_upload", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
     responses((status = 204), (status = 404, body = ProblemDocument), (status = 410, body = ProblemDocument),
               (status = 412, body = ProblemDocument), (status = 423, body = ProblemDocument)))]
-pub(super) async fn terminate_upload(
+pub(crate) async fn terminate_upload(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<UploadId>,

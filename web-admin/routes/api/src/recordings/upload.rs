@@ -36,7 +36,7 @@ use crate::recordings::sessions::SessionView;
               (status = 451, body = ProblemDocument, description = "Of somebody who was erased, has withdrawn, or never agreed; remove it"),
               (status = 507, body = ProblemDocument, description = "The disk is down to its reserve"),
               (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner or the store does not answer; Retry-After")))]
-pub(super) async fn upload_recording(
+pub(crate) async fn upload_recording(
     State(state): State<AppState>,
     caller: Caller,
     headers: HeaderMap,
@@ -61,7 +61,7 @@ pub(super) async fn upload_recording(
 }
 
 /// Converts a request body to the form expected by `acts`.
-pub(super) fn receive_recording(body: Body) -> Arriving {
+pub(crate) fn receive_recording(body: Body) -> Arriving {
     let announced_bytes = body.size_hint().lower();
     Arriving { announced_bytes, chunks: body.into_data_stream().map_err(anyhow::Error::from).boxed() }
 }
@@ -78,7 +78,7 @@ fn bearer_of_caller(caller: &Caller) -> Bearer {
 }
 
 /// Returns how far the sender's clock is ahead of the server's, in µs, if the header is present.
-pub(super) fn read_clock_ahead(headers: &HeaderMap, now: Moment) -> Result<Option<i64>, Error> {
+pub(crate) fn read_clock_ahead(headers: &HeaderMap, now: Moment) -> Result<Option<i64>, Error> {
     let Some(told) = headers.get("stylet-clock") else { return Ok(None) };
     let told = told.to_str().unwrap_or_default();
     let clock = OffsetDateTime::parse(told, &Rfc3339)

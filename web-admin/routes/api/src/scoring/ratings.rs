@@ -48,7 +48,7 @@ async fn show_blindly(
     params(("id" = Uuid, Path, description = "a rating of the caller"), ("points" = Option<usize>, Query),
            ("from_s" = Option<f64>, Query), ("to_s" = Option<f64>, Query)),
     responses((status = 200, body = Series), (status = 400, body = ProblemDocument), (status = 404, body = ProblemDocument)))]
-pub(super) async fn show_rated_series(
+pub(crate) async fn show_rated_series(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<RatingId>,
@@ -62,7 +62,7 @@ pub(super) async fn show_rated_series(
 #[utoipa::path(get, path = "/ratings/{id}/replay", tag = "ratings", operation_id = "show_rated_replay_stage",
     params(("id" = Uuid, Path, description = "a rating of the caller")),
     responses((status = 200, body = ReplayStage), (status = 404, body = ProblemDocument)))]
-pub(super) async fn show_rated_stage(
+pub(crate) async fn show_rated_stage(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<RatingId>,
@@ -78,7 +78,7 @@ pub(super) async fn show_rated_stage(
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 416),
               (status = 404, body = ProblemDocument)))]
-pub(super) async fn show_rated_frames(
+pub(crate) async fn show_rated_frames(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<RatingId>,

@@ -183,7 +183,7 @@ impl OverrideView {
 #[utoipa::path(get, path = "/sessions/{id}/score", tag = "score", operation_id = "show_score", params(("id" = Uuid, Path)),
     responses((status = 200, body = GradedDocument), (status = 202, body = WaitingDocument),
               (status = 404, body = ProblemDocument, description = "No such attempt, or one that cannot be scored")))]
-pub(super) async fn show_score(
+pub(crate) async fn show_score(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<SessionId>,

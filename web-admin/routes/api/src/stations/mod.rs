@@ -26,7 +26,7 @@ use crate::{ApiJson, surveys};
 
 /// A station that requests to join.
 #[derive(Deserialize, ToSchema)]
-pub(super) struct PairRequest {
+pub(crate) struct PairRequest {
     /// The code from the administrator's page; case, spaces and hyphens are ignored.
     code: String,
     /// Name of the station at its school, 1 to 60 characters.
@@ -39,7 +39,7 @@ pub(super) struct PairRequest {
 
 /// A station that has joined.
 #[derive(Serialize, ToSchema)]
-pub(super) struct PairedView {
+pub(crate) struct PairedView {
     #[schema(value_type = Uuid)]
     station_id: StationId,
     name: String,
@@ -55,7 +55,7 @@ pub(super) struct PairedView {
               (status = 403, body = ProblemDocument, description = "The code is unknown, used or expired"),
               (status = 409, body = ProblemDocument, description = "A station of the school has this name"),
               (status = 422, body = ProblemDocument), (status = 429, body = ProblemDocument)))]
-pub(super) async fn pair_station(
+pub(crate) async fn pair_station(
     State(state): State<AppState>,
     ClientAddress(address): ClientAddress,
     ApiJson(asked): ApiJson<PairRequest>,
@@ -68,7 +68,7 @@ pub(super) async fn pair_station(
 
 /// The calling station.
 #[derive(Serialize, ToSchema)]
-pub(super) struct StationView {
+pub(crate) struct StationView {
     #[schema(value_type = Uuid)]
     station_id: StationId,
     name: String,
@@ -79,7 +79,7 @@ pub(super) struct StationView {
 /// Returns the calling station: whether its token is still valid, and for which school.
 #[utoipa::path(get, path = "/stations/me", tag = "stations", operation_id = "show_station",
     responses((status = 200, body = StationView), (status = 401, body = ProblemDocument), (status = 403, body = ProblemDocument)))]
-pub(super) async fn show_station(State(state): State<AppState>, caller: Caller) -> Result<Json<StationView>, ApiError> {
+pub(crate) async fn show_station(State(state): State<AppState>, caller: Caller) -> Result<Json<StationView>, ApiError> {
     let station = caller.station()?;
     let school = schools::find_school_name(state.db.reader(), station.school_id).await?;
     Ok(Json(StationView { station_id: station.id, name: station.name.clone(), school }))
@@ -87,7 +87,7 @@ pub(super) async fn show_station(State(state): State<AppState>, caller: Caller) 
 
 /// A request to sign in at a station.
 #[derive(Deserialize, ToSchema)]
-pub(super) struct SignInRequest {
+pub(crate) struct SignInRequest {
     /// The code from the person's own page, or a guest's code of a study; case, spaces and hyphens
     /// are ignored.
     #[serde(alias = "pin")]
@@ -99,7 +99,7 @@ pub(super) struct SignInRequest {
 
 /// The person signed in at the station.
 #[derive(Serialize, ToSchema)]
-pub(super) struct SignedInView {
+pub(crate) struct SignedInView {
     /// The pseudonym that recordings contain as `trainee`.
     trainee: String,
     /// For the station's screen; never for a recording.
@@ -119,7 +119,7 @@ pub(super) struct SignedInView {
 
 /// The terms that a guest of a study must agree to before practising.
 #[derive(Serialize, ToSchema)]
-pub(super) struct ConsentAskedView {
+pub(crate) struct ConsentAskedView {
     /// Title of the study.
     study: String,
     /// The text that participants agree to, as written by the study's owner.
@@ -156,7 +156,7 @@ impl From<&Study> for ConsentAskedView {
               (status = 401, body = ProblemDocument),
               (status = 403, body = ProblemDocument, description = "Nobody's code, one of a study that has ended, or not a station's token"),
               (status = 429, body = ProblemDocument)))]
-pub(super) async fn sign_in_at_station(
+pub(crate) async fn sign_in_at_station(
     State(state): State<AppState>,
     caller: Caller,
     ApiJson(asked): ApiJson<SignInRequest>,

@@ -26,7 +26,7 @@ use crate::{ApiId, ApiJson};
 
 /// The surveys to be answered after an attempt.
 #[derive(Debug, Serialize, ToSchema)]
-pub(super) struct SurveysAfter {
+pub(crate) struct SurveysAfter {
     /// Empty if there is no survey, or all of them are answered.
     surveys: Vec<SurveyAfter>,
 }
@@ -63,7 +63,7 @@ struct Questions {
 
 /// A survey that a station may have to ask.
 #[derive(Debug, Serialize, ToSchema)]
-pub(super) struct StationSurvey {
+pub(crate) struct StationSurvey {
     #[serde(flatten)]
     questions: Questions,
     /// Exercises after which it is asked; empty for all exercises.
@@ -100,7 +100,7 @@ async fn questions_of_survey(state: &AppState, survey: Survey, guest: bool) -> R
 
 /// Returns the surveys that a station may have to ask a person after any exercise, so that it can
 /// ask them while offline.
-pub(super) async fn surveys_at_station(
+pub(crate) async fn surveys_at_station(
     state: &AppState,
     school: SchoolId,
     trainee: PersonId,
@@ -130,7 +130,7 @@ pub(super) async fn surveys_at_station(
 /// for its debriefing.
 #[utoipa::path(get, path = "/sessions/{id}/survey", tag = "surveys", operation_id = "list_surveys_after", params(("id" = Uuid, Path)),
     responses((status = 200, body = SurveysAfter), (status = 404, body = ProblemDocument)))]
-pub(super) async fn list_surveys_after(
+pub(crate) async fn list_surveys_after(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId<SessionId>,
@@ -160,7 +160,7 @@ async fn find_own_session(state: &AppState, caller: &Caller, id: SessionId) -> R
 /// Answers to a survey after an attempt.
 #[derive(Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct GivenAnswers {
+pub(crate) struct GivenAnswers {
     /// 64 hexadecimal digits drawn at random by the sender: with them the same answers can be sent
     /// again, and the respondent finds them at `/survey/{secret}` to continue or to withdraw them.
     secret: String,
@@ -178,7 +178,7 @@ pub(super) struct GivenAnswers {
 
 /// The state of a response.
 #[derive(Serialize, ToSchema)]
-pub(super) struct TakenAnswers {
+pub(crate) struct TakenAnswers {
     /// `begun`, `submitted` or `withdrawn`.
     #[schema(value_type = String)]
     state: ResponseState,
@@ -193,7 +193,7 @@ pub(super) struct TakenAnswers {
               (status = 409, body = ProblemDocument, description = "The person has answered elsewhere, or begun to"),
               (status = 410, body = ProblemDocument, description = "The survey is not asked after this attempt"),
               (status = 422, body = ProblemDocument, description = "An answer that is not allowed, or no consent")))]
-pub(super) async fn take_answers(
+pub(crate) async fn take_answers(
     State(state): State<AppState>,
     caller: Caller,
     Path((id, survey)): Path<(String, String)>,

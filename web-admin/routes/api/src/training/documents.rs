@@ -32,7 +32,7 @@ use crate::caller::Caller;
 
 /// The exercises that the caller may train now.
 #[derive(Debug, Serialize, ToSchema)]
-pub(super) struct Assignments {
+pub(crate) struct Assignments {
     /// Exercises that are not mastered and whose prerequisites are: assigned ones first, by due
     /// date, then course by course.
     assignments: Vec<Assignment>,
@@ -137,7 +137,7 @@ fn mastered_before(standing: &assignment::AssignmentStanding, open: &[Assignment
 /// mastered.
 #[utoipa::path(get, path = "/me/assignments", tag = "documents", operation_id = "list_assignments",
     responses((status = 200, body = Assignments), (status = 401, body = ProblemDocument)))]
-pub(super) async fn list_assignments(
+pub(crate) async fn list_assignments(
     State(state): State<AppState>,
     caller: Caller,
 ) -> Result<Json<Assignments>, ApiError> {
@@ -212,13 +212,13 @@ fn count_passes(rule: &Mastery, done: &StepProgress) -> (u32, u32, u32) {
 
 /// The exercises of the school, those due first.
 #[derive(Debug, Serialize, ToSchema)]
-pub(super) struct ExerciseList {
+pub(crate) struct ExerciseList {
     exercises: Vec<ListedExercise>,
 }
 
 /// An exercise in a list.
 #[derive(Debug, Serialize, ToSchema)]
-pub(super) struct ListedExercise {
+pub(crate) struct ListedExercise {
     exercise_id: String,
     title: String,
     /// 1–5.
@@ -241,7 +241,7 @@ pub(super) struct ListedExercise {
 /// do them. For a station, which acts for no particular person, no exercise is due.
 #[utoipa::path(get, path = "/exercises", tag = "documents", operation_id = "list_exercises",
     responses((status = 200, body = ExerciseList), (status = 401, body = ProblemDocument)))]
-pub(super) async fn list_exercises(
+pub(crate) async fn list_exercises(
     State(state): State<AppState>,
     caller: Caller,
 ) -> Result<Json<ExerciseList>, ApiError> {
@@ -250,7 +250,7 @@ pub(super) async fn list_exercises(
 }
 
 /// Returns the exercises of a school in the order in which a person is to do them.
-pub(super) async fn listed_exercises(
+pub(crate) async fn listed_exercises(
     state: &AppState,
     school: SchoolId,
     person: Option<PersonId>,
@@ -285,7 +285,7 @@ pub(super) async fn listed_exercises(
 }
 
 /// Returns the exercises of a guest's study, in the order of the school's list, all of them due.
-pub(super) async fn studied_exercises(
+pub(crate) async fn studied_exercises(
     state: &AppState,
     school: SchoolId,
     guest: PersonId,
@@ -301,7 +301,7 @@ pub(super) async fn studied_exercises(
 /// The current revision of an exercise.
 #[derive(Debug, Serialize, ToSchema)]
 #[schema(as = ExerciseView)]
-pub(super) struct ExerciseDocument {
+pub(crate) struct ExerciseDocument {
     exercise_id: String,
     title: String,
     /// 1–5.
@@ -324,7 +324,7 @@ pub(super) struct ExerciseDocument {
 
 /// A picture of a briefing.
 #[derive(Debug, Serialize, ToSchema)]
-pub(super) struct BriefingPicture {
+pub(crate) struct BriefingPicture {
     /// Its file name in the exercise document, which also contains its description.
     file: String,
     /// Its address.
@@ -339,7 +339,7 @@ pub(super) struct BriefingPicture {
 /// Returns the current revision of an exercise.
 #[utoipa::path(get, path = "/exercises/{id}", tag = "documents", operation_id = "show_exercise", params(("id" = String, Path)),
     responses((status = 200, body = ExerciseDocument), (status = 404, body = ProblemDocument)))]
-pub(super) async fn show_exercise(
+pub(crate) async fn show_exercise(
     State(state): State<AppState>,
     caller: Caller,
     Path(id): Path<String>,
@@ -378,7 +378,7 @@ pub(super) async fn show_exercise(
 #[utoipa::path(get, path = "/exercises/{id}/pictures/{number}", tag = "documents", operation_id = "show_picture",
     params(("id" = String, Path), ("number" = String, Path)),
     responses((status = 200, content_type = "application/octet-stream"), (status = 404, body = ProblemDocument)))]
-pub(super) async fn show_picture(
+pub(crate) async fn show_picture(
     State(state): State<AppState>,
     caller: Caller,
     Path((id, number)): Path<(String, String)>,

@@ -277,7 +277,7 @@ pub(super) async fn show_person(
 }
 
 /// Returns a person of the administrator's school.
-pub(super) async fn find_person(
+pub(crate) async fn find_person(
     state: &AppState,
     visitor: &CurrentPerson,
     id: PersonId,
@@ -387,7 +387,7 @@ pub(super) async fn disable_person(
     Ok(redirect_to_person(id, "disabled"))
 }
 
-pub(super) fn refuse_own_account(visitor: &CurrentPerson, id: PersonId) -> Result<(), Error> {
+pub(crate) fn refuse_own_account(visitor: &CurrentPerson, id: PersonId) -> Result<(), Error> {
     if visitor.id == id {
         return Err(Error::Conflict(tr!("nobody disables themselves: another administrator does that").to_owned()));
     }

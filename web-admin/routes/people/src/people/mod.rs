@@ -5,7 +5,7 @@ use routes_base::{Routes, get, post};
 
 mod account;
 mod bulk;
-mod directory;
+pub(crate) mod directory;
 mod roster;
 
 /// Returns the routes of these pages.

@@ -17,7 +17,8 @@ use routes_base::addresses::{PathId, encode_in_query, own_address};
 use routes_base::auth::{CsrfForm, NoFields, PageHead, Visitor};
 use routes_base::error::PageError;
 use routes_base::recordings::stored_files::serve_stored;
-use store::recordings::{links, sessions};
+use store::recordings::links::find_linked_session;
+use store::recordings::sessions;
 
 /// Viewers: name, origin, and the address that the recording's address is appended to.
 const VIEWERS: [(&str, &str, &str); 3] = [
@@ -32,7 +33,7 @@ const VIEWERS: [(&str, &str, &str); 3] = [
 
 /// Creates an address for the recording and renders the links to the viewers directly: with a
 /// redirect it would have to be stored.
-pub(super) async fn make_link(
+pub(crate) async fn make_link(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId<SessionId>,
@@ -54,7 +55,7 @@ pub(super) async fn make_link(
 }
 
 /// Serves the recording of a link, whole or as a byte range, also to the viewers' pages.
-pub(super) async fn open_link(
+pub(crate) async fn open_link(
     State(state): State<AppState>,
     path: Result<Path<(String, String)>, axum::extract::rejection::PathRejection>,
     request: Request,
@@ -64,7 +65,7 @@ pub(super) async fn open_link(
         return Ok(share_with_viewers(StatusCode::NO_CONTENT.into_response(), origin.as_ref()));
     }
     let Path((token, _)) = path.map_err(|_| Error::NotFound)?;
-    let found = links::find_linked_session(state.db.reader(), &secret::token_sha256(&token), state.clock.now()).await?;
+    let found = find_linked_session(state.db.reader(), &secret::token_sha256(&token), state.clock.now()).await?;
     let session = found.ok_or(Error::NotFound)?;
     let mut response = serve_stored(recordings::find(&state, &session).await?, request).await?;
     response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));

@@ -20,7 +20,7 @@ const MOST: u32 = 24;
 
 /// Returns the quartiles of each metric among others who attempted the same exercise; none for
 /// fewer than five.
-pub(super) async fn spreads_beside(
+pub(crate) async fn spreads_beside(
     state: &AppState,
     viewer: &CurrentPerson,
     session: &Session,

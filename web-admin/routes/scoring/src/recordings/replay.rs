@@ -38,7 +38,7 @@ use crate::recordings::sessions as attempts;
 
 /// Query parameters of the replay.
 #[derive(Debug, Default, Deserialize)]
-pub(super) struct ReplayQuery {
+pub(crate) struct ReplayQuery {
     /// An attempt to overlay; empty for none.
     #[serde(default)]
     with: String,
@@ -50,7 +50,7 @@ pub(super) struct ReplayQuery {
     asked: AskedReviews,
 }
 
-pub(super) async fn show_replay(
+pub(crate) async fn show_replay(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId<SessionId>,
@@ -148,13 +148,13 @@ async fn compare_with_experts(
 }
 
 #[derive(Debug, Deserialize)]
-pub(super) struct ConsentForm {
+pub(crate) struct ConsentForm {
     #[serde(default)]
     consent: String,
 }
 
 /// Gives or withdraws the visitor's own consent to be one of the experts.
-pub(super) async fn change_own_consent(
+pub(crate) async fn change_own_consent(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     CsrfForm(form): CsrfForm<ConsentForm>,
@@ -207,7 +207,7 @@ fn comment_views(kept: &[CommentRecord], visitor: &CurrentPerson) -> Vec<Comment
 }
 
 /// Adds a comment; a refused one is shown again with the input.
-pub(super) async fn add_comment(
+pub(crate) async fn add_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId<SessionId>,
@@ -228,13 +228,13 @@ pub(super) async fn add_comment(
 }
 
 #[derive(Debug, Deserialize)]
-pub(super) struct CommentAnswerForm {
+pub(crate) struct CommentAnswerForm {
     #[serde(default)]
     body: String,
 }
 
 /// Answers a comment.
-pub(super) async fn answer_comment(
+pub(crate) async fn answer_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     path: Result<Path<(SessionId, CommentId)>, axum::extract::rejection::PathRejection>,
@@ -259,7 +259,7 @@ pub(super) async fn answer_comment(
 }
 
 /// Withdraws a comment or an answer of the visitor's own.
-pub(super) async fn withdraw_comment(
+pub(crate) async fn withdraw_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     path: Result<Path<(SessionId, CommentId)>, axum::extract::rejection::PathRejection>,

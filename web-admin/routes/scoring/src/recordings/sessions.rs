@@ -29,7 +29,7 @@ use store::training::reports;
 
 use crate::recordings::others;
 
-pub(super) async fn show_session(
+pub(crate) async fn show_session(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId<SessionId>,
@@ -72,13 +72,13 @@ pub(super) async fn show_session(
 }
 
 /// Returns the current title of the attempted exercise, or its id if it is no longer taught.
-pub(super) async fn title_of_exercise(state: &AppState, session: &Session) -> Result<String, Error> {
+pub(crate) async fn title_of_exercise(state: &AppState, session: &Session) -> Result<String, Error> {
     let taught = exercises::find_current_revision(state.db.reader(), session.school_id, &session.exercise_id).await?;
     Ok(taught.map_or_else(|| session.exercise_id.clone(), |taught| taught.title))
 }
 
 /// Returns name and page of the trainee, unless the visitor is the trainee.
-pub(super) async fn name_of_trainee(
+pub(crate) async fn name_of_trainee(
     state: &AppState,
     person: &CurrentPerson,
     session: &Session,

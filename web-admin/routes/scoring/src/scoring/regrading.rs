@@ -27,7 +27,7 @@ use store::scoring::regradings::Regrading;
 /// Attempts per page.
 const PER_PAGE: u32 = 50;
 
-pub(super) fn regrading_routes() -> Routes {
+pub(crate) fn regrading_routes() -> Routes {
     Routes::new()
         .route("/exercises/{id}/regrade", get(choose_rubric).merge(post(look_at_regrading)))
         .route("/regradings/{id}", get(show_regrading).merge(post(confirm_regrading)))

@@ -40,14 +40,14 @@ use crate::recordings::sessions as attempts;
 
 /// Filter and position of the review queue.
 #[derive(Debug, Default, Deserialize)]
-pub(super) struct QueueQuery {
+pub(crate) struct QueueQuery {
     #[serde(flatten)]
     asked: AskedReviews,
     #[serde(default)]
     after: String,
 }
 
-pub(super) async fn show_queue(
+pub(crate) async fn show_queue(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
@@ -111,7 +111,7 @@ async fn find_visible_attempt(state: &AppState, person: &CurrentPerson, id: Sess
 }
 
 /// Returns a scored attempt that a person may grade.
-pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: SessionId) -> Result<Session, Error> {
+pub(crate) async fn find_scored(state: &AppState, person: &CurrentPerson, id: SessionId) -> Result<Session, Error> {
     let session = find_visible_attempt(state, person, id).await?;
     match grades::find_grade(state.db.reader(), session.key()).await? {
         Some(_) => Ok(session),
@@ -119,7 +119,7 @@ pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: Se
     }
 }
 
-pub(super) async fn show_grade(
+pub(crate) async fn show_grade(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId<SessionId>,
@@ -221,7 +221,7 @@ fn grade_history(
 }
 
 /// Overrides the computed score. Without a reason it is refused, and the input is shown again.
-pub(super) async fn put_override(
+pub(crate) async fn put_override(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId<SessionId>,
@@ -243,13 +243,13 @@ pub(super) async fn put_override(
 }
 
 #[derive(Debug, Deserialize)]
-pub(super) struct ReasonForm {
+pub(crate) struct ReasonForm {
     #[serde(default)]
     reason: String,
 }
 
 /// Withdraws the override, so that the computed score counts again.
-pub(super) async fn withdraw_override(
+pub(crate) async fn withdraw_override(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId<SessionId>,
@@ -271,7 +271,7 @@ pub(super) async fn withdraw_override(
 }
 
 #[derive(Debug, Deserialize)]
-pub(super) struct MarkForm {
+pub(crate) struct MarkForm {
     #[serde(default)]
     mark: String,
     /// Page to open next: `next` for the next attempt of the queue, `stay` for the replay, else the
@@ -284,7 +284,7 @@ pub(super) struct MarkForm {
 }
 
 /// Marks an attempt as reviewed, or returns it to the queue.
-pub(super) async fn mark_reviewed(
+pub(crate) async fn mark_reviewed(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId<SessionId>,
@@ -322,7 +322,7 @@ fn replay_in_queue(session: SessionId, filter: &ReviewFilter) -> String {
 }
 
 /// Shows the attempt's score by the current rubric.
-pub(super) async fn preview_regrade(
+pub(crate) async fn preview_regrade(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId<SessionId>,
@@ -361,7 +361,7 @@ async fn assess_by_today(state: &AppState, session: &Session) -> Result<Assessme
 
 /// Grades the attempt by the current rubric. Without a reason it is refused, and the input is shown
 /// again.
-pub(super) async fn regrade_attempt(
+pub(crate) async fn regrade_attempt(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId<SessionId>,

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use crate::scoring::review::find_scored;
 
 #[derive(Debug, Deserialize)]
-pub(super) struct SupervisionForm {
+pub(crate) struct SupervisionForm {
     #[serde(default)]
     confirm: String,
     /// The assignment from whose page the form was sent.
@@ -22,7 +22,7 @@ pub(super) struct SupervisionForm {
 }
 
 /// Confirms the supervision, or withdraws the confirmation.
-pub(super) async fn confirm_supervision(
+pub(crate) async fn confirm_supervision(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId<SessionId>,

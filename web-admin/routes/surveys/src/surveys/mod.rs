@@ -8,7 +8,7 @@ pub(super) mod results;
 
 use acts::error::Error;
 use acts::surveys::answering::SurveyOccasion;
-use acts::surveys::{answering, instrument_of};
+use acts::surveys::{answering as answers, instrument_of};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Response};
 use model::ids::{SessionId, SurveyId};
@@ -209,6 +209,6 @@ async fn begin_answer(
     let instrument = instrument_of(&state, &survey).await?;
     let language = instrument.language_for(&form.lang);
     let token =
-        answering::begin(&state, &person, SurveyOccasion { survey: &survey, session: form.session, language }).await?;
+        answers::begin(&state, &person, SurveyOccasion { survey: &survey, session: form.session, language }).await?;
     Ok(FormAnswer::lead_to(&format!("/survey/{token}")))
 }

@@ -25,7 +25,7 @@ use store::scoring::ratings::{Rating, RatingCell, Round};
 mod make;
 mod rate;
 
-pub(super) fn rating_routes() -> Routes {
+pub(crate) fn rating_routes() -> Routes {
     Routes::new()
         .route("/ratings", get(list_ratings).merge(post(make::make_round)))
         .route("/ratings/new", get(make::show_new_round))

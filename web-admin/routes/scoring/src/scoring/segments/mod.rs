@@ -26,7 +26,7 @@ use store::training::reports::NamedItem;
 mod make;
 mod trace;
 
-pub(super) fn segment_routes() -> Routes {
+pub(crate) fn segment_routes() -> Routes {
     Routes::new()
         .route("/segments", get(list_tasks).merge(post(make::make_task)))
         .route("/segments/new", get(make::show_new_task))
