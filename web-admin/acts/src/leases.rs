@@ -4,7 +4,7 @@
 use std::future::Future;
 use std::time::Duration;
 
-use crate::error::{Error, tell_in_full};
+use crate::error::{Error, error_chain};
 
 /// Delay between retries.
 const AGAIN: Duration = Duration::from_secs(2);
@@ -15,20 +15,20 @@ const AGAIN: Duration = Duration::from_secs(2);
 /// # Errors
 /// Fails if the lease has not been released yet. If the database answers with an error, there is no
 /// further retry, and the lease lasts until the service stops.
-pub async fn let_go<Released>(what: &'static str, release: impl Fn() -> Released + Send + 'static) -> Result<(), Error>
+pub async fn release<Released>(what: &'static str, release: impl Fn() -> Released + Send + 'static) -> Result<(), Error>
 where
     Released: Future<Output = Result<(), Error>> + Send,
 {
     let done = release().await;
-    if matches!(done, Err(Error::DatabaseAway(_))) {
+    if matches!(done, Err(Error::DatabaseUnavailable(_))) {
         tokio::spawn(async move {
             loop {
                 tokio::time::sleep(AGAIN).await;
                 match release().await {
                     Ok(()) => return,
-                    Err(Error::DatabaseAway(_)) => {}
+                    Err(Error::DatabaseUnavailable(_)) => {}
                     Err(error) => {
-                        tracing::warn!(cause = tell_in_full(&error), "{what} stays held until the service stops");
+                        tracing::warn!(cause = error_chain(&error), "{what} stays held until the service stops");
                         return;
                     }
                 }
@@ -54,9 +54,9 @@ mod tests {
     async fn tries(away: usize, then: fn() -> Result<(), Error>) -> usize {
         let tried = Arc::new(AtomicUsize::new(0));
         let counted = Arc::clone(&tried);
-        let first = let_go("a recording", move || {
+        let first = release("a recording", move || {
             let before = counted.fetch_add(1, SeqCst);
-            async move { if before < away { Err(Error::DatabaseAway(anyhow::anyhow!("cut"))) } else { then() } }
+            async move { if before < away { Err(Error::DatabaseUnavailable(anyhow::anyhow!("cut"))) } else { then() } }
         });
         assert_eq!(first.await.is_err(), away > 0 || then().is_err());
         tokio::time::sleep(AGAIN * 4).await;

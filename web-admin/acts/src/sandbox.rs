@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::platform::helper::{Helper, HelperExit, run_helper};
-use crate::sandbox_jobs::{JudgeAnswer, JudgeQuestion, answer};
+use crate::sandbox_jobs::{SandboxRequest, SandboxResponse, answer};
 use crate::service::Service;
 
 /// Time limit for reading an uploaded recording.
@@ -15,39 +15,39 @@ const LONGEST_FILE: Duration = Duration::from_secs(10);
 ///
 /// # Errors
 /// Fails if the helper cannot be started or its output cannot be parsed. A crash or a timeout of
-/// the helper is not an error but [`JudgeAnswer::Died`].
-pub async fn ask(state: &Service, question: JudgeQuestion) -> anyhow::Result<JudgeAnswer> {
-    ask_within(state, question, Duration::MAX).await
+/// the helper is not an error but [`SandboxResponse::Died`].
+pub async fn ask(state: &Service, question: SandboxRequest) -> anyhow::Result<SandboxResponse> {
+    call_within(state, question, Duration::MAX).await
 }
 
 /// Like [`ask`], with an upper limit on the time. In-process jobs have no time limit.
 ///
 /// # Errors
 /// As [`ask`].
-pub async fn ask_within(state: &Service, question: JudgeQuestion, most: Duration) -> anyhow::Result<JudgeAnswer> {
+pub async fn call_within(state: &Service, question: SandboxRequest, most: Duration) -> anyhow::Result<SandboxResponse> {
     let Some(helper) = &state.config.helper else {
         let examine_draft = state.examine_draft;
         return Ok(state.parse(move || answer(question, examine_draft)).await?);
     };
     let time = match &question {
-        JudgeQuestion::Recording(_) => helper.time,
-        JudgeQuestion::Arrival(_) => helper.time.min(LONGEST_READING),
-        JudgeQuestion::Draft(_) => state.config.preview_time,
-        JudgeQuestion::Workbook(_) | JudgeQuestion::Picture(_) => helper.time.min(LONGEST_FILE),
-        JudgeQuestion::Annotate(_) => helper.time.min(LONGEST_READING),
+        SandboxRequest::Recording(_) => helper.time,
+        SandboxRequest::Arrival(_) => helper.time.min(LONGEST_READING),
+        SandboxRequest::Draft(_) => state.config.preview_time,
+        SandboxRequest::Workbook(_) | SandboxRequest::Picture(_) => helper.time.min(LONGEST_FILE),
+        SandboxRequest::Annotate(_) => helper.time.min(LONGEST_READING),
     };
     ask_helper(Helper { time: time.min(most), ..helper.clone() }, &question).await
 }
 
-async fn ask_helper(helper: Helper, question: &JudgeQuestion) -> anyhow::Result<JudgeAnswer> {
+async fn ask_helper(helper: Helper, question: &SandboxRequest) -> anyhow::Result<SandboxResponse> {
     let input = serde_json::to_vec(question)?;
     let (time_s, memory_mb) = (helper.time.as_secs(), helper.memory_mb);
     let ended = run_helper(helper, input).await?;
     Ok(match ended {
         HelperExit::Said(said) => serde_json::from_slice(&said)?,
-        HelperExit::Late => JudgeAnswer::Died(format!("it took longer than {time_s} s")),
-        HelperExit::Died(how) => {
-            JudgeAnswer::Died(format!("whoever worked on it, with {memory_mb} MB of memory at most, has died: {how}"))
-        }
+        HelperExit::Late => SandboxResponse::Died(format!("it took longer than {time_s} s")),
+        HelperExit::Died(how) => SandboxResponse::Died(format!(
+            "whoever worked on it, with {memory_mb} MB of memory at most, has died: {how}"
+        )),
     })
 }

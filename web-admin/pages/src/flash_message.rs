@@ -4,12 +4,12 @@
 use std::future::Future;
 
 tokio::task_local! {
-    static DEED: Deed;
+    static FLASH_MESSAGE: FlashMessage;
 }
 
 /// A form that was processed successfully, as its index in `SAID_HERE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Deed(usize);
+pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
@@ -55,7 +55,7 @@ pub const SAID_HERE: [&str; 39] = [
     "/surveys/{id}/tags",
 ];
 
-impl Deed {
+impl FlashMessage {
     /// Returns the message of a route's form, if it has a flash message.
     #[must_use]
     pub fn of_route(route: &str) -> Option<Self> {
@@ -106,12 +106,12 @@ impl Deed {
 }
 
 /// Runs a future whose pages show the flash message.
-pub async fn saying_done<F: Future>(deed: Deed, future: F) -> F::Output {
-    DEED.scope(deed, future).await
+pub async fn with_flash_message<F: Future>(deed: FlashMessage, future: F) -> F::Output {
+    FLASH_MESSAGE.scope(deed, future).await
 }
 
 /// Returns the text of the current flash message, if there is one.
 #[must_use]
 pub fn say_done() -> Option<&'static str> {
-    DEED.try_with(|deed| deed.said()).ok()
+    FLASH_MESSAGE.try_with(|deed| deed.said()).ok()
 }

@@ -5,7 +5,7 @@
 use std::io::{Read, Write};
 
 use acts::sandbox_jobs;
-use acts::sandbox_jobs::JudgeQuestion;
+use acts::sandbox_jobs::SandboxRequest;
 use clap::Args;
 use routes_base::examine_draft;
 use rustix::process::{Resource, Rlimit, nice, setrlimit};
@@ -39,8 +39,8 @@ pub(super) fn run_judge(args: &JudgeArgs) -> anyhow::Result<()> {
     end_with_service();
     let mut question = Vec::new();
     std::io::stdin().read_to_end(&mut question)?;
-    let question: JudgeQuestion = serde_json::from_slice(&question)?;
-    if !matches!(question, JudgeQuestion::Arrival(_)) {
+    let question: SandboxRequest = serde_json::from_slice(&question)?;
+    if !matches!(question, SandboxRequest::Arrival(_)) {
         // Requests for pages and fresh uploads have priority. If `nice` fails, the work is done
         // anyway.
         let _ = nice(BEHIND_PAGES);

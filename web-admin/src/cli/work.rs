@@ -10,7 +10,7 @@ use std::time::Duration;
 use acts::audit::audit_checkpoints;
 use acts::audit::checkpoint_store::StatementStore;
 use acts::auth::web_sessions::WebSessions;
-use acts::error::tell_in_full;
+use acts::error::error_chain;
 use acts::letters::notices;
 use acts::operations::inspection::begin_inspection;
 use acts::operations::key_files::make_missing_keys;
@@ -167,8 +167,11 @@ impl Shift {
         if erased > 0 {
             tracing::warn!(people = erased, "erased again: they had been erased, and were in the database");
         }
-        let buried =
-            if state.db.is_shared() { replicas::succeed(&state).await } else { replicas::bury_others(&state).await };
+        let buried = if state.db.is_shared() {
+            replicas::succeed(&state).await
+        } else {
+            replicas::mark_others_dead(&state).await
+        };
         buried.map_err(anyhow::Error::from)?;
         replicas::tell_set_aside(&state).await.map_err(anyhow::Error::from)?;
         Ok(Self { state, telemetry, lock: Arc::new(Mutex::new(lock)) })
@@ -276,7 +279,7 @@ async fn hold_on(lock: Arc<Mutex<DataLock>>) {
             Err(held @ LockError::Held { .. }) => {
                 tracing::error!(cause = %held, "the database is another's: this service stops");
                 if let Err(error) = kill_process(getpid(), rustix::process::Signal::TERM) {
-                    tracing::error!(cause = tell_in_full(&error), "this service cannot stop itself");
+                    tracing::error!(cause = error_chain(&error), "this service cannot stop itself");
                 }
                 return;
             }
@@ -290,18 +293,18 @@ async fn tidy_up(state: AppState) {
     let sessions = WebSessions::new(state.db.clone(), state.clock.clone());
     loop {
         if let Err(error) = sessions.delete_expired().await {
-            tracing::warn!(cause = tell_in_full(&error), "expired sessions could not be deleted");
+            tracing::warn!(cause = error_chain(&error), "expired sessions could not be deleted");
         }
         if let Err(error) = uploads::tidy(&state).await {
-            tracing::warn!(cause = tell_in_full(&error), "unfinished uploads could not be tidied");
+            tracing::warn!(cause = error_chain(&error), "unfinished uploads could not be tidied");
         }
         if let Err(error) = erasing::remove_left(&state).await {
-            tracing::warn!(cause = tell_in_full(&error), "recordings of somebody erased are left");
+            tracing::warn!(cause = error_chain(&error), "recordings of somebody erased are left");
         }
         if let Err(error) = upkeep::forget_expired(&state).await {
-            tracing::warn!(cause = tell_in_full(&error), "what has expired could not be deleted");
+            tracing::warn!(cause = error_chain(&error), "what has expired could not be deleted");
         }
-        state.brake_notes.tidy();
+        state.rate_limit_log.tidy();
         state.refusals.tidy();
         tokio::time::sleep(TIDY_EVERY).await;
     }

@@ -6,7 +6,7 @@ use axum::http::header::{CONTENT_TYPE, COOKIE, SET_COOKIE};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode};
 use axum::middleware::Next;
 use axum::response::Response;
-use pages::flash_message::{Deed, saying_done};
+use pages::flash_message::{FlashMessage, with_flash_message};
 use routes_base::AppState;
 use tower_sessions::cookie::{Cookie, SameSite};
 
@@ -18,10 +18,10 @@ const KEPT_S: i64 = 60;
 /// Sets the flash cookie when a form was accepted, and shows the message on the next page.
 pub async fn show_flash_messages(State(state): State<AppState>, request: Request, next: Next) -> Response {
     let asked = request.extensions().get::<MatchedPath>().filter(|_| request.method() == Method::POST);
-    let asked = asked.and_then(|path| Deed::of_route(path.as_str()));
-    let done = deed_of_cookie(request.headers()).filter(|_| request.method() == Method::GET);
+    let asked = asked.and_then(|path| FlashMessage::of_route(path.as_str()));
+    let done = flash_message_of_cookie(request.headers()).filter(|_| request.method() == Method::GET);
     let mut response = match done {
-        Some(done) => saying_done(done, next.run(request)).await,
+        Some(done) => with_flash_message(done, next.run(request)).await,
         None => next.run(request).await,
     };
     let is_page = response.headers().get(CONTENT_TYPE).is_some_and(|kind| kind.as_bytes().starts_with(b"text/html"));
@@ -34,10 +34,12 @@ pub async fn show_flash_messages(State(state): State<AppState>, request: Request
     response
 }
 
-fn deed_of_cookie(headers: &HeaderMap) -> Option<Deed> {
+fn flash_message_of_cookie(headers: &HeaderMap) -> Option<FlashMessage> {
     let all = headers.get_all(COOKIE).iter().filter_map(|header| header.to_str().ok());
     let mut cookies = all.flat_map(Cookie::split_parse).flatten();
-    cookies.find(|cookie| cookie.name() == NAME).and_then(|cookie| Deed::of_number(cookie.value().parse().ok()?))
+    cookies
+        .find(|cookie| cookie.name() == NAME)
+        .and_then(|cookie| FlashMessage::of_number(cookie.value().parse().ok()?))
 }
 
 fn set_cookie(response: &mut Response, state: &AppState, value: &str, seconds: i64) {

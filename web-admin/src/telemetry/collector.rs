@@ -4,7 +4,7 @@ use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
 
 use acts::SPANS;
-use acts::error::tell_in_full;
+use acts::error::error_chain;
 use anyhow::Context;
 use opentelemetry::KeyValue;
 use opentelemetry::metrics::{AsyncInstrument, Meter, MeterProvider};
@@ -81,7 +81,7 @@ impl Telemetry {
                 match list_families(&state).await {
                     Ok(families) => *latest.write().unwrap_or_else(PoisonError::into_inner) = families,
                     Err(error) => {
-                        tracing::warn!(cause = tell_in_full(&error), "the figures of the service cannot be taken")
+                        tracing::warn!(cause = error_chain(&error), "the figures of the service cannot be taken")
                     }
                 }
                 are_known = are_known || register_families(&meter, &latest);
@@ -93,7 +93,7 @@ impl Telemetry {
     pub(crate) fn end(self) {
         for (what, ended) in [("spans", self.spans.shutdown()), ("figures", self.figures.shutdown())] {
             if let Err(error) = ended {
-                tracing::warn!(cause = tell_in_full(&error), "the last {what} were not sent");
+                tracing::warn!(cause = error_chain(&error), "the last {what} were not sent");
             }
         }
     }

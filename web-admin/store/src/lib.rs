@@ -10,7 +10,7 @@
 
 pub use engine::{
     AddressRefused, Connection, DatabaseAddress, DatabaseLock, DumpRefused, DumpedDatabase, Engine, EngineKind,
-    Executor, Pool, is_database_away, is_disk_full,
+    Executor, Pool, is_database_unavailable, is_disk_full,
 };
 pub use json::Json;
 use model::Moment;

@@ -39,5 +39,4 @@ mod studies;
 mod support;
 mod surveys;
 mod training;
-mod word_choice;
 mod words;

@@ -179,7 +179,7 @@ pub async fn check(state: &Service, key: PersonKey, typed: TypedCode<'_>) -> Res
 /// Fails if there were too many, or the database fails.
 pub(crate) async fn take_try(state: &Service, key: PersonKey, from: IpAddr) -> Result<(), Error> {
     let Err(refused) = rate_limits::take_code(state, key.person_id).await else { return Ok(()) };
-    if matches!(refused, Error::TooMany { .. }) && state.brake_notes.is_worth_noting(from) {
+    if matches!(refused, Error::TooMany { .. }) && state.rate_limit_log.is_worth_noting(from) {
         tracing::warn!(%from, person = %key.person_id, "codes of a second factor are tried too often");
         note(state, key, "second_factor.blocked").await?;
     }

@@ -87,7 +87,7 @@ fn key(id: Id) -> Vec<u8> {
 }
 
 fn backend(error: store::Error) -> Error {
-    match store::is_database_away(&error) {
+    match store::is_database_unavailable(&error) {
         true => Error::Backend(format!("{AWAY}: {error}")),
         false => Error::Backend(error.to_string()),
     }

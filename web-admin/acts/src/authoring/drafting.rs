@@ -22,7 +22,7 @@ use crate::authoring::publishing;
 use crate::authoring::publishing::{CourseRefused, DocumentPublisher};
 use crate::error::{Error, refuse_trainees};
 use crate::sandbox;
-use crate::sandbox_jobs::{DraftQuestion, JudgeAnswer, JudgeQuestion, same_id};
+use crate::sandbox_jobs::{DraftQuestion, SandboxRequest, SandboxResponse, same_id};
 use crate::service::Service;
 
 /// Result of validating a draft.
@@ -397,12 +397,12 @@ pub async fn examine(state: &Service, school: SchoolId, question: DraftQuestion)
     if let Some(told) = previews.told(&key) {
         return Ok(told);
     }
-    match sandbox::ask(state, JudgeQuestion::Draft(Box::new(question))).await? {
-        JudgeAnswer::Examined(verdict) => {
+    match sandbox::ask(state, SandboxRequest::Draft(Box::new(question))).await? {
+        SandboxResponse::Examined(verdict) => {
             previews.keep(key, &verdict);
             Ok(*verdict)
         }
-        JudgeAnswer::Died(how) => {
+        SandboxResponse::Died(how) => {
             tracing::warn!(%school, how, "a draft costs more than a preview may");
             Ok(too_costly(state))
         }

@@ -9,7 +9,7 @@ use model::ids::SchoolId;
 
 use crate::error::Error;
 use crate::sandbox;
-use crate::sandbox_jobs::{CopiedPicture, JudgeAnswer, JudgeQuestion, PictureQuestion};
+use crate::sandbox_jobs::{CopiedPicture, PictureQuestion, SandboxRequest, SandboxResponse};
 use crate::service::Service;
 
 /// Maximum time in the queue.
@@ -29,11 +29,11 @@ pub(crate) async fn copy_picture(
     let place = state.helpers.enter(school, PATIENCE).await;
     let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
     let language = words::current().code().to_owned();
-    let question = JudgeQuestion::Picture(PictureQuestion { base64: BASE64.encode(sent), is_logo, language });
+    let question = SandboxRequest::Picture(PictureQuestion { base64: BASE64.encode(sent), is_logo, language });
     match sandbox::ask(state, question).await? {
-        JudgeAnswer::Copied(Ok(copied)) => read_copy(copied).map(Ok),
-        JudgeAnswer::Copied(Err(why)) => Ok(Err(why)),
-        JudgeAnswer::Died(how) => {
+        SandboxResponse::Copied(Ok(copied)) => read_copy(copied).map(Ok),
+        SandboxResponse::Copied(Err(why)) => Ok(Err(why)),
+        SandboxResponse::Died(how) => {
             tracing::warn!(%school, how, "a helper died of a picture, which was refused");
             Ok(Err(tr!("the picture takes too much memory or time to be read").to_owned()))
         }

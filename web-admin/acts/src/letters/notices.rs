@@ -15,7 +15,7 @@ use store::letters::notices::{LetterTimes, NewNotice};
 use store::letters::{mails, notices};
 use store::recordings::sessions::Session;
 
-use crate::error::{Error, tell_in_full};
+use crate::error::{Error, error_chain};
 use crate::replicas::{self, Duty};
 use crate::service::Service;
 
@@ -155,7 +155,7 @@ pub async fn choose_news_letters(state: &Service, person: &CurrentPerson, wanted
 pub async fn run(state: Service) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::News, queue_news_letters(&state)).await {
-            tracing::warn!(cause = tell_in_full(&error), "letters with what is new could not be queued");
+            tracing::warn!(cause = error_chain(&error), "letters with what is new could not be queued");
         }
         tokio::time::sleep(EVERY).await;
     }

@@ -17,7 +17,7 @@ use store::people::directory::Details;
 use store::people::{self, NewPerson, Person, directory};
 use store::surveys::{NewResponse, NewSurvey, Submission, SurveyResponse, instruments};
 use store::training::cohorts;
-use store::training::cohorts::{Deed, Membership};
+use store::training::cohorts::{Attribution, Membership};
 use store::{Connection, Json, surveys as stored};
 
 use crate::authoring::instruments::publish_text;
@@ -80,7 +80,7 @@ async fn add_generated(
     if let Some(cohort) = who.cohort {
         let cohort_id = cohorts::find_or_create(tx, school_id, cohort, now).await?.id;
         let membership = Membership { school_id, cohort_id, person_id: person.id, role: who.role };
-        cohorts::join_cohort(tx, membership, Deed { by: None, at: now }).await?;
+        cohorts::join_cohort(tx, membership, Attribution { by: None, at: now }).await?;
     }
     Ok(person)
 }

@@ -19,7 +19,7 @@ use crate::audit::checkpoint_store::STATEMENTS;
 use crate::operations::key_files::KEYS;
 use crate::operations::verification;
 use crate::platform::config::Config;
-use crate::platform::fail_points::KillPoint;
+use crate::platform::fail_points::FailPoint;
 use crate::platform::locks::{hold_folder, name_holder};
 use crate::platform::recording_files::hash_file;
 use crate::platform::recording_store::RecordingStore;
@@ -215,7 +215,7 @@ impl SchoolMove {
     pub async fn finish(mut self, _source: &EndLock) -> anyhow::Result<MoveReport> {
         let recordings = self.copy_recordings().await?;
         self.remove_erased().await?;
-        KillPoint::MoveCopied.pass();
+        FailPoint::MoveCopied.hit();
         let mut rows = self.databases.carry().await?;
         let chain = audit::check_audit_chain(&mut *rows.target()).await?;
         let contradictions = verification::contradictions(rows.target()).await?;
@@ -228,13 +228,13 @@ impl SchoolMove {
             forgotten_uploads: rows.forgotten_uploads(),
             left_behind: self.list_left_behind(),
         };
-        KillPoint::MoveCarried.pass();
+        FailPoint::MoveCarried.hit();
         if report.findings.is_empty() {
             // Before the rows, so that no service runs without the erasure list.
             let erased = ErasureStore::of(&self.from, &self.source).read().await?;
             ErasureStore::of(&self.to, &self.target).merge(&erased).await?;
             rows.keep().await.with_context(|| self.databases.target())?;
-            KillPoint::MoveKept.pass();
+            FailPoint::MoveKept.hit();
         }
         Ok(report)
     }

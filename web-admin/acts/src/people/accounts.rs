@@ -16,7 +16,7 @@ use store::letters::mails::NewMail;
 use store::people::directory::Details;
 use store::people::{self, NewPerson, Person, directory};
 use store::training::cohorts;
-use store::training::cohorts::{Deed, Membership};
+use store::training::cohorts::{Attribution, Membership};
 use words::Language;
 
 use crate::error::Error;
@@ -65,7 +65,7 @@ pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> R
     if let Some(cohort_id) = new.cohort {
         cohorts::find_cohort(&mut *tx, school_id, cohort_id).await?.ok_or(Error::NotFound)?;
         let membership = Membership { school_id, cohort_id, person_id: person.id, role: new.role };
-        cohorts::join_cohort(&mut tx, membership, Deed { by: Some(by.id), at: now }).await?;
+        cohorts::join_cohort(&mut tx, membership, Attribution { by: Some(by.id), at: now }).await?;
         AuditEntry::by(by, "cohort.joined", person.id)
             .with(json!({ "cohort": cohort_id }))
             .append(&mut tx, state.clock.now())

@@ -10,7 +10,7 @@ use store::operations::schools;
 use store::operations::schools::School;
 use store::people::{self, NewPerson, Person};
 use store::training::cohorts;
-use store::training::cohorts::{Deed, Membership};
+use store::training::cohorts::{Attribution, Membership};
 
 use crate::auth::tokens::{TokenRequest, checked_name, end};
 use crate::people::accounts::INITIAL_PASSWORD_S;
@@ -112,7 +112,7 @@ async fn join(tx: &mut Connection, person: &Person, cohort: &str, now: Moment) -
     let cohort = cohorts::find_or_create(tx, person.school_id, cohort, now).await?;
     let membership =
         Membership { school_id: person.school_id, cohort_id: cohort.id, person_id: person.id, role: person.role };
-    cohorts::join_cohort(tx, membership, Deed { by: None, at: now }).await?;
+    cohorts::join_cohort(tx, membership, Attribution { by: None, at: now }).await?;
     let entry = AuditEntry::new(person.school_id, Actor::CommandLine, "cohort.joined", person.id);
     Ok(entry.with(json!({ "cohort": cohort.id })).append(tx, now).await?)
 }

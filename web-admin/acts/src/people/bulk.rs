@@ -12,7 +12,7 @@ use store::audit::AuditEntry;
 use store::auth::account_links::Purpose;
 use store::people::directory;
 use store::training::cohorts;
-use store::training::cohorts::{Deed, Membership, MembershipKey};
+use store::training::cohorts::{Attribution, Membership, MembershipKey};
 
 use crate::error::Error;
 use crate::people::accounts;
@@ -93,7 +93,7 @@ async fn act_on(
     person: &DirectoryEntry,
 ) -> Result<(), Error> {
     let (school_id, person_id, now) = (by.school_id, person.id, state.clock.now());
-    let deed = Deed { by: Some(by.id), at: now };
+    let deed = Attribution { by: Some(by.id), at: now };
     let told = json!({ "cohort": request.cohort });
     match (request.act, request.cohort) {
         (BulkAct::Invite, _) => {

@@ -19,13 +19,13 @@ use store::people::directory::Details;
 use store::people::rosters::{About, NewRosterDraft, RosterDraft};
 use store::people::{directory, rosters};
 use store::training::cohorts;
-use store::training::cohorts::{Deed, Membership, MembershipKey};
+use store::training::cohorts::{Attribution, Membership, MembershipKey};
 use store::{Connection, audit};
 
 use crate::error::Error;
 use crate::people::accounts;
 use crate::sandbox;
-use crate::sandbox_jobs::{JudgeAnswer, JudgeQuestion};
+use crate::sandbox_jobs::{SandboxRequest, SandboxResponse};
 use crate::service::Service;
 
 /// How long a roster can be confirmed, in s.
@@ -98,9 +98,9 @@ async fn parse(state: &Service, school: SchoolId, body: &[u8]) -> Result<RosterT
     let parsed = if is_workbook(body) {
         let place = state.helpers.enter(school, PATIENCE).await;
         let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
-        match sandbox::ask(state, JudgeQuestion::Workbook(BASE64.encode(body))).await? {
-            JudgeAnswer::Sheet(sheet) => sheet.and_then(RosterTable::of_sheet),
-            JudgeAnswer::Died(how) => {
+        match sandbox::ask(state, SandboxRequest::Workbook(BASE64.encode(body))).await? {
+            SandboxResponse::Sheet(sheet) => sheet.and_then(RosterTable::of_sheet),
+            SandboxResponse::Died(how) => {
                 tracing::warn!(%school, how, "a helper died of a workbook, which was refused");
                 Err(Unreadable::TooMuch)
             }
@@ -333,8 +333,8 @@ impl Import<'_> {
         Ok(cohorts::join_cohort(self.tx, membership, deed).await?)
     }
 
-    fn deed(&self) -> Deed {
-        Deed { by: Some(self.by.id), at: self.state.clock.now() }
+    fn deed(&self) -> Attribution {
+        Attribution { by: Some(self.by.id), at: self.state.clock.now() }
     }
 
     async fn cohort(&mut self, name: &str) -> Result<CohortId, Error> {

@@ -10,7 +10,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 /// Semaphores for one kind of work: one for all schools and one per school.
 #[derive(Debug)]
-pub struct Lines {
+pub struct BoundedQueue {
     all: Arc<Semaphore>,
     of_each: usize,
     schools: Mutex<BTreeMap<SchoolId, Arc<Semaphore>>>,
@@ -18,12 +18,12 @@ pub struct Lines {
 
 /// A permit to do the work, released on drop.
 #[derive(Debug)]
-pub struct WorkPlace {
+pub struct QueuePlace {
     _of_school: OwnedSemaphorePermit,
     _of_all: OwnedSemaphorePermit,
 }
 
-impl Lines {
+impl BoundedQueue {
     /// Creates a limit of `all` concurrent permits in total and `of_each` per school.
     #[must_use]
     pub fn new(all: usize, of_each: usize) -> Self {
@@ -31,12 +31,12 @@ impl Lines {
     }
 
     /// Waits for a permit; returns `None` after `patience`.
-    pub async fn enter(&self, school: SchoolId, patience: Duration) -> Option<WorkPlace> {
+    pub async fn enter(&self, school: SchoolId, patience: Duration) -> Option<QueuePlace> {
         let line = self.of(school);
         let wait = async {
             let of_school = line.acquire_owned().await.ok()?;
             let of_all = Arc::clone(&self.all).acquire_owned().await.ok()?;
-            Some(WorkPlace { _of_school: of_school, _of_all: of_all })
+            Some(QueuePlace { _of_school: of_school, _of_all: of_all })
         };
         tokio::time::timeout(patience, wait).await.ok().flatten()
     }
@@ -58,7 +58,7 @@ mod tests {
 
     #[tokio::test]
     async fn a_school_waits_for_itself_and_no_other_does() {
-        let (lines, [north, south, east]) = (Lines::new(2, 1), [1, 2, 3].map(SchoolId::from_u128));
+        let (lines, [north, south, east]) = (BoundedQueue::new(2, 1), [1, 2, 3].map(SchoolId::from_u128));
         let first = lines.enter(north, SHORT).await;
         assert!(first.is_some());
         assert!(lines.enter(north, SHORT).await.is_none(), "one at a time");

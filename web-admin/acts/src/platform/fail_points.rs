@@ -6,15 +6,15 @@ use rustix::process::{Signal, getpid, kill_process};
 /// Environment variable that names the active fail point.
 pub const VARIABLE: &str = "STYLET_KILL_AT";
 
-macro_rules! kill_points {
+macro_rules! fail_points {
     ($($(#[$about:meta])* $point:ident = $name:literal,)+) => {
         /// A fail point.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum KillPoint {
+        pub enum FailPoint {
             $($(#[$about])* $point,)+
         }
 
-        impl KillPoint {
+        impl FailPoint {
             /// All fail points, in the order in which an attempt passes them.
             pub const ALL: &[Self] = &[$(Self::$point),+];
 
@@ -29,7 +29,7 @@ macro_rules! kill_points {
     };
 }
 
-kill_points! {
+fail_points! {
     /// The file of a resumable upload exists, its row does not.
     UploadMade = "upload-made",
     /// A chunk has been written but maybe not synced.
@@ -83,10 +83,10 @@ kill_points! {
     MoveKept = "move-kept",
 }
 
-impl KillPoint {
+impl FailPoint {
     /// Kills the process if the environment names this fail point, without flushing or closing
     /// anything.
-    pub fn pass(self) {
+    pub fn hit(self) {
         if cfg!(debug_assertions) && std::env::var_os(VARIABLE).is_some_and(|wanted| wanted == self.name()) {
             // A process may always signal itself, so this cannot fail.
             let _ = kill_process(getpid(), Signal::KILL);

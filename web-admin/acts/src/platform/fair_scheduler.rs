@@ -8,28 +8,28 @@ use model::ids::SchoolId;
 
 /// Usage of the workers by the schools.
 #[derive(Debug, Default)]
-pub struct Shares {
-    schools: BTreeMap<SchoolId, WorkerShare>,
+pub struct FairScheduler {
+    schools: BTreeMap<SchoolId, SchoolShare>,
     /// Time used by the school that was scheduled last. A newly active school starts from it.
     floor: Duration,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct WorkerShare {
+struct SchoolShare {
     used: Duration,
     running: usize,
 }
 
 /// Number of workers, and whether several schools share them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Bench {
+pub struct ScorerPool {
     /// Total number of workers.
     pub judges: usize,
     /// Whether there is more than one school.
     pub several: bool,
 }
 
-impl Bench {
+impl ScorerPool {
     /// Returns the maximum number of workers for one school: all but one if there are other
     /// schools.
     const fn most(self) -> usize {
@@ -37,10 +37,10 @@ impl Bench {
     }
 }
 
-impl Shares {
+impl FairScheduler {
     /// Returns the schools that may be scheduled, by priority.
     #[must_use]
-    pub fn order(&self, mut waiting: Vec<SchoolId>, bench: Bench) -> Vec<SchoolId> {
+    pub fn order(&self, mut waiting: Vec<SchoolId>, bench: ScorerPool) -> Vec<SchoolId> {
         waiting.retain(|school| self.of(*school).running < bench.most());
         waiting.sort_by_key(|school| {
             let share = self.of(*school);
@@ -66,7 +66,7 @@ impl Shares {
         self.schools.insert(school, share);
     }
 
-    fn of(&self, school: SchoolId) -> WorkerShare {
+    fn of(&self, school: SchoolId) -> SchoolShare {
         self.schools.get(&school).copied().unwrap_or_default()
     }
 }
@@ -84,12 +84,12 @@ mod tests {
     }
 
     fn turns(
-        shares: &mut Shares,
+        shares: &mut FairScheduler,
         waiting: &[SchoolId],
         took: impl Fn(SchoolId) -> Duration,
         count: usize,
     ) -> Vec<SchoolId> {
-        let bench = Bench { judges: 1, several: true };
+        let bench = ScorerPool { judges: 1, several: true };
         let turn = |_| {
             let next = shares.order(waiting.to_vec(), bench)[0];
             shares.begin(next);
@@ -102,20 +102,20 @@ mod tests {
     #[test]
     fn equal_jobs_go_round() {
         let [a, b, c] = schools();
-        assert_eq!(turns(&mut Shares::default(), &[a, b, c], |_| S, 6), [a, b, c, a, b, c]);
+        assert_eq!(turns(&mut FairScheduler::default(), &[a, b, c], |_| S, 6), [a, b, c, a, b, c]);
     }
 
     #[test]
     fn a_school_of_long_jobs_waits_until_the_others_have_had_as_much() {
         let [a, b, _] = schools();
         let took = |school| if school == a { 10 * S } else { S };
-        assert_eq!(turns(&mut Shares::default(), &[a, b], took, 12)[1..11], [b; 10]);
+        assert_eq!(turns(&mut FairScheduler::default(), &[a, b], took, 12)[1..11], [b; 10]);
     }
 
     #[test]
     fn who_comes_late_has_saved_nothing_up() {
         let [a, b, _] = schools();
-        let mut shares = Shares::default();
+        let mut shares = FairScheduler::default();
         turns(&mut shares, &[a], |_| S, 100);
         let next = turns(&mut shares, &[a, b], |_| S, 6);
         assert_eq!(next.iter().filter(|school| **school == a).count(), 3, "{next:?}");
@@ -124,9 +124,9 @@ mod tests {
     #[test]
     fn one_judge_of_several_stays_free_for_others() {
         let [a, b, _] = schools();
-        let mut shares = Shares::default();
+        let mut shares = FairScheduler::default();
         shares.begin(a);
-        let (two, alone) = (Bench { judges: 2, several: true }, Bench { judges: 2, several: false });
+        let (two, alone) = (ScorerPool { judges: 2, several: true }, ScorerPool { judges: 2, several: false });
         assert_eq!(shares.order(vec![a, b], two), [b]);
         assert_eq!(shares.order(vec![a], alone), [a], "where there is no other, none is kept");
     }

@@ -17,15 +17,15 @@ pub fn quota(period: Duration, burst: NonZeroU32) -> Quota {
 /// Throttle for log lines about rate-limited addresses, per process, so that a flood of requests
 /// does not fill the log.
 #[derive(Debug)]
-pub struct BrakeNotes(DefaultKeyedRateLimiter<IpAddr>);
+pub struct RateLimitLog(DefaultKeyedRateLimiter<IpAddr>);
 
-impl Default for BrakeNotes {
+impl Default for RateLimitLog {
     fn default() -> Self {
         Self(RateLimiter::keyed(quota(NOTE_PERIOD, NonZeroU32::MIN)))
     }
 }
 
-impl BrakeNotes {
+impl RateLimitLog {
     /// Returns whether to log that an address is rate-limited.
     pub fn is_worth_noting(&self, address: IpAddr) -> bool {
         self.0.check_key(&address).is_ok()

@@ -12,33 +12,33 @@ const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The locked uploads, each with the channel that asks its holder to release the lock.
 #[derive(Clone, Debug, Default)]
-pub struct Turns(Arc<Mutex<BTreeMap<UploadId, Arc<watch::Sender<bool>>>>>);
+pub struct UploadLocks(Arc<Mutex<BTreeMap<UploadId, Arc<watch::Sender<bool>>>>>);
 
 /// The write lock on an upload, released on drop.
 #[derive(Debug)]
-pub struct Turn {
-    turns: Turns,
+pub struct UploadLock {
+    turns: UploadLocks,
     id: UploadId,
     /// The channel closes when the lock is released, which wakes waiting requests.
     wanted: watch::Receiver<bool>,
 }
 
-impl Turns {
+impl UploadLocks {
     /// Takes the lock; returns `None` if it is held.
     #[must_use]
-    pub fn take(&self, id: UploadId) -> Option<Turn> {
+    pub fn take(&self, id: UploadId) -> Option<UploadLock> {
         let mut taken = self.taken();
         if taken.contains_key(&id) {
             return None;
         }
         let (tell, wanted) = watch::channel(false);
         taken.insert(id, Arc::new(tell));
-        Some(Turn { turns: self.clone(), id, wanted })
+        Some(UploadLock { turns: self.clone(), id, wanted })
     }
 
     /// Takes the lock, asking its holder to release it. Returns `None` if the holder does not do so
     /// in time.
-    pub async fn take_over(&self, id: UploadId) -> Option<Turn> {
+    pub async fn take_over(&self, id: UploadId) -> Option<UploadLock> {
         let wait = async {
             loop {
                 if let Some(turn) = self.take(id) {
@@ -66,7 +66,7 @@ impl Turns {
     }
 }
 
-impl Turn {
+impl UploadLock {
     /// Waits until another request wants the lock.
     pub async fn wanted(&mut self) {
         if self.wanted.wait_for(|wanted| *wanted).await.is_err() {
@@ -76,7 +76,7 @@ impl Turn {
     }
 }
 
-impl Drop for Turn {
+impl Drop for UploadLock {
     fn drop(&mut self) {
         self.turns.taken().remove(&self.id);
     }

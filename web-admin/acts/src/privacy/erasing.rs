@@ -12,7 +12,7 @@ use store::audit::{Actor, AuditEntry};
 use store::auth::{second_factors, tokens};
 use store::operations::schools;
 use store::people::directory;
-use store::privacy::texts::{ErasedRecording, TextSide, Whose};
+use store::privacy::texts::{ErasedRecording, TextOwner, TextSide};
 use store::privacy::{retention, texts};
 
 use crate::error::Error;
@@ -86,7 +86,7 @@ pub async fn erase(
     };
     if let Err(error) = done {
         // A database that went away may have committed: then the list must name the person, and the next start completes the erasure.
-        if !matches!(error, Error::DatabaseAway(_)) {
+        if !matches!(error, Error::DatabaseUnavailable(_)) {
             take_back(&list, &erasure).await;
         }
         return Err(error);
@@ -112,7 +112,7 @@ async fn take_away(
     person: &DirectoryEntry,
     erasure: &Erasure,
 ) -> Result<(Vec<ErasedRecording>, Value), Error> {
-    let whose = Whose { school_id: erasure.school_id, person_id: person.id, until: erasure.at };
+    let whose = TextOwner { school_id: erasure.school_id, person_id: person.id, until: erasure.at };
     let mut told = json!({});
     if person.state != AccountState::Erased {
         let key = PersonKey { school_id: erasure.school_id, person_id: person.id };
@@ -202,7 +202,7 @@ async fn is_outstanding(state: &Service, erasure: &Erasure) -> store::Result<boo
     if person.state != AccountState::Erased {
         return Ok(true);
     }
-    let whose = Whose { school_id: *school_id, person_id: *person_id, until: *at };
+    let whose = TextOwner { school_id: *school_id, person_id: *person_id, until: *at };
     let mut left = 0;
     if wish.written || wish.about {
         let texts = texts::count_texts(reader, whose).await?;

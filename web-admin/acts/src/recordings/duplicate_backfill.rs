@@ -13,7 +13,7 @@ use store::recordings::{duplicate_backfill, sessions};
 use store::training::practice;
 
 use crate::sandbox;
-use crate::sandbox_jobs::{JudgeAnswer, JudgeQuestion, RecordingFacts};
+use crate::sandbox_jobs::{RecordingFacts, SandboxRequest, SandboxResponse};
 use crate::service::Service;
 
 /// Hashes the motion of one attempt. Returns false if none is left.
@@ -36,8 +36,8 @@ pub async fn step(state: &Service) -> anyhow::Result<bool> {
 /// read, in which case the attempt is not compared.
 async fn read(state: &Service, session: &Session) -> anyhow::Result<Option<String>> {
     let recording = state.recordings.fetch(&session.recording_path).await?;
-    match sandbox::ask(state, JudgeQuestion::Arrival(recording.path().to_owned())).await? {
-        JudgeAnswer::Told(reported) => {
+    match sandbox::ask(state, SandboxRequest::Arrival(recording.path().to_owned())).await? {
+        SandboxResponse::Metadata(reported) => {
             Ok(RecordingFacts::try_from(*reported)?.hashes.map(|hashes| HEXLOWER.encode(&hashes.motion)))
         }
         other => {

@@ -19,12 +19,12 @@ use store::stations::{self, Signer};
 use store::{Connection, people};
 
 use crate::error::Error;
-use crate::platform::fail_points::KillPoint;
+use crate::platform::fail_points::FailPoint;
 use crate::platform::keys;
 use crate::platform::recording_store::RecordingStore;
 use crate::platform::scanning::ScanVerdict;
 use crate::recordings::{Received, duplicate_backfill, quotas};
-use crate::sandbox_jobs::{JudgeAnswer, JudgeQuestion, RecordingFacts};
+use crate::sandbox_jobs::{RecordingFacts, SandboxRequest, SandboxResponse};
 use crate::service::Service;
 use crate::{leases, sandbox};
 
@@ -72,7 +72,7 @@ impl RecordingReceipt {
 /// if the disk or the database fails.
 pub async fn take_in(state: &Service, bearer: &Bearer, received: Received) -> Result<RecordingReceipt, Error> {
     let told = read(state, bearer, &received).await?;
-    KillPoint::RecordingRead.pass();
+    FailPoint::RecordingRead.hit();
     let session = describe(state, bearer, &received, told).await?;
     keep(state, bearer, received, session).await
 }
@@ -113,15 +113,15 @@ async fn read_counted(state: &Service, school: SchoolId, received: &Received) ->
     let mut tx = state.db.write().await?;
     let begun =
         parse_attempts::begin_reading(&mut tx, school, &received.sha256, state.replica, state.clock.now()).await?;
-    if begun.deaths >= parse_attempts::MOST_DEATHS {
+    if begun.deaths >= parse_attempts::MAX_CRASHES {
         // Dropping the transaction undoes the attempt.
-        return Err(Error::SetAside);
+        return Err(Error::Quarantined);
     }
     tx.commit().await?;
-    KillPoint::ReadingBegun.pass();
+    FailPoint::ReadingBegun.hit();
     let told = have_read(state, received).await;
-    let (service, died) = (state.clone(), matches!(told, Err(Error::Deadly(_))));
-    let ended = leases::let_go("a recording that came at once", move || {
+    let (service, died) = (state.clone(), matches!(told, Err(Error::WorkerCrashed(_))));
+    let ended = leases::release("a recording that came at once", move || {
         let service = service.clone();
         async move { end_reading(&service, begun.reader, died).await }
     });
@@ -136,11 +136,11 @@ async fn end_reading(state: &Service, reader: ReaderId, died: bool) -> Result<()
 }
 
 async fn have_read(state: &Service, received: &Received) -> Result<RecordingFacts, Error> {
-    match sandbox::ask(state, JudgeQuestion::Arrival(received.path().to_owned())).await? {
-        JudgeAnswer::Told(reported) => Ok(RecordingFacts::try_from(*reported)?),
-        JudgeAnswer::Permanent(why) => Err(Error::Unprocessable(why)),
-        JudgeAnswer::Died(how) => Err(Error::Deadly(how)),
-        JudgeAnswer::Passing(why) => Err(anyhow::anyhow!(why).context("a recording that has just arrived").into()),
+    match sandbox::ask(state, SandboxRequest::Arrival(received.path().to_owned())).await? {
+        SandboxResponse::Metadata(reported) => Ok(RecordingFacts::try_from(*reported)?),
+        SandboxResponse::Permanent(why) => Err(Error::Unprocessable(why)),
+        SandboxResponse::Died(how) => Err(Error::WorkerCrashed(how)),
+        SandboxResponse::Passing(why) => Err(anyhow::anyhow!(why).context("a recording that has just arrived").into()),
         other => Err(anyhow::anyhow!("a recording was to be read, and this came: {other:?}").into()),
     }
 }
@@ -314,7 +314,7 @@ async fn keep(
     quotas::ensure_person_quota(&mut *tx, state, whose, received.size).await?;
     find_repeated(state, &mut tx, &mut session).await?;
     let received = place_file(state, received, &session, sent).await?;
-    KillPoint::RecordingLinked.pass();
+    FailPoint::RecordingLinked.hit();
     sessions::insert_session(&mut tx, &session).await?;
     jobs::enqueue_job(&mut tx, SessionKey { school_id: session.school_id, id: session.id }, session.received_at)
         .await?;
@@ -323,9 +323,9 @@ async fn keep(
         .append(&mut tx, session.received_at)
         .await?;
     note_upload(&mut tx, upload, &session).await?;
-    KillPoint::RecordingCommitting.pass();
+    FailPoint::RecordingCommitting.hit();
     tx.commit().await?;
-    KillPoint::RecordingCommitted.pass();
+    FailPoint::RecordingCommitted.hit();
     drop(received);
     state.jobs.notify_one();
     tracing::info!(session = %session.id, size_bytes = session.recording_size, "recording kept");

@@ -35,7 +35,7 @@ use crate::platform::recording_store::{Bucket, LocalRecording, StoredFile};
 use crate::recordings::checksum::Checksum;
 use crate::recordings::quotas::{LOOK_BYTES, ensure_room};
 use crate::sandbox;
-use crate::sandbox_jobs::{AnnotationQuestion, JudgeAnswer, JudgeQuestion};
+use crate::sandbox_jobs::{AnnotationQuestion, SandboxRequest, SandboxResponse};
 use crate::service::Service;
 
 /// Maximum time in the queue for copying a recording with annotations.
@@ -234,9 +234,9 @@ pub async fn with_comments(state: &Service, session: &Session) -> Result<Copied,
     let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
     let recording = fetch(state, session).await?;
     let (recorded, copy) = (recording.path().to_owned(), part.path.clone());
-    let question = JudgeQuestion::Annotate(AnnotationQuestion { recording: recorded, copy, remarks });
+    let question = SandboxRequest::Annotate(AnnotationQuestion { recording: recorded, copy, remarks });
     match sandbox::ask(state, question).await? {
-        JudgeAnswer::Annotated => Ok(Copied(part)),
+        SandboxResponse::Annotated => Ok(Copied(part)),
         other => Err(anyhow::anyhow!("a recording was to be copied with remarks, and the answer was {other:?}").into()),
     }
 }

@@ -10,7 +10,7 @@ use store::recordings::sessions::Session;
 use crate::error::Error;
 use crate::platform::recording_store::{LocalRecording, StoreError, StoredFile};
 use crate::platform::replay_files::{PYRAMID, folder_of};
-use crate::sandbox_jobs::{Brief, JudgeAnswer, JudgeQuestion, JudgingTask};
+use crate::sandbox_jobs::{Brief, JudgingTask, SandboxRequest, SandboxResponse};
 use crate::service::Service;
 use crate::{recordings, sandbox};
 
@@ -49,8 +49,8 @@ async fn make(state: &Service, session: &Session) -> Result<(), Error> {
     let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
     let recording = recordings::fetch(state, session).await?;
     let brief = brief(state, session, &recording, JudgingTask::Replay);
-    match sandbox::ask(state, JudgeQuestion::Recording(brief)).await? {
-        JudgeAnswer::Replayed => Ok(keep(state, session).await?),
+    match sandbox::ask(state, SandboxRequest::Recording(brief)).await? {
+        SandboxResponse::Replayed => Ok(keep(state, session).await?),
         other => Err(anyhow::anyhow!("no replay was made of a stored recording: {other:?}").into()),
     }
 }

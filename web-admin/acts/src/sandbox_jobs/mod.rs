@@ -33,7 +33,7 @@ use crate::platform::{recording_files, replay_files};
 
 /// A job for the helper.
 #[derive(Debug, Serialize, Deserialize)]
-pub enum JudgeQuestion {
+pub enum SandboxRequest {
     /// Scores or replays a stored recording.
     Recording(Brief),
     /// Reads the metadata of an uploaded recording.
@@ -115,13 +115,13 @@ pub struct JudgingOutcome {
 
 /// Response of a job.
 #[derive(Debug, Serialize, Deserialize)]
-pub enum JudgeAnswer {
+pub enum SandboxResponse {
     /// The recording was scored.
     Judged(Box<JudgingOutcome>),
     /// The replay has been written.
     Replayed,
     /// Metadata of the uploaded recording.
-    Told(Box<ReportedRecording>),
+    Metadata(Box<ReportedRecording>),
     /// Verdict on the draft.
     Examined(Box<DraftVerdict>),
     /// The sheet, or why the workbook is rejected.
@@ -153,27 +153,27 @@ pub fn leave_unexamined(_: &DraftQuestion) -> DraftVerdict {
 
 /// Runs a job in this process. Blocks.
 #[must_use]
-pub fn answer(question: JudgeQuestion, examine_draft: DraftExaminer) -> JudgeAnswer {
+pub fn answer(question: SandboxRequest, examine_draft: DraftExaminer) -> SandboxResponse {
     match question {
-        JudgeQuestion::Recording(brief) => make_of(brief),
-        JudgeQuestion::Arrival(path) => match recording_files::read(&path) {
+        SandboxRequest::Recording(brief) => make_of(brief),
+        SandboxRequest::Arrival(path) => match recording_files::read(&path) {
             Ok(recording) => tell_of(recording),
-            Err(ReadError::Io(error)) => JudgeAnswer::Passing(error.to_string()),
-            Err(scarce @ ReadError::OutOfMemory) => JudgeAnswer::Died(scarce.to_string()),
-            Err(unreadable) => JudgeAnswer::Permanent(unreadable.to_string()),
+            Err(ReadError::Io(error)) => SandboxResponse::Passing(error.to_string()),
+            Err(scarce @ ReadError::OutOfMemory) => SandboxResponse::Died(scarce.to_string()),
+            Err(unreadable) => SandboxResponse::Permanent(unreadable.to_string()),
         },
-        JudgeQuestion::Draft(question) => JudgeAnswer::Examined(Box::new(examine_draft(&question))),
-        JudgeQuestion::Workbook(base64) => match BASE64.decode(base64.as_bytes()) {
-            Ok(bytes) => JudgeAnswer::Sheet(WorkbookSheet::read(&bytes)),
-            Err(error) => JudgeAnswer::Permanent(error.to_string()),
+        SandboxRequest::Draft(question) => SandboxResponse::Examined(Box::new(examine_draft(&question))),
+        SandboxRequest::Workbook(base64) => match BASE64.decode(base64.as_bytes()) {
+            Ok(bytes) => SandboxResponse::Sheet(WorkbookSheet::read(&bytes)),
+            Err(error) => SandboxResponse::Permanent(error.to_string()),
         },
-        JudgeQuestion::Picture(question) => match BASE64.decode(question.base64.as_bytes()) {
-            Ok(bytes) => JudgeAnswer::Copied(copy_picture(&bytes, &question)),
-            Err(error) => JudgeAnswer::Permanent(error.to_string()),
+        SandboxRequest::Picture(question) => match BASE64.decode(question.base64.as_bytes()) {
+            Ok(bytes) => SandboxResponse::Copied(copy_picture(&bytes, &question)),
+            Err(error) => SandboxResponse::Permanent(error.to_string()),
         },
-        JudgeQuestion::Annotate(question) => match annotate(&question) {
-            Ok(()) => JudgeAnswer::Annotated,
-            Err(error) => JudgeAnswer::Passing(format!("{error:#}")),
+        SandboxRequest::Annotate(question) => match annotate(&question) {
+            Ok(()) => SandboxResponse::Annotated,
+            Err(error) => SandboxResponse::Passing(format!("{error:#}")),
         },
     }
 }
@@ -192,18 +192,18 @@ fn annotate(question: &AnnotationQuestion) -> anyhow::Result<()> {
 }
 
 /// Returns the facts of an uploaded recording, or the reason for refusing it.
-fn tell_of(recording: Recording) -> JudgeAnswer {
+fn tell_of(recording: Recording) -> SandboxResponse {
     if let Some(why) = find_needless_attachment(&recording) {
-        return JudgeAnswer::Permanent(why);
+        return SandboxResponse::Permanent(why);
     }
     match ReportedRecording::try_from(&RecordingFacts::from(recording)) {
-        Ok(reported) => JudgeAnswer::Told(Box::new(reported)),
-        Err(error) => JudgeAnswer::Permanent(format!("{error:#}")),
+        Ok(reported) => SandboxResponse::Metadata(Box::new(reported)),
+        Err(error) => SandboxResponse::Permanent(format!("{error:#}")),
     }
 }
 
 /// Carries out a job on a stored recording.
-fn make_of(brief: Brief) -> JudgeAnswer {
+fn make_of(brief: Brief) -> SandboxResponse {
     let recording = match recording_files::read(&brief.recording) {
         Ok(recording) => recording,
         Err(unreadable) => return not_read(&brief, unreadable),
@@ -212,27 +212,27 @@ fn make_of(brief: Brief) -> JudgeAnswer {
         JudgingTask::Judge(published) => match judge(&recording, published) {
             Ok(outcome) => {
                 keep_replay(&brief.replay, &recording);
-                JudgeAnswer::Judged(Box::new(outcome))
+                SandboxResponse::Judged(Box::new(outcome))
             }
-            Err(why) => JudgeAnswer::Permanent(why),
+            Err(why) => SandboxResponse::Permanent(why),
         },
         JudgingTask::Replay => match replay_files::make(&brief.replay, &recording) {
-            Ok(()) => JudgeAnswer::Replayed,
-            Err(error) => JudgeAnswer::Passing(format!("{error:#}")),
+            Ok(()) => SandboxResponse::Replayed,
+            Err(error) => SandboxResponse::Passing(format!("{error:#}")),
         },
     }
 }
 
 /// Classifies a failure to read a stored recording. If its bytes are still those that could be read
 /// when they arrived, the cause lies in this process, and the recording must not be rejected.
-fn not_read(brief: &Brief, unreadable: ReadError) -> JudgeAnswer {
+fn not_read(brief: &Brief, unreadable: ReadError) -> SandboxResponse {
     match (unreadable, recording_files::hash_file(&brief.recording)) {
-        (ReadError::Io(error), _) | (_, Err(error)) => JudgeAnswer::Passing(error.to_string()),
-        (scarce @ ReadError::OutOfMemory, _) => JudgeAnswer::Died(scarce.to_string()),
+        (ReadError::Io(error), _) | (_, Err(error)) => SandboxResponse::Passing(error.to_string()),
+        (scarce @ ReadError::OutOfMemory, _) => SandboxResponse::Died(scarce.to_string()),
         (unreadable, Ok((sha256, _))) if sha256 == brief.sha256 => {
-            JudgeAnswer::Died(format!("it was read when it arrived, and is not now: {unreadable}"))
+            SandboxResponse::Died(format!("it was read when it arrived, and is not now: {unreadable}"))
         }
-        (unreadable, Ok(_)) => JudgeAnswer::Permanent(format!("it is not what has arrived: {unreadable}")),
+        (unreadable, Ok(_)) => SandboxResponse::Permanent(format!("it is not what has arrived: {unreadable}")),
     }
 }
 

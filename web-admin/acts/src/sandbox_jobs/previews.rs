@@ -10,7 +10,7 @@ use model::authoring::draft::DraftVerdict;
 use model::ids::SchoolId;
 
 use crate::error::Error;
-use crate::platform::bounded_queue::{Lines, WorkPlace};
+use crate::platform::bounded_queue::{BoundedQueue, QueuePlace};
 
 /// Maximum time in the queue.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -20,7 +20,7 @@ const MOST: usize = 64;
 /// The queues and the cache.
 #[derive(Debug)]
 pub struct Previews {
-    lines: Lines,
+    lines: BoundedQueue,
     known: Mutex<BTreeMap<[u8; 32], DraftVerdict>>,
 }
 
@@ -29,7 +29,7 @@ impl Default for Previews {
     /// does not block another.
     fn default() -> Self {
         let cores = thread::available_parallelism().map_or(1, Into::into);
-        Self { lines: Lines::new(cores.max(2), 1), known: Mutex::default() }
+        Self { lines: BoundedQueue::new(cores.max(2), 1), known: Mutex::default() }
     }
 }
 
@@ -38,7 +38,7 @@ impl Previews {
     ///
     /// # Errors
     /// Returns [`Error::Busy`] if the wait is too long.
-    pub async fn enter(&self, school: SchoolId) -> Result<WorkPlace, Error> {
+    pub async fn enter(&self, school: SchoolId) -> Result<QueuePlace, Error> {
         let place = self.lines.enter(school, PATIENCE).await;
         place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })
     }

@@ -22,11 +22,11 @@ use store::scoring::{jobs, scores};
 use store::training::practice;
 use tracing::Instrument;
 
-use crate::error::{is_database_away, tell_in_full};
-use crate::platform::fail_points::KillPoint;
+use crate::error::{error_chain, is_database_unavailable};
+use crate::platform::fail_points::FailPoint;
 use crate::platform::recording_store::StoreError;
 use crate::recordings::replays;
-use crate::sandbox_jobs::{JudgeAnswer, JudgeQuestion, JudgingOutcome, JudgingTask};
+use crate::sandbox_jobs::{JudgingOutcome, JudgingTask, SandboxRequest, SandboxResponse};
 use crate::service::Service;
 use crate::{SPANS, sandbox};
 
@@ -59,7 +59,7 @@ enum ScoringFailure {
 
 impl From<anyhow::Error> for ScoringFailure {
     fn from(error: anyhow::Error) -> Self {
-        if is_database_away(&error) { Self::Unreachable(error) } else { Self::Passing(error) }
+        if is_database_unavailable(&error) { Self::Unreachable(error) } else { Self::Passing(error) }
     }
 }
 
@@ -94,7 +94,7 @@ pub async fn score_recording(state: &Service, job: &Job) -> anyhow::Result<()> {
     let span = tracing::info_span!(target: SPANS, "score a recording", session = %job.session_id, deaths = job.deaths);
     match AssertUnwindSafe(try_scoring(state, job)).catch_unwind().instrument(span).await {
         Ok(done) => done,
-        Err(_panic) => bury(state, job, PANICKED).await,
+        Err(_panic) => record_crash(state, job, PANICKED).await,
     }
 }
 
@@ -102,11 +102,11 @@ async fn try_scoring(state: &Service, job: &Job) -> anyhow::Result<()> {
     match outcome(state, job).await {
         Ok(outcome) => keep_score(state, job, outcome).await,
         Err(ScoringFailure::Permanent(why)) => refuse(state, job, &why).await,
-        Err(ScoringFailure::Passing(error)) => put_off(state, job, &error).await,
+        Err(ScoringFailure::Passing(error)) => retry_later(state, job, &error).await,
         Err(ScoringFailure::Unreachable(error)) => wait_for_store(state, job, &error).await,
-        Err(ScoringFailure::Death(how)) => bury(state, job, &how).await,
+        Err(ScoringFailure::Death(how)) => record_crash(state, job, &how).await,
         Err(ScoringFailure::Lost) => {
-            note_loss(job);
+            log_lost_lease(job);
             Ok(())
         }
     }
@@ -119,17 +119,17 @@ async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFa
     // Before the job is marked as started: a crash while fetching is not the recording's fault.
     let recording = state.recordings.fetch(&session.recording_path).await?;
     begin(state, job).await?;
-    KillPoint::JobBegun.pass();
-    let question = JudgeQuestion::Recording(replays::brief(state, &session, &recording, task));
+    FailPoint::JobBegun.hit();
+    let question = SandboxRequest::Recording(replays::brief(state, &session, &recording, task));
     let most = if job.deaths == 0 { FIRST_TRY } else { Duration::MAX };
-    match sandbox::ask_within(state, question, most).await? {
-        JudgeAnswer::Judged(outcome) => {
+    match sandbox::call_within(state, question, most).await? {
+        SandboxResponse::Judged(outcome) => {
             keep_replay(state, &session).await;
             Ok(*outcome)
         }
-        JudgeAnswer::Permanent(why) => Err(ScoringFailure::Permanent(why)),
-        JudgeAnswer::Died(how) => Err(ScoringFailure::Death(how)),
-        JudgeAnswer::Passing(why) => Err(ScoringFailure::Passing(anyhow::anyhow!(why))),
+        SandboxResponse::Permanent(why) => Err(ScoringFailure::Permanent(why)),
+        SandboxResponse::Died(how) => Err(ScoringFailure::Death(how)),
+        SandboxResponse::Passing(why) => Err(ScoringFailure::Passing(anyhow::anyhow!(why))),
         other => Err(ScoringFailure::Passing(anyhow::anyhow!("a score was asked for, and this came: {other:?}"))),
     }
 }
@@ -138,7 +138,7 @@ async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFa
 /// on demand.
 async fn keep_replay(state: &Service, session: &Session) {
     if let Err(error) = replays::keep(state, session).await {
-        tracing::warn!(session = %session.id, cause = tell_in_full(&error), "no replay was kept");
+        tracing::warn!(session = %session.id, cause = error_chain(&error), "no replay was kept");
     }
 }
 
@@ -158,16 +158,16 @@ async fn published(state: &Service, session: &Session) -> anyhow::Result<Option<
 }
 
 async fn keep_score(state: &Service, job: &Job, outcome: JudgingOutcome) -> anyhow::Result<()> {
-    KillPoint::JobJudged.pass();
+    FailPoint::JobJudged.hit();
     let now = state.clock.now();
     let key = job.session();
     let mut tx = state.db.write().await?;
     if !jobs::finish_job(&mut tx, job.held_by(state.replica)).await? {
-        note_loss(job);
+        log_lost_lease(job);
         return Ok(());
     }
     scores::add_score(&mut tx, key, &outcome.assessment, now).await?;
-    KillPoint::ScoreAdded.pass();
+    FailPoint::ScoreAdded.hit();
     scores::put_curve(&mut tx, key, &outcome.curve).await?;
     sessions::mark_scored(&mut tx, job.school_id, job.session_id, outcome.verified).await?;
     practice::refresh_practice(&mut tx, key).await?;
@@ -177,9 +177,9 @@ async fn keep_score(state: &Service, job: &Job, outcome: JudgingOutcome) -> anyh
         "flagged": outcome.verified.flagged(),
     });
     entry(job, "session.scored").with(details).append(&mut tx, now).await?;
-    KillPoint::ScoreCommitting.pass();
+    FailPoint::ScoreCommitting.hit();
     tx.commit().await?;
-    KillPoint::ScoreCommitted.pass();
+    FailPoint::ScoreCommitted.hit();
     tracing::info!(session = %job.session_id, flagged = outcome.verified.flagged(), "recording scored");
     Ok(())
 }
@@ -187,7 +187,7 @@ async fn keep_score(state: &Service, job: &Job, outcome: JudgingOutcome) -> anyh
 async fn refuse(state: &Service, job: &Job, why: &str) -> anyhow::Result<()> {
     let mut tx = state.db.write().await?;
     if !jobs::finish_job(&mut tx, job.held_by(state.replica)).await? {
-        note_loss(job);
+        log_lost_lease(job);
         return Ok(());
     }
     sessions::mark_refused(&mut tx, job.school_id, job.session_id, why).await?;
@@ -197,13 +197,13 @@ async fn refuse(state: &Service, job: &Job, why: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-async fn put_off(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::Result<()> {
+async fn retry_later(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::Result<()> {
     let why = format!("{error:#}");
     if job.attempts + 1 >= MAX_ATTEMPTS {
         return refuse(state, job, &format!("given up after {MAX_ATTEMPTS} tries; the last: {why}")).await;
     }
     let until = state.clock.now().plus_s(FIRST_WAIT_S << job.attempts);
-    give_back(state, job, JobReturn::Failed { until, why: &why }).await?;
+    requeue(state, job, JobReturn::Failed { until, why: &why }).await?;
     tracing::warn!(session = %job.session_id, attempts = job.attempts + 1, why, "scoring put off");
     Ok(())
 }
@@ -212,7 +212,7 @@ async fn put_off(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::R
 async fn wait_for_store(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::Result<()> {
     let why = format!("{error:#}");
     let until = state.clock.now().plus_s(STORE_WAIT_S);
-    give_back(state, job, JobReturn::Postponed { until, why: &why }).await?;
+    requeue(state, job, JobReturn::Postponed { until, why: &why }).await?;
     tracing::warn!(session = %job.session_id, why, "scoring waits for what does not answer");
     Ok(())
 }
@@ -221,28 +221,28 @@ async fn wait_for_store(state: &Service, job: &Job, error: &anyhow::Error) -> an
 ///
 /// # Errors
 /// Fails if the database fails.
-pub async fn give_back(state: &Service, job: &Job, how: JobReturn<'_>) -> anyhow::Result<()> {
+pub async fn requeue(state: &Service, job: &Job, how: JobReturn<'_>) -> anyhow::Result<()> {
     let mut tx = state.db.write().await?;
     if !jobs::return_job(&mut tx, job.held_by(state.replica), how).await? {
-        note_loss(job);
+        log_lost_lease(job);
     }
     Ok(tx.commit().await?)
 }
 
 /// Logs that the lease was lost and the result discarded.
-fn note_loss(job: &Job) {
+fn log_lost_lease(job: &Job) {
     tracing::warn!(session = %job.session_id, "others took this service for dead, and score the recording themselves");
 }
 
 /// Records a crash: the job is requeued behind those without crashes, or quarantined after the
 /// second crash.
-async fn bury(state: &Service, job: &Job, how: &str) -> anyhow::Result<()> {
+async fn record_crash(state: &Service, job: &Job, how: &str) -> anyhow::Result<()> {
     let mut tx = state.db.write().await?;
     if !jobs::return_job(&mut tx, job.held_by(state.replica), JobReturn::Died(how)).await? {
-        note_loss(job);
+        log_lost_lease(job);
         return Ok(());
     }
-    let is_last = job.deaths + 1 >= parse_attempts::MOST_DEATHS;
+    let is_last = job.deaths + 1 >= parse_attempts::MAX_CRASHES;
     if is_last {
         entry(job, "session.set_aside").with(json!({ "why": how })).append(&mut tx, state.clock.now()).await?;
     }

@@ -7,13 +7,13 @@ use serde_json::json;
 use store::audit::AuditEntry;
 use store::people;
 use store::training::cohorts;
-use store::training::cohorts::{Cohort, Deed, Membership, MembershipKey};
+use store::training::cohorts::{Attribution, Cohort, Membership, MembershipKey};
 
 use crate::error::Error;
 use crate::service::Service;
 
-fn deed(service: &Service, by: &CurrentPerson) -> Deed {
-    Deed { by: Some(by.id), at: service.clock.now() }
+fn deed(service: &Service, by: &CurrentPerson) -> Attribution {
+    Attribution { by: Some(by.id), at: service.clock.now() }
 }
 
 /// Creates a cohort. An instructor who creates one becomes a member of it.

@@ -13,7 +13,7 @@ use store::letters::mails::NewMail;
 use store::training::deadlines;
 use store::training::deadlines::{DeadlineKey, DeadlineKind};
 
-use crate::error::{Error, tell_in_full};
+use crate::error::{Error, error_chain};
 use crate::replicas::{self, Duty};
 use crate::service::Service;
 
@@ -73,7 +73,7 @@ pub async fn extend(
 pub async fn run(state: Service) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::Reminders, remind(&state)).await {
-            tracing::warn!(cause = tell_in_full(&error), "reminders could not be queued");
+            tracing::warn!(cause = error_chain(&error), "reminders could not be queued");
         }
         tokio::time::sleep(EVERY).await;
     }

@@ -1,10 +1,10 @@
 //! The audit log page.
 
-mod deeds;
+mod action_texts;
 
+pub use action_texts::describe_act;
 use askama::Template;
 use askama_web::WebTemplate;
-pub use deeds::describe_act;
 use serde::Deserialize;
 use time::OffsetDateTime;
 

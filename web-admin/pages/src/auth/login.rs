@@ -6,7 +6,7 @@ use model::auth::passkey::PasskeyQuestion;
 
 use crate::assets;
 use crate::auth::passkeys;
-use crate::auth::reauthentication::AskPart;
+use crate::auth::reauthentication::ReauthenticationForm;
 
 /// The sign-in page.
 #[derive(Debug, Template, WebTemplate)]
@@ -45,7 +45,7 @@ impl CodePage {
     fn ask(&self) -> Option<String> {
         let question = self.question.as_ref()?;
         let label = tr!("Sign in by passkey");
-        Some(AskPart { question, label, lead: true, at_once: self.error.is_none() }.html())
+        Some(ReauthenticationForm { question, label, lead: true, at_once: self.error.is_none() }.html())
     }
 
     fn script(&self) -> String {

@@ -6,7 +6,7 @@ use model::auth::passkey::PasskeyQuestion;
 use model::limits::LONGEST_NAME;
 use time::OffsetDateTime;
 
-use crate::auth::reauthentication::{AskPart, FactorRefused, ProofAsked};
+use crate::auth::reauthentication::{FactorRefused, ProofAsked, ReauthenticationForm};
 use crate::{Shell, assets, format};
 
 /// Returns the address of the script that prompts for passkeys.
@@ -76,7 +76,8 @@ pub struct MakePasskeyPage {
 
 impl MakePasskeyPage {
     fn ask(&self) -> String {
-        AskPart { question: &self.question, label: tr!("Make the passkey"), lead: true, at_once: true }.html()
+        ReauthenticationForm { question: &self.question, label: tr!("Make the passkey"), lead: true, at_once: true }
+            .html()
     }
 
     fn script(&self) -> String {

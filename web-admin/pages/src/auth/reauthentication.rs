@@ -85,14 +85,14 @@ impl ProofPart<'_> {
     fn ask(&self) -> Option<String> {
         let question = self.question?;
         let label = tr!("{act}, by passkey", act = self.label);
-        Some(AskPart { question, label: &label, lead: false, at_once: false }.html())
+        Some(ReauthenticationForm { question, label: &label, lead: false, at_once: false }.html())
     }
 }
 
 /// The part of a form that prompts for a passkey.
 #[derive(Debug, Template)]
 #[template(path = "auth/ask.html")]
-pub(crate) struct AskPart<'a> {
+pub(crate) struct ReauthenticationForm<'a> {
     /// The WebAuthn challenge.
     pub question: &'a PasskeyQuestion,
     /// Label of the button.
@@ -103,7 +103,7 @@ pub(crate) struct AskPart<'a> {
     pub at_once: bool,
 }
 
-impl AskPart<'_> {
+impl ReauthenticationForm<'_> {
     /// Renders the prompt as HTML.
     pub(crate) fn html(&self) -> String {
         // Rendering this template into a `String` cannot fail.

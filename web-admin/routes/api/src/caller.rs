@@ -1,6 +1,6 @@
 //! Authenticates the caller of the API before anything else of a request is read.
 
-use acts::error::{Error, tell_in_full};
+use acts::error::{Error, error_chain};
 use acts::platform::secret;
 use acts::stations::CallingStation;
 use axum::extract::{FromRequestParts, Request, State};
@@ -130,7 +130,7 @@ async fn caller_of_token(state: &AppState, token: &str) -> Result<Option<Caller>
     if let Some(id) = token.person_id {
         // A disk that accepts no writes must not keep anyone from reading.
         if let Err(error) = acts::stations::note_token_use(state, &token).await {
-            tracing::warn!(cause = tell_in_full(&error), "the use of a token was not noted");
+            tracing::warn!(cause = error_chain(&error), "the use of a token was not noted");
         }
         let person = people::find_person(state.db.reader(), id).await?;
         return Ok(person.and_then(Person::into_current).map(Caller::Person));

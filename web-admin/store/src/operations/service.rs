@@ -3,7 +3,7 @@
 use model::Moment;
 use sqlx::FromRow;
 
-use crate::recordings::parse_attempts::MOST_DEATHS;
+use crate::recordings::parse_attempts::MAX_CRASHES;
 use crate::{Executor, Result};
 
 /// Figures of all schools together.
@@ -58,7 +58,7 @@ pub async fn count_totals(executor: impl Executor<'_>) -> Result<Totals> {
            (SELECT coalesce(max(seq), 0) FROM audit_log) AS audit_rows,
            (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size) AS database_bytes",
     )
-    .bind(MOST_DEATHS)
+    .bind(MAX_CRASHES)
     .fetch_one(executor)
     .await
 }

@@ -18,7 +18,7 @@ pub const ERASED: &str = "[erased]";
 
 /// Person whose texts are selected, and the time limit.
 #[derive(Clone, Copy, Debug)]
-pub struct Whose {
+pub struct TextOwner {
     /// School.
     pub school_id: SchoolId,
     /// Person.
@@ -44,7 +44,7 @@ macro_rules! plain {
 }
 
 /// Returns the number of texts by and about a person.
-pub async fn count_texts(reader: &Pool, whose: Whose) -> Result<TextCounts> {
+pub async fn count_texts(reader: &Pool, whose: TextOwner) -> Result<TextCounts> {
     let mut texts = TextCounts::default();
     for (side, found) in [(TextSide::Written, &mut texts.written), (TextSide::About, &mut texts.about)] {
         *found = plain_texts(reader, whose, side).await?;
@@ -64,7 +64,7 @@ pub async fn count_texts(reader: &Pool, whose: Whose) -> Result<TextCounts> {
     Ok(texts)
 }
 
-async fn plain_texts(reader: &Pool, whose: Whose, side: TextSide) -> Result<i64> {
+async fn plain_texts(reader: &Pool, whose: TextOwner, side: TextSide) -> Result<i64> {
     let statement = match side {
         TextSide::Written => {
             "SELECT (SELECT count(*) FROM comments WHERE school_id = $1 AND author_id = $2 AND made_at <= $3 AND body <> '[erased]')
@@ -96,7 +96,7 @@ async fn plain_texts(reader: &Pool, whose: Whose, side: TextSide) -> Result<i64>
 }
 
 /// Redacts the texts of one side. Returns their number.
-pub async fn redact_texts(writer: &mut Connection, whose: Whose, side: TextSide) -> Result<u64> {
+pub async fn redact_texts(writer: &mut Connection, whose: TextOwner, side: TextSide) -> Result<u64> {
     let mut redacted = 0;
     let statements = match side {
         TextSide::Written => [
@@ -180,7 +180,7 @@ struct TextRow {
 }
 
 /// Returns the survey responses and ratings that contain free texts, with redacted answers.
-async fn answers_of(connection: &mut Connection, whose: Whose, side: TextSide) -> Result<Vec<TextAnswers>> {
+async fn answers_of(connection: &mut Connection, whose: TextOwner, side: TextSide) -> Result<Vec<TextAnswers>> {
     let mut found = Vec::new();
     let kinds: &[TextKind] =
         if side == TextSide::Written { &[TextKind::Response, TextKind::Rating] } else { &[TextKind::Rating] };
@@ -254,7 +254,7 @@ pub struct Mention {
 /// Returns comments and override reasons by others about others' attempts that contain one of the
 /// words as a whole word, in upper or lower case. The database preselects candidates, so that only
 /// few of a large school's texts are read.
-pub async fn list_mentions(reader: &Pool, whose: Whose, words: &[String]) -> Result<Vec<Mention>> {
+pub async fn list_mentions(reader: &Pool, whose: TextOwner, words: &[String]) -> Result<Vec<Mention>> {
     let mut found = Vec::new();
     let mut rows = sqlx::query_as::<_, (SessionId, String)>(
         twin!(
@@ -310,7 +310,7 @@ pub fn words_of(name: &str) -> Vec<String> {
 
 /// Returns the path and hash of a person's recordings that were received before the time limit and
 /// have not been deleted.
-pub async fn recordings(writer: &mut Connection, whose: Whose) -> Result<Vec<ErasedRecording>> {
+pub async fn recordings(writer: &mut Connection, whose: TextOwner) -> Result<Vec<ErasedRecording>> {
     sqlx::query_as(
         "SELECT recording_path, recording_sha256 FROM sessions
          WHERE school_id = $1 AND trainee_id = $2 AND received_at <= $3 AND recording_erased_at IS NULL",
@@ -332,7 +332,7 @@ pub struct ErasedRecording {
 }
 
 /// Records that the recordings of a person were deleted, and cancels the scoring of pending ones.
-pub async fn note_erased_recordings(writer: &mut Connection, whose: Whose) -> Result<()> {
+pub async fn note_erased_recordings(writer: &mut Connection, whose: TextOwner) -> Result<()> {
     for statement in [
         "DELETE FROM jobs WHERE school_id = $1 AND session_id IN (
            SELECT id FROM sessions WHERE school_id = $1 AND trainee_id = $2 AND received_at <= $3 AND state = 'pending')",

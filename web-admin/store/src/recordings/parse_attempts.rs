@@ -11,7 +11,7 @@ use crate::replicas::ReplicaBeats;
 use crate::{Connection, Executor, Result, replicas};
 
 /// Number of crashes after which a recording is quarantined.
-pub const MOST_DEATHS: i64 = 2;
+pub const MAX_CRASHES: i64 = 2;
 
 /// Error of a job whose service ended during the attempt.
 const DIED: &str = "the service ended while it worked on this recording";
@@ -36,7 +36,7 @@ pub async fn release_upload(writer: &mut Connection, id: UploadId, replica: Repl
 
 /// An attempt to parse a recording uploaded in one request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ReadingTry {
+pub struct ParseAttempt {
     /// Id of the attempt.
     pub reader: ReaderId,
     /// Number of earlier crashes with the same bytes.
@@ -50,7 +50,7 @@ pub async fn begin_reading(
     sha256: &str,
     replica: ReplicaId,
     now: Moment,
-) -> Result<ReadingTry> {
+) -> Result<ParseAttempt> {
     replicas::enrol_replica(&mut *writer, replica).await?;
     let (reading, deaths): (Uuid, i64) = sqlx::query_as(
         "INSERT INTO readings (id, school_id, sha256, noted_at) VALUES ($1, $2, $3, $4)
@@ -69,7 +69,7 @@ pub async fn begin_reading(
         .bind(replica)
         .execute(writer)
         .await?;
-    Ok(ReadingTry { reader, deaths })
+    Ok(ParseAttempt { reader, deaths })
 }
 
 /// Records the end of parsing; `died` counts a crash.
@@ -105,7 +105,7 @@ pub async fn forget_readings(writer: &mut Connection, before: Moment) -> Result<
 
 /// A quarantined recording.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct SetAside {
+pub struct QuarantinedItem {
     /// `recording` (a job), `upload`, or `reading` (a recording uploaded in one request).
     pub kind: String,
     /// Id of the session, the upload or the reading.
@@ -156,13 +156,13 @@ pub async fn release_all(writer: &mut Connection) -> Result<()> {
 }
 
 /// Returns everything in quarantine.
-pub async fn list_set_aside(executor: impl Executor<'_>) -> Result<Vec<SetAside>> {
+pub async fn list_quarantined(executor: impl Executor<'_>) -> Result<Vec<QuarantinedItem>> {
     sqlx::query_as(
         "SELECT 'recording' AS kind, session_id AS id FROM jobs WHERE deaths >= $1
          UNION ALL SELECT 'upload', id FROM uploads WHERE deaths >= $1
          UNION ALL SELECT 'reading', id FROM readings WHERE deaths >= $1",
     )
-    .bind(MOST_DEATHS)
+    .bind(MAX_CRASHES)
     .fetch_all(executor)
     .await
 }
@@ -171,9 +171,9 @@ pub async fn list_set_aside(executor: impl Executor<'_>) -> Result<Vec<SetAside>
 /// until `until`. Returns the number of released entries.
 pub async fn forgive_deaths(writer: &mut Connection, until: Moment) -> Result<u64> {
     let jobs = sqlx::query("UPDATE jobs SET deaths = 0, attempts = 0, next_run_at = 0 WHERE deaths >= $1");
-    let jobs = jobs.bind(MOST_DEATHS).execute(&mut *writer).await?.rows_affected();
+    let jobs = jobs.bind(MAX_CRASHES).execute(&mut *writer).await?.rows_affected();
     let uploads = sqlx::query("UPDATE uploads SET deaths = 0, expires_at = $2 WHERE deaths >= $1");
     let readings = sqlx::query("DELETE FROM readings WHERE deaths >= $1");
-    let readings = readings.bind(MOST_DEATHS).execute(&mut *writer).await?.rows_affected();
-    Ok(jobs + readings + uploads.bind(MOST_DEATHS).bind(until).execute(writer).await?.rows_affected())
+    let readings = readings.bind(MAX_CRASHES).execute(&mut *writer).await?.rows_affected();
+    Ok(jobs + readings + uploads.bind(MAX_CRASHES).bind(until).execute(writer).await?.rows_affected())
 }

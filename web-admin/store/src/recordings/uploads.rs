@@ -4,7 +4,7 @@ use model::Moment;
 use model::ids::{PersonId, SchoolId, SessionId, StationId, UploadId};
 use sqlx::FromRow;
 
-use crate::recordings::parse_attempts::MOST_DEATHS;
+use crate::recordings::parse_attempts::MAX_CRASHES;
 use crate::{Connection, Executor, Result};
 
 /// The person, or the station with its token's id, that started an upload and alone may continue
@@ -57,7 +57,7 @@ impl Upload {
     /// Returns whether it is quarantined; see [`crate::recordings::parse_attempts`].
     #[must_use]
     pub const fn is_set_aside(&self) -> bool {
-        self.deaths >= MOST_DEATHS && self.session_id.is_none()
+        self.deaths >= MAX_CRASHES && self.session_id.is_none()
     }
 }
 

@@ -5,7 +5,7 @@ use model::ids::{ReplicaId, SchoolId, SessionId};
 use model::{Moment, SessionKey};
 use sqlx::FromRow;
 
-use crate::recordings::parse_attempts::MOST_DEATHS;
+use crate::recordings::parse_attempts::MAX_CRASHES;
 use crate::{Connection, Executor, Result, replicas};
 
 /// A recording to be scored.
@@ -96,7 +96,7 @@ pub async fn claim_due_job(
     .bind(replica)
     .bind(school)
     .bind(due.deaths)
-    .bind(MOST_DEATHS)
+    .bind(MAX_CRASHES)
     .bind(due.now)
     .bind(due.now.plus_s(LONGEST_WAIT_S))
     .fetch_optional(writer)
@@ -107,7 +107,7 @@ pub async fn claim_due_job(
 pub async fn find_next_job_time(executor: impl Executor<'_>, now: Moment) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT min(next_run_at) FROM jobs WHERE next_run_at > $1 AND deaths < $2")
         .bind(now)
-        .bind(MOST_DEATHS)
+        .bind(MAX_CRASHES)
         .fetch_one(executor)
         .await
 }

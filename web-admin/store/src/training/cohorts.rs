@@ -75,7 +75,7 @@ pub struct Membership {
 
 /// Author and time of a change to a membership.
 #[derive(Clone, Copy, Debug)]
-pub struct Deed {
+pub struct Attribution {
     /// Person who makes the change; `None` on the command line.
     pub by: Option<PersonId>,
     /// Time of the change.
@@ -87,7 +87,7 @@ pub struct Deed {
 /// # Errors
 /// If either belongs to another school, the role is neither trainee nor instructor, or the database
 /// fails.
-pub async fn join_cohort(writer: &mut Connection, membership: Membership, deed: Deed) -> Result<()> {
+pub async fn join_cohort(writer: &mut Connection, membership: Membership, deed: Attribution) -> Result<()> {
     let Membership { school_id, cohort_id, person_id, role } = membership;
     sqlx::query(
         "INSERT INTO cohort_members (school_id, cohort_id, person_id, role) VALUES ($1, $2, $3, $4)
@@ -124,7 +124,7 @@ pub async fn list_members_among(
 }
 
 /// Removes a person from a cohort. Returns false if they were not a member.
-pub async fn leave_cohort(writer: &mut Connection, key: MembershipKey, deed: Deed) -> Result<bool> {
+pub async fn leave_cohort(writer: &mut Connection, key: MembershipKey, deed: Attribution) -> Result<bool> {
     let left = sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
         .bind(key.school_id)
         .bind(key.cohort_id)
@@ -159,12 +159,12 @@ pub async fn ask_for_member(writer: &mut Connection, key: MembershipKey, by: Per
     if asked.rows_affected() == 0 {
         return Ok(false);
     }
-    note_membership_act(writer, key, MembershipAct::Asked, Deed { by: Some(by), at }).await?;
+    note_membership_act(writer, key, MembershipAct::Asked, Attribution { by: Some(by), at }).await?;
     Ok(true)
 }
 
 /// Declines or withdraws a membership request. Returns false if it does not exist.
-pub async fn decline_request(writer: &mut Connection, key: MembershipKey, deed: Deed) -> Result<bool> {
+pub async fn decline_request(writer: &mut Connection, key: MembershipKey, deed: Attribution) -> Result<bool> {
     if !forget_request(writer, key).await? {
         return Ok(false);
     }
@@ -186,7 +186,7 @@ async fn note_membership_act(
     writer: &mut Connection,
     key: MembershipKey,
     act: MembershipAct,
-    deed: Deed,
+    deed: Attribution,
 ) -> Result<()> {
     sqlx::query(
         "INSERT INTO cohort_acts (id, school_id, cohort_id, person_id, act, done_by, done_at)

@@ -85,7 +85,7 @@ async fn nobody_joins_a_cohort_of_another_school() {
     let now = app.state.clock.now();
     let mut tx = app.state.db.write().await.unwrap();
     let cohort = cohorts::find_or_create(&mut tx, north, "A", now).await.unwrap();
-    let deed = cohorts::Deed { by: None, at: now };
+    let deed = cohorts::Attribution { by: None, at: now };
     for school_id in [north, south] {
         let join = cohorts::Membership { school_id, cohort_id: cohort.id, person_id: ada.id, role: Role::Trainee };
         assert!(cohorts::join_cohort(&mut tx, join, deed).await.is_err(), "the database itself refuses");

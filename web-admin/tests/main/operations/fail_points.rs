@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Output;
 use std::time::Duration;
 
-use acts::platform::fail_points::{KillPoint, VARIABLE};
+use acts::platform::fail_points::{FailPoint, VARIABLE};
 use model::SessionKey;
 use store::Database;
 use store::recordings::sessions;
@@ -33,8 +33,8 @@ enum Way {
     Moving,
 }
 
-const fn way(point: KillPoint) -> Way {
-    use KillPoint as P;
+const fn way(point: FailPoint) -> Way {
+    use FailPoint as P;
     match point {
         P::ReadingBegun | P::RecordingRead | P::RecordingLinked | P::RecordingCommitting | P::RecordingCommitted => {
             Way::Arriving
@@ -49,8 +49,8 @@ const fn way(point: KillPoint) -> Way {
     }
 }
 
-fn points(wanted: Way) -> impl Iterator<Item = KillPoint> {
-    KillPoint::ALL.iter().copied().filter(move |point| way(*point) == wanted)
+fn points(wanted: Way) -> impl Iterator<Item = FailPoint> {
+    FailPoint::ALL.iter().copied().filter(move |point| way(*point) == wanted)
 }
 
 /// What the environment of every program says.
@@ -76,13 +76,13 @@ const PLACES: &[fn() -> Surroundings] = &[
 ];
 
 /// Starts a service, which dies where it is told to.
-fn serve(folder: &Path, around: &Surroundings, kill_at: Option<KillPoint>) -> Service {
+fn serve(folder: &Path, around: &Surroundings, kill_at: Option<FailPoint>) -> Service {
     let around = around.iter().map(|(name, value)| (name.as_str(), Path::new(value)));
     let kill_at = kill_at.map(|point| (VARIABLE, Path::new(point.name())));
     Service::start_with(folder, &around.chain(kill_at).collect::<Vec<_>>())
 }
 
-fn web_admin(folder: &Path, around: &Surroundings, arguments: &[&str], kill_at: Option<KillPoint>) -> Output {
+fn web_admin(folder: &Path, around: &Surroundings, arguments: &[&str], kill_at: Option<FailPoint>) -> Output {
     let mut command = program(folder);
     command.args(arguments).envs(around);
     if let Some(point) = kill_at {
@@ -145,7 +145,7 @@ fn exists(child: &mut std::process::Child) -> bool {
 }
 
 /// Waits for the service to be killed.
-fn await_death(service: &mut Service, point: KillPoint) {
+fn await_death(service: &mut Service, point: FailPoint) {
     for _ in 0..600 {
         if !exists(&mut service.child) {
             return;
@@ -156,7 +156,7 @@ fn await_death(service: &mut Service, point: KillPoint) {
 }
 
 /// Whether everything that was acknowledged is there once, scored once, and nothing else; and nothing is found wrong.
-async fn check(folder: &Path, around: &Surroundings, expected: &[&Attempt], point: KillPoint) {
+async fn check(folder: &Path, around: &Surroundings, expected: &[&Attempt], point: FailPoint) {
     let verified = web_admin(folder, around, &["verify"], None);
     assert!(verified.status.success(), "{}: {}", point.name(), String::from_utf8_lossy(&verified.stdout));
     let db = Database::open_existing(&address_of(folder)).await.unwrap();
@@ -174,7 +174,7 @@ async fn check(folder: &Path, around: &Surroundings, expected: &[&Attempt], poin
 }
 
 /// Waits until nothing is left to score.
-fn settle(service: &Service, token: &str, attempts: &[&Attempt], point: KillPoint) {
+fn settle(service: &Service, token: &str, attempts: &[&Attempt], point: FailPoint) {
     for attempt in attempts {
         let ask = format!("GET /api/v1/sessions/{}/score HTTP/1.1", attempt.session_id);
         let scored = (0..600).any(|_| {
@@ -239,7 +239,7 @@ async fn backups_and_restores_that_were_killed_are_done_over() {
     let attempts = [Attempt::default(), Attempt::default()];
     let service = Service::start(folder.path());
     assert!(attempts.iter().all(|attempt| at_once(&service, &token, &record(attempt))));
-    settle(&service, &token, &attempts.each_ref(), KillPoint::BackupCopied);
+    settle(&service, &token, &attempts.each_ref(), FailPoint::BackupCopied);
     drop(service);
     let backup = folder.path().join("backup.tar");
     let to = backup.to_str().unwrap();

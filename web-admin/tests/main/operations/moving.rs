@@ -8,7 +8,7 @@ use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use acts::platform::fail_points::{KillPoint, VARIABLE};
+use acts::platform::fail_points::{FailPoint, VARIABLE};
 use sqlx::{AssertSqlSafe, Connection, SqliteConnection};
 use store::Database;
 use tempfile::TempDir;
@@ -197,7 +197,7 @@ async fn a_move_that_was_killed_leaves_the_target_empty_and_is_done_over() {
     let removal = Removal::new().await;
     let server = tempfile::tempdir().unwrap();
     succeeds(&mut removal.to_file("first"));
-    for point in [KillPoint::MoveCopied, KillPoint::MoveCarried] {
+    for point in [FailPoint::MoveCopied, FailPoint::MoveCarried] {
         for mut command in [removal.to_file("second"), removal.to_server("first", server.path())] {
             let killed = command.env(VARIABLE, point.name()).output().unwrap();
             assert_eq!(killed.status.signal(), Some(9), "{}", said(&killed));
@@ -214,7 +214,7 @@ async fn a_move_that_was_killed_leaves_the_target_empty_and_is_done_over() {
     let over = removal.to_server("first", server.path()).output().unwrap();
     assert_eq!(over.status.code(), Some(2));
     assert!(said(&over).contains("a move never goes over data"), "{}", said(&over));
-    let kept = removal.to_file("second").env(VARIABLE, KillPoint::MoveKept.name()).output().unwrap();
+    let kept = removal.to_file("second").env(VARIABLE, FailPoint::MoveKept.name()).output().unwrap();
     assert!(!kept.status.success());
     assert_eq!(dump(&removal.file("first")).await, dump(&removal.file("second")).await);
 }

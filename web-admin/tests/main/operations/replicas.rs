@@ -101,7 +101,7 @@ async fn one_service_does_what_is_done_for_all_until_it_leaves_or_dies() {
     replicas::leave(&app.state).await.unwrap();
     assert!(replicas::is_on_duty(&other, Duty::Letters).await.unwrap());
     assert_eq!(on_duty().await, [false, true]);
-    replicas::bury_others(&app.state).await.unwrap();
+    replicas::mark_others_dead(&app.state).await.unwrap();
     assert_eq!(on_duty().await, [true, false]);
 }
 

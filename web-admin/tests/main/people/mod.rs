@@ -3,6 +3,7 @@
 //! when somebody made anonymous can be found or let in.
 
 pub(crate) mod bulk;
+pub(crate) mod language;
 pub(crate) mod rosters;
 
 use acts::platform::clock::Clock;

@@ -11,7 +11,7 @@ use model::ids::SessionId;
 use model::privacy::texts::TextCounts;
 use store::EngineKind;
 use store::privacy::texts;
-use store::privacy::texts::Whose;
+use store::privacy::texts::TextOwner;
 use web_admin::AppState;
 
 use crate::every_route::World;
@@ -154,7 +154,8 @@ async fn a_backup_brings_neither_texts_nor_recordings_back() {
     let verified = web_admin(place.path(), &["verify"]);
     assert!(verified.status.success(), "{}", words(&verified));
     let state = AppState::open(config_in(place.path()), Clock::system()).await.unwrap();
-    let whose = Whose { school_id: said.ana.person.school_id, person_id: said.ana.person.id, until: state.clock.now() };
+    let whose =
+        TextOwner { school_id: said.ana.person.school_id, person_id: said.ana.person.id, until: state.clock.now() };
     let left = texts::count_texts(state.db.reader(), whose).await.unwrap();
     assert_eq!(left, TextCounts { written: 0, about: 0, sealed: 0 });
     let gone = said.recording().strip_prefix(&said.app.state.config.recordings_dir).unwrap().to_owned();

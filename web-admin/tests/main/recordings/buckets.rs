@@ -201,7 +201,7 @@ async fn who_brings_the_last_piece_waits_while_another_service_takes_the_upload_
     let buried = async {
         tokio::time::sleep(Duration::from_millis(500)).await;
         // It has died over it.
-        replicas::bury_others(&app.state).await.unwrap();
+        replicas::mark_others_dead(&app.state).await.unwrap();
     };
     let (sent, ()) = tokio::join!(send(&mut here, &path, 0, &bytes), buried);
     assert_eq!(sent.header("stylet-session"), attempt.session_id.to_string(), "{} {}", sent.status, sent.text());

@@ -9,10 +9,10 @@ use std::time::Duration;
 
 use acts::platform::clock::Clock;
 use acts::platform::fail_points;
-use acts::platform::fail_points::KillPoint;
+use acts::platform::fail_points::FailPoint;
 use acts::platform::helper::Helper;
 use acts::recordings::uploads;
-use acts::sandbox_jobs::{Brief, JudgeAnswer, JudgeQuestion, JudgingTask};
+use acts::sandbox_jobs::{Brief, JudgingTask, SandboxRequest, SandboxResponse};
 use acts::{replicas, sandbox_jobs};
 use axum::body::Body;
 use axum::http::Request;
@@ -84,7 +84,7 @@ async fn two_jobs() -> (App, [SessionKey; 2]) {
 
 /// Takes the job that is due first; dropped without a commit, it is nobody's.
 async fn claim_first(app: &App, tx: &mut Connection, now: Moment) -> Option<JobHold> {
-    for deaths in 0..parse_attempts::MOST_DEATHS {
+    for deaths in 0..parse_attempts::MAX_CRASHES {
         let due = jobs::JobQuery { now, deaths };
         for school in jobs::list_waiting_schools(&mut *tx, due).await.unwrap() {
             if let Some(job) = jobs::claim_due_job(tx, school, due, app.state.replica).await.unwrap() {
@@ -119,9 +119,9 @@ async fn begin(app: &App, wanted: SessionKey) {
 }
 
 /// The service dies, and another finds what it has left.
-async fn die(app: &App) -> Vec<parse_attempts::SetAside> {
+async fn die(app: &App) -> Vec<parse_attempts::QuarantinedItem> {
     app.write(async |tx| parse_attempts::bury_replica(tx, app.state.replica).await.unwrap()).await;
-    parse_attempts::list_set_aside(app.state.db.reader()).await.unwrap()
+    parse_attempts::list_quarantined(app.state.db.reader()).await.unwrap()
 }
 
 #[tokio::test]
@@ -250,7 +250,7 @@ async fn a_death_of_the_service_while_its_helper_reads_condemns_no_recording() {
     let (folder, token) = founded().await;
     let bytes = record(&Attempt::default());
     for _ in 0..3 {
-        let kill_at = Path::new(KillPoint::ReadingBegun.name());
+        let kill_at = Path::new(FailPoint::ReadingBegun.name());
         let mut service = Service::start_with(folder.path(), &[(fail_points::VARIABLE, kill_at)]);
         let _sent = service.upload(&token, &bytes, bytes.len());
         assert!(within_a_minute(|| service.child.try_wait().unwrap().is_some()));
@@ -261,7 +261,7 @@ async fn a_death_of_the_service_while_its_helper_reads_condemns_no_recording() {
 }
 
 /// Asks a judge that has so much memory; none where it dies.
-fn asked(question: &JudgeQuestion, memory_mb: u64) -> Option<JudgeAnswer> {
+fn asked(question: &SandboxRequest, memory_mb: u64) -> Option<SandboxResponse> {
     let mut child = Command::new(env!("CARGO_BIN_EXE_web-admin"))
         .args(["judge", "--seconds", "60", "--memory-mb", &memory_mb.to_string()])
         .stdin(Stdio::piped())
@@ -289,10 +289,10 @@ fn with_whatever_memory_nobody_calls_a_recording_damaged() {
         for memory_mb in (1..16).chain([400]) {
             let (recording, replay) = (path.clone(), folder.path().join(format!("{depth_mm}-{memory_mb}")));
             let brief = Brief { recording, sha256: sha256.clone(), replay, task: JudgingTask::Judge(None) };
-            for question in [JudgeQuestion::Recording(brief), JudgeQuestion::Arrival(path.clone())] {
+            for question in [SandboxRequest::Recording(brief), SandboxRequest::Arrival(path.clone())] {
                 match asked(&question, memory_mb) {
-                    Some(JudgeAnswer::Judged(_) | JudgeAnswer::Told(_)) => judged += 1,
-                    None | Some(JudgeAnswer::Died(_)) => died += 1,
+                    Some(SandboxResponse::Judged(_) | SandboxResponse::Metadata(_)) => judged += 1,
+                    None | Some(SandboxResponse::Died(_)) => died += 1,
                     other => panic!("{depth_mm} mm, {memory_mb} MB: {other:?}"),
                 }
             }
@@ -308,13 +308,18 @@ async fn what_was_read_when_it_arrived_is_set_aside_and_not_refused_and_what_has
     std::fs::write(&path, "not a recording").unwrap();
     let brief = |sha256: &str| {
         let (recording, replay) = (path.clone(), folder.path().join("replay"));
-        JudgeQuestion::Recording(Brief { recording, sha256: sha256.to_owned(), replay, task: JudgingTask::Judge(None) })
+        SandboxRequest::Recording(Brief {
+            recording,
+            sha256: sha256.to_owned(),
+            replay,
+            task: JudgingTask::Judge(None),
+        })
     };
     let answer = |arrived: &str| {
         sandbox_jobs::answer(brief(&HEXLOWER.encode(&Sha256::digest(arrived))), sandbox_jobs::leave_unexamined)
     };
     let same = answer("not a recording");
-    assert!(matches!(&same, JudgeAnswer::Died(why) if why.contains("it was read when it arrived")), "{same:?}");
+    assert!(matches!(&same, SandboxResponse::Died(why) if why.contains("it was read when it arrived")), "{same:?}");
     let changed = answer("a recording");
-    assert!(matches!(&changed, JudgeAnswer::Permanent(why) if why.contains("not what has arrived")), "{changed:?}");
+    assert!(matches!(&changed, SandboxResponse::Permanent(why) if why.contains("not what has arrived")), "{changed:?}");
 }

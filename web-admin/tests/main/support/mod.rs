@@ -33,7 +33,7 @@ use store::operations::schools;
 use store::operations::schools::SchoolSettings;
 use store::people::{self, NewPerson, Person};
 use store::training::cohorts;
-use store::training::cohorts::{Deed, Membership};
+use store::training::cohorts::{Attribution, Membership};
 use tempfile::TempDir;
 use web_admin::{AppState, routes};
 
@@ -133,7 +133,7 @@ impl App {
             for person in people {
                 let membership =
                     Membership { school_id: school, cohort_id: cohort.id, person_id: person.id, role: person.role };
-                cohorts::join_cohort(tx, membership, Deed { by: None, at: now }).await.unwrap();
+                cohorts::join_cohort(tx, membership, Attribution { by: None, at: now }).await.unwrap();
             }
         })
         .await;

@@ -6,7 +6,7 @@ use model::ids::{CohortId, SchoolId};
 use model::{Moment, Role};
 use store::people::{self, NewPerson};
 use store::training::cohorts;
-use store::training::cohorts::{Deed, Membership};
+use store::training::cohorts::{Attribution, Membership};
 
 use crate::support::App;
 use crate::support::client::{Client, csrf_in};
@@ -52,7 +52,7 @@ async fn fill(app: &App, school: SchoolId, cohort: CohortId) {
             let person = people::add_person(tx, &new, now).await.unwrap();
             let membership =
                 Membership { school_id: school, cohort_id: cohort, person_id: person.id, role: Role::Trainee };
-            cohorts::join_cohort(tx, membership, Deed { by: None, at: now }).await.unwrap();
+            cohorts::join_cohort(tx, membership, Attribution { by: None, at: now }).await.unwrap();
         }
     })
     .await;

@@ -2,7 +2,7 @@
 //! Each is sent at most once: it is claimed before it is handed to the mail server. If the sender
 //! crashes in between, it is unknown whether the mail was sent; the pages show this.
 
-use acts::error::{Error, tell_in_full};
+use acts::error::{Error, error_chain};
 use acts::letters::mailing;
 use acts::people::accounts;
 use acts::platform::mailer::Letter;
@@ -31,7 +31,7 @@ pub(super) const BATCH: u32 = 50;
 pub async fn run_outbox(state: AppState) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::Letters, work_off_letters(&state)).await {
-            tracing::warn!(cause = tell_in_full(&error), "mails could not be sent");
+            tracing::warn!(cause = error_chain(&error), "mails could not be sent");
         }
         tokio::select! {
             () = state.mails.notified() => {}
@@ -78,7 +78,7 @@ async fn until_database_answers<F: Future<Output = Result<(), Error>>>(
 ) -> Result<(), Error> {
     loop {
         match note().await {
-            Err(Error::DatabaseAway(_)) => tokio::time::sleep(state.db.listening_period()).await,
+            Err(Error::DatabaseUnavailable(_)) => tokio::time::sleep(state.db.listening_period()).await,
             noted => return noted,
         }
     }

@@ -20,7 +20,7 @@ use super::{FORMAT, Manifest, Scratch, passphrase};
 use crate::operations::key_files::KEYS;
 use crate::operations::verification::VerificationReport;
 use crate::platform::config::Config;
-use crate::platform::fail_points::KillPoint;
+use crate::platform::fail_points::FailPoint;
 use crate::platform::files::remove_if_there;
 use crate::platform::recording_files::hash_file;
 use crate::platform::recording_store::RecordingStore;
@@ -94,7 +94,7 @@ async fn make_file(
     let source = Database::open_existing(&config.database).await.context("cannot open the database")?;
     source.copy_to(&copy.0).await.context("cannot copy the database")?;
     source.close().await;
-    KillPoint::BackupCopied.pass();
+    FailPoint::BackupCopied.hit();
     let (recordings, report) = settle(&copy.0).await?;
     let (database_sha256, _) = hash_file(&copy.0)?;
     let program_version = env!("CARGO_PKG_VERSION").to_owned();
@@ -110,9 +110,9 @@ async fn make_file(
     archive::check(&part.0, &manifest, &recordings).context("the backup was read back and is not whole")?;
     // Remove the temporary copy before the archive gets its final name.
     drop(copy);
-    KillPoint::BackupWritten.pass();
+    FailPoint::BackupWritten.hit();
     std::fs::rename(&part.0, to)?;
-    KillPoint::BackupNamed.pass();
+    FailPoint::BackupNamed.hit();
     File::open(to.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))?.sync_all()?;
     Ok(report)
 }

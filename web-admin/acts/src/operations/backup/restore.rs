@@ -11,7 +11,7 @@ use crate::operations::verification;
 use crate::operations::verification::VerificationReport;
 use crate::platform::clock::Clock;
 use crate::platform::config::Config;
-use crate::platform::fail_points::KillPoint;
+use crate::platform::fail_points::FailPoint;
 use crate::platform::recording_files::hash_file;
 use crate::platform::recording_store::{Bucket, RecordingStore};
 use crate::platform::sealing;
@@ -83,7 +83,7 @@ pub async fn restore(config: &Config, from: &Path, wanted: &RestoreRequest) -> R
         scratch = Some(Scratch(staging.clone()));
         report = Some(unpack(from, &staging, &manifest).await?);
     }
-    KillPoint::RestoreUnpacked.pass();
+    FailPoint::RestoreUnpacked.hit();
     let own = ErasureList::at(&staging.join(ERASURES_FILE)).read().map_err(|error| refused(error.into()))?;
     let keys = restore_keys(config, &staging, wanted.passphrase.as_deref()).map_err(refused)?;
     // From here on an interrupted restore is resumed, even by another process.
@@ -241,7 +241,7 @@ async fn put(staging: &Path, database: &Path, config: &Config) -> Result<(), Res
             std::fs::rename(&unpacked, folder)?;
         }
     }
-    KillPoint::RestoreMoving.pass();
+    FailPoint::RestoreMoving.hit();
     let unpacked: PathBuf = staging.join(DATABASE);
     if unpacked.exists() && std::fs::rename(&unpacked, database).is_err() {
         // Another file system: copy the file completely before renaming it.
@@ -250,7 +250,7 @@ async fn put(staging: &Path, database: &Path, config: &Config) -> Result<(), Res
         std::fs::File::open(&part)?.sync_all()?;
         std::fs::rename(&part, database)?;
     }
-    KillPoint::RestoreMoved.pass();
+    FailPoint::RestoreMoved.hit();
     for folder in [database.parent(), recordings.parent()].into_iter().flatten() {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         std::fs::File::open(folder)?.sync_all()?;

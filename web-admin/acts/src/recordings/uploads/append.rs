@@ -9,9 +9,9 @@ use tokio::io::{AsyncSeekExt, AsyncWriteExt};
 
 use super::{LOOKS, complete, look, pieces, take_over};
 use crate::error::Error;
-use crate::platform::fail_points::KillPoint;
+use crate::platform::fail_points::FailPoint;
 use crate::platform::files::PartFile;
-use crate::platform::upload_locks::Turn;
+use crate::platform::upload_locks::UploadLock;
 use crate::recordings::checksum::Checksum;
 use crate::recordings::quotas::LOOK_BYTES;
 use crate::recordings::{Chunks, quotas};
@@ -69,7 +69,7 @@ fn check(upload: &Upload, piece: &UploadPiece) -> Result<(), Error> {
 /// The file of an upload during a write.
 struct Writing<'a> {
     state: &'a Service,
-    turn: &'a mut Turn,
+    turn: &'a mut UploadLock,
     upload: Upload,
     file: File,
     /// If chunks are stored in a bucket, a temporary file with only the bytes that are not there
@@ -79,7 +79,7 @@ struct Writing<'a> {
     end: i64,
 }
 
-async fn write(state: &Service, upload: Upload, piece: UploadPiece, turn: &mut Turn) -> Result<Upload, Error> {
+async fn write(state: &Service, upload: Upload, piece: UploadPiece, turn: &mut UploadLock) -> Result<Upload, Error> {
     if upload.whole() {
         return nothing_more(state, upload, piece.body, turn).await;
     }
@@ -97,7 +97,9 @@ async fn write(state: &Service, upload: Upload, piece: UploadPiece, turn: &mut T
             writing.cut().await?;
             Err(refused)
         }
-        (_, Err(refused @ (Error::Internal(_) | Error::StoreAway(_) | Error::DatabaseAway(_)))) => Err(refused),
+        (_, Err(refused @ (Error::Internal(_) | Error::StoreUnavailable(_) | Error::DatabaseUnavailable(_)))) => {
+            Err(refused)
+        }
         (_, broken) => {
             writing.settle().await?;
             broken.map(|()| writing.upload)
@@ -106,7 +108,7 @@ async fn write(state: &Service, upload: Upload, piece: UploadPiece, turn: &mut T
 }
 
 /// Reads the body of a chunk that must be empty.
-async fn nothing_more(state: &Service, upload: Upload, body: Chunks, turn: &mut Turn) -> Result<Upload, Error> {
+async fn nothing_more(state: &Service, upload: Upload, body: Chunks, turn: &mut UploadLock) -> Result<Upload, Error> {
     let mut chunks = body;
     match next(state, turn, &mut chunks).await? {
         Some(chunk) if !chunk.is_empty() => Err(Error::TooLarge { limit_bytes: 0 }),
@@ -149,7 +151,7 @@ impl Writing<'_> {
     /// row.
     async fn settle(&mut self) -> Result<(), Error> {
         self.file.flush().await?;
-        KillPoint::PieceWritten.pass();
+        FailPoint::PieceWritten.hit();
         let begins = self.upload.received;
         let expected = match &self.spool {
             Some(_) if self.end == begins => return Ok(()),
@@ -169,9 +171,9 @@ impl Writing<'_> {
         };
         self.upload.received = self.end;
         self.upload.expires_at = self.state.clock.now().plus_s(self.state.config.upload_lifetime_s);
-        KillPoint::PieceSynced.pass();
+        FailPoint::PieceSynced.hit();
         pieces::count(self.state, &self.upload, begins, object.as_deref()).await?;
-        KillPoint::PieceCounted.pass();
+        FailPoint::PieceCounted.hit();
         if self.spool.is_some() {
             self.file.set_len(0).await?;
             self.file.rewind().await?;
@@ -181,7 +183,7 @@ impl Writing<'_> {
 }
 
 /// Reads the next bytes of a body; returns `None` at its end.
-async fn next(state: &Service, turn: &mut Turn, chunks: &mut Chunks) -> Result<Option<Bytes>, Error> {
+async fn next(state: &Service, turn: &mut UploadLock, chunks: &mut Chunks) -> Result<Option<Bytes>, Error> {
     let chunk = tokio::select! {
         chunk = tokio::time::timeout(state.config.upload_silence, chunks.next()) => chunk.map_err(|_| Error::Timeout)?,
         () = turn.wanted() => return Err(Error::Conflict("another request has taken this upload over".to_owned())),

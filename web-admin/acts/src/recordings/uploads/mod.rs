@@ -15,11 +15,11 @@ use store::recordings::uploads::{Unfinished, Upload, UploadOwner};
 use store::recordings::{parse_attempts, uploads};
 use store::stations;
 
-use crate::error::{Error, tell_in_full};
+use crate::error::{Error, error_chain};
 use crate::leases;
 use crate::platform::config::UploadQuota;
-use crate::platform::fail_points::KillPoint;
-use crate::platform::upload_locks::Turn;
+use crate::platform::fail_points::FailPoint;
+use crate::platform::upload_locks::UploadLock;
 use crate::recordings::intake::Bearer;
 use crate::recordings::{Received, intake, quotas};
 use crate::service::Service;
@@ -76,7 +76,7 @@ pub async fn begin(state: &Service, owner: UploadOwner, announced: Announced) ->
     }
     quotas::ensure_room(state, announced.length).await?;
     pieces::begin(state, upload.id).await?;
-    KillPoint::UploadMade.pass();
+    FailPoint::UploadMade.hit();
     uploads::insert_upload(&mut tx, &upload).await?;
     tx.commit().await?;
     Ok(upload)
@@ -109,7 +109,7 @@ pub async fn find(state: &Service, owner: UploadOwner, id: UploadId) -> Result<U
 /// Takes the lock on an owner's upload. A request that is writing to it aborts, since its
 /// connection may be dead without anyone noticing; one that is processing the complete upload does
 /// not, and then there is no lock.
-async fn take_over(state: &Service, owner: UploadOwner, id: UploadId) -> Result<Option<Turn>, Error> {
+async fn take_over(state: &Service, owner: UploadOwner, id: UploadId) -> Result<Option<UploadLock>, Error> {
     uploads::find_upload(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     Ok(state.turns.take_over(id).await)
 }
@@ -119,7 +119,7 @@ async fn look(state: &Service, owner: UploadOwner, id: UploadId, resting: bool) 
     let upload = uploads::find_upload(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     let lost = resting && upload.session_id.is_none() && pieces::is_lost(state, id).await?;
     if upload.is_set_aside() {
-        return Err(Error::SetAside);
+        return Err(Error::Quarantined);
     }
     if upload.expires_at <= state.clock.now() || lost {
         return Err(Error::Gone("this upload has expired: begin another"));
@@ -149,19 +149,19 @@ async fn complete(state: &Service, upload: Upload, looks: u32) -> Result<Upload,
     // fault.
     let received = pieces::collect(state, &upload).await;
     let upload = hold_patiently(state, id, looks).await?;
-    KillPoint::UploadMarked.pass();
+    FailPoint::UploadMarked.hit();
     let taken = match (upload.session_id, received) {
         (Some(_), _) => Ok(upload),
         (None, Ok(received)) => take_in(state, upload, received).await,
         (None, Err(error)) => Err(error),
     };
-    let (service, died) = (state.clone(), matches!(taken, Err(Error::Deadly(_))));
-    let released = leases::let_go("an upload", move || {
+    let (service, died) = (state.clone(), matches!(taken, Err(Error::WorkerCrashed(_))));
+    let released = leases::release("an upload", move || {
         let service = service.clone();
         async move { release(&service, id, died).await }
     });
     if let Err(error) = released.await {
-        tracing::warn!(upload = %id, cause = tell_in_full(&error), "an upload still counts as being read");
+        tracing::warn!(upload = %id, cause = error_chain(&error), "an upload still counts as being read");
     }
     taken
 }
@@ -201,7 +201,7 @@ async fn take_in(state: &Service, mut upload: Upload, received: Received) -> Res
     match intake::take_in(state, &bearer, received).await {
         Ok(kept) => {
             upload.session_id = Some(kept.session().id);
-            KillPoint::UploadUnlinking.pass();
+            FailPoint::UploadUnlinking.hit();
             throw_away(state, upload.id).await;
             Ok(upload)
         }
@@ -209,9 +209,9 @@ async fn take_in(state: &Service, mut upload: Upload, received: Received) -> Res
             fault @ (Error::Internal(_)
             | Error::NoRoom(_)
             | Error::Busy { .. }
-            | Error::Deadly(_)
-            | Error::StoreAway(_)
-            | Error::DatabaseAway(_)
+            | Error::WorkerCrashed(_)
+            | Error::StoreUnavailable(_)
+            | Error::DatabaseUnavailable(_)
             | Error::Unscanned(_)),
         ) => Err(fault),
         Err(refused) => {
@@ -256,7 +256,7 @@ pub async fn tidy(state: &Service) -> Result<(), Error> {
                 Ok(_) => tracing::info!(upload = %id, "an upload that was left whole has been taken in"),
                 Err(Error::Locked) => tracing::debug!(upload = %id, "another service takes it in"),
                 Err(error) => {
-                    tracing::warn!(upload = %id, cause = tell_in_full(&error), "an upload that is whole was not taken in")
+                    tracing::warn!(upload = %id, cause = error_chain(&error), "an upload that is whole was not taken in")
                 }
             }
         }
@@ -276,6 +276,6 @@ async fn remove(state: &Service, upload: &Upload) -> Result<(), Error> {
 /// Deletes the bytes of an upload. A failure is only logged; they are deleted later.
 async fn throw_away(state: &Service, id: UploadId) {
     if let Err(error) = pieces::remove(state, id).await {
-        tracing::warn!(upload = %id, cause = tell_in_full(&error), "the bytes of an upload that is over are still there");
+        tracing::warn!(upload = %id, cause = error_chain(&error), "the bytes of an upload that is over are still there");
     }
 }

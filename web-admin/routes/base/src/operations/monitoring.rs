@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use acts::Service;
-use acts::error::tell_in_full;
+use acts::error::error_chain;
 use axum::http::StatusCode;
 use model::Moment;
 use tokio::sync::Mutex;
@@ -99,7 +99,7 @@ impl Pulse {
 async fn beat(state: &Service) -> bool {
     match tokio::time::timeout(LONGEST_BEAT, state.db.beat(state.clock.now())).await {
         Ok(Ok(())) => return true,
-        Ok(Err(error)) => tracing::warn!(cause = tell_in_full(&error), "the database takes nothing"),
+        Ok(Err(error)) => tracing::warn!(cause = error_chain(&error), "the database takes nothing"),
         Err(_silent) => tracing::warn!("the database does not answer"),
     }
     false

@@ -75,7 +75,7 @@ async fn sign_in(
         return leave_stale_form(&state, &session, &csrf, &form).await;
     }
     if let Err(refused) = rate_limits::take_sign_in(&state, address, &form.email).await {
-        if matches!(refused, Error::TooMany { .. }) && state.brake_notes.is_worth_noting(address) {
+        if matches!(refused, Error::TooMany { .. }) && state.rate_limit_log.is_worth_noting(address) {
             note_refused_sign_in(&state, &form.email, address, "sign_in.blocked").await?;
         }
         return show_sign_in_again(&csrf, &form, refused);

@@ -18,7 +18,7 @@ use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
 use store::operations::schools;
-use store::privacy::texts::Whose;
+use store::privacy::texts::TextOwner;
 use store::privacy::{retention, texts};
 
 use crate::people::directory::{find_person, refuse_own_account};
@@ -50,7 +50,7 @@ async fn make_erase_page(
     person: DirectoryEntry,
 ) -> Result<ErasePage, Error> {
     let (reader, school_id) = (state.db.reader(), visitor.school_id);
-    let whose = Whose { school_id, person_id: person.id, until: state.clock.now() };
+    let whose = TextOwner { school_id, person_id: person.id, until: state.clock.now() };
     let mentions = texts::list_mentions(reader, whose, &texts::words_of(&person.name)).await?;
     Ok(ErasePage {
         shell: Shell::new(visitor, csrf.token(), NavPlace::People),

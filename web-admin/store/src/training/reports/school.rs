@@ -4,7 +4,7 @@ use model::Moment;
 use model::ids::{SchoolId, SessionId};
 use sqlx::FromRow;
 
-use crate::recordings::parse_attempts::MOST_DEATHS;
+use crate::recordings::parse_attempts::MAX_CRASHES;
 use crate::{Executor, Result};
 
 /// Summary of the current revision of an exercise.
@@ -98,7 +98,7 @@ pub async fn failing_jobs(executor: impl Executor<'_>, school: SchoolId) -> Resu
          FROM jobs WHERE school_id = $1 AND attempts > 0 ORDER BY deaths DESC, next_run_at, session_id LIMIT 50",
     )
     .bind(school)
-    .bind(MOST_DEATHS)
+    .bind(MAX_CRASHES)
     .fetch_all(executor)
     .await
 }
