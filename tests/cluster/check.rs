@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use acts::clock;
+use acts::platform::clock;
 use anyhow::Context;
 use data_encoding::HEXLOWER;
 use serde_json::Value;

@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering::SeqCst;
 use std::thread;
 use std::time::Duration;
 
-use acts::clock;
+use acts::platform::clock;
 use anyhow::{Context, bail};
 use ureq::http;
 

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use acts::clock;
+use acts::platform::clock;
 use anyhow::ensure;
 use clap::Args;
 use tests::endings::say;

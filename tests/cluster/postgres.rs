@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use acts::clock;
+use acts::platform::clock;
 use anyhow::{Context, ensure};
 use rustix::process::getuid;
 use tempfile::TempDir;

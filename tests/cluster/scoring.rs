@@ -9,7 +9,8 @@ use std::sync::atomic::Ordering::SeqCst;
 use std::thread;
 use std::time::Duration;
 
-use acts::clock::{self, Clock};
+use acts::platform::clock;
+use acts::platform::clock::Clock;
 use anyhow::{Context, anyhow, ensure};
 use clap::Args;
 use tests::endings::say;

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize};
 use std::thread;
 use std::time::Duration;
 
-use acts::clock;
+use acts::platform::clock;
 use anyhow::Context;
 use clap::Parser;
 use lab::{Lab, Serving};

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering::SeqCst;
 use std::thread;
 use std::time::Duration;
 
-use acts::clock;
+use acts::platform::clock;
 use anyhow::{Context, ensure};
 use data_encoding::HEXLOWER;
 use serde_json::Value;

@@ -5,12 +5,15 @@ use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::SeqCst;
 use std::time::Duration;
 
-use acts::clock;
-use acts::config::Config;
-use acts::recording_files::hash_file;
+use acts::platform::clock;
+use acts::platform::config::Config;
+use acts::platform::recording_files::hash_file;
 use anyhow::{Context, bail};
 use model::SessionKey;
-use store::{Database, jobs, schools, scores, sessions};
+use store::Database;
+use store::operations::schools;
+use store::recordings::sessions;
+use store::scoring::{jobs, scores};
 use tests::endings::say;
 
 use crate::Harm;

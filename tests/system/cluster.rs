@@ -6,7 +6,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-use acts::key_files::KEYS;
+use acts::operations::key_files::KEYS;
 use tests::{Service, root, run_ok};
 
 const MANIFESTS: [&str; 5] = ["namespace.yaml", "config.yaml", "replicas.yaml", "workers.yaml", "ingress.yaml"];

@@ -350,18 +350,22 @@ fn mechanics_start_no_thread() {
 /// What decodes a stranger's bytes, and the files that may have it done. A helper does it, with limits of memory and time, but for what a
 /// helper has read at its arrival.
 const DECODERS: &[(&str, &[&str])] = &[
-    ("WorkbookSheet::read", &["acts/src/judging/mod.rs", "model/src/roster/table.rs"]),
-    ("picture::copy_", &["acts/src/judging/mod.rs"]),
-    ("copy_logo", &["acts/src/judging/mod.rs"]),
-    ("recording_files::read", &["acts/src/judging/mod.rs", "acts/src/recordings.rs"]),
-    ("annotate::annotate", &["acts/src/judging/mod.rs"]),
-    ("Recording::read", &["acts/src/recording_files.rs"]),
+    ("WorkbookSheet::read", &["acts/src/sandbox_jobs/mod.rs", "model/src/people/roster/table.rs"]),
+    ("picture::copy_", &["acts/src/sandbox_jobs/mod.rs"]),
+    ("copy_logo", &["acts/src/sandbox_jobs/mod.rs"]),
+    ("recording_files::read", &["acts/src/sandbox_jobs/mod.rs", "acts/src/recordings/mod.rs"]),
+    ("annotate::annotate", &["acts/src/sandbox_jobs/mod.rs"]),
+    ("Recording::read", &["acts/src/platform/recording_files.rs"]),
     // Only a re-grading that lacks a metric reads a recording once more, two at once.
-    ("recordings::with(", &["acts/src/regrading/mod.rs"]),
+    ("recordings::with(", &["acts/src/scoring/regrading/mod.rs"]),
 ];
 /// Crates that decode files. Only these of ours use them.
-const DECODING_CRATES: &[(&str, &[&str])] =
-    &[("calamine", &["model/src/roster/"]), ("zip::", &["model/src/roster/"]), ("image::", &[]), ("mcap::", &[])];
+const DECODING_CRATES: &[(&str, &[&str])] = &[
+    ("calamine", &["model/src/people/roster/"]),
+    ("zip::", &["model/src/people/roster/"]),
+    ("image::", &[]),
+    ("mcap::", &[]),
+];
 
 #[test]
 fn what_strangers_send_is_decoded_where_a_death_harms_nobody() {
@@ -426,7 +430,7 @@ fn no_code_reads_a_sentence_to_find_out_what_it_means() {
         for (path, text) in shipped(folder) {
             let shown = path.to_string_lossy();
             // A scanner of somebody else's speaks in words.
-            if ["/tests/", "tests.rs", "samples.rs", "src/cli/", "src/scanning.rs"]
+            if ["/tests/", "tests.rs", "samples.rs", "src/cli/", "platform/scanning.rs"]
                 .iter()
                 .any(|of_tests| shown.contains(of_tests))
             {

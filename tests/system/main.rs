@@ -35,6 +35,7 @@ mod station;
 mod statistics;
 mod study_figures;
 mod style;
+mod subjects;
 mod surveys;
 mod visitor;
 mod whole_path;

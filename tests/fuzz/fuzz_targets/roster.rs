@@ -4,5 +4,5 @@
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    let _ = model::roster::read(bytes);
+    let _ = model::people::roster::read(bytes);
 });

@@ -5,8 +5,11 @@ use std::io::ErrorKind;
 use model::CurrentPerson;
 use tower_sessions::{session, session_store};
 
-use crate::recording_store::StoreError;
-use crate::web_sessions::AWAY;
+use crate::platform::recording_store::StoreError;
+
+/// Prefix of the session store's error messages when the database is unavailable. The error type of the
+/// session crate contains only a text, so the prefix is how callers recognize this case.
+pub(crate) const AWAY: &str = "the database does not respond";
 
 /// Error of a request.
 #[derive(Debug, thiserror::Error)]
@@ -83,13 +86,13 @@ pub enum Error {
     /// The helper process crashed or timed out on this file; contains how it ended. The cause is
     /// logged.
     #[error("processing did not finish; if you send it again, it is retried once and then quarantined")]
-    Deadly(String),
+    WorkerCrashed(String),
     /// The helper crashed twice on this recording. It is not read again until the operator runs
     /// `web-admin retry`.
     #[error(
         "this recording has crashed its reader twice and is quarantined; the operator was notified: keep the recording until the operator releases it"
     )]
-    SetAside,
+    Quarantined,
     /// The person was erased, withdrew or never consented: the recording must be deleted at the
     /// station, too.
     #[error("{0}")]
@@ -102,10 +105,10 @@ pub enum Error {
     NoRoom(#[source] anyhow::Error),
     /// The recording store is unavailable. The cause is logged.
     #[error("{STORE_AWAY}")]
-    StoreAway(#[source] anyhow::Error),
+    StoreUnavailable(#[source] anyhow::Error),
     /// The database is unavailable. The cause is logged.
     #[error("{DATABASE_AWAY}")]
-    DatabaseAway(#[source] anyhow::Error),
+    DatabaseUnavailable(#[source] anyhow::Error),
     /// An internal error. The cause is logged and never shown to the user.
     #[error("an internal error occurred and was logged; try again later")]
     Internal(#[source] anyhow::Error),
@@ -115,26 +118,26 @@ pub enum Error {
 const NO_ROOM: &str =
     "this service has run out of disk space, so nothing was changed; tell its operator, and try again later";
 
-/// Message of [`Error::StoreAway`].
+/// Message of [`Error::StoreUnavailable`].
 const STORE_AWAY: &str = "the recording store is unavailable, so the request was not carried out; try again later";
 
-/// Message of [`Error::DatabaseAway`]. A commit that was in progress may have succeeded.
+/// Message of [`Error::DatabaseUnavailable`]. A commit that was in progress may have succeeded.
 const DATABASE_AWAY: &str =
     "the database is unavailable; your change may not have been saved: check before you try again";
 
 /// Formats an error with its chain of causes, for the log. Users only see the outermost message.
 #[must_use]
-pub fn tell_in_full(error: &(dyn std::error::Error + 'static)) -> String {
+pub fn error_chain(error: &(dyn std::error::Error + 'static)) -> String {
     let causes: Vec<String> = anyhow::Chain::new(error).map(ToString::to_string).collect();
     causes.join(": ")
 }
 
 /// Returns whether the cause of an error is an unavailable database.
 #[must_use]
-pub fn is_database_away(cause: &anyhow::Error) -> bool {
+pub fn is_database_unavailable(cause: &anyhow::Error) -> bool {
     let is_away = |error: &(dyn std::error::Error + 'static)| {
-        let of_store = error.downcast_ref().is_some_and(store::is_database_away);
-        of_store || matches!(error.downcast_ref(), Some(Error::DatabaseAway(_)))
+        let of_store = error.downcast_ref().is_some_and(store::is_database_unavailable);
+        of_store || matches!(error.downcast_ref(), Some(Error::DatabaseUnavailable(_)))
     };
     cause.chain().any(is_away)
 }
@@ -167,11 +170,11 @@ impl Error {
                 "this service has run out of disk space, so nothing was changed; tell its operator, and try again later"
             )
             .to_owned(),
-            Self::StoreAway(_) => {
+            Self::StoreUnavailable(_) => {
                 tr!("the recording store is unavailable, so the request was not carried out; try again later")
                     .to_owned()
             }
-            Self::DatabaseAway(_) => {
+            Self::DatabaseUnavailable(_) => {
                 tr!("the database is unavailable; your change may not have been saved: check before you try again")
                     .to_owned()
             }
@@ -194,15 +197,15 @@ pub fn refuse_trainees(person: &CurrentPerson) -> Result<(), Error> {
 
 impl From<store::Error> for Error {
     fn from(error: store::Error) -> Self {
-        let (full, away) = (store::is_disk_full(&error), store::is_database_away(&error));
+        let (full, away) = (store::is_disk_full(&error), store::is_database_unavailable(&error));
         let cause = anyhow::Error::new(error).context("database");
-        if away { Self::DatabaseAway(cause) } else { Self::of_storage(full, cause) }
+        if away { Self::DatabaseUnavailable(cause) } else { Self::of_storage(full, cause) }
     }
 }
 
 impl From<anyhow::Error> for Error {
     fn from(error: anyhow::Error) -> Self {
-        if is_database_away(&error) { Self::DatabaseAway(error) } else { Self::Internal(error) }
+        if is_database_unavailable(&error) { Self::DatabaseUnavailable(error) } else { Self::Internal(error) }
     }
 }
 
@@ -218,7 +221,7 @@ impl From<StoreError> for Error {
         match error {
             StoreError::Disk(error) => error.into(),
             StoreError::Missing => Self::Internal(StoreError::Missing.into()),
-            StoreError::Away(cause) => Self::StoreAway(cause),
+            StoreError::Away(cause) => Self::StoreUnavailable(cause),
             StoreError::Full(cause) => Self::NoRoom(cause),
         }
     }
@@ -235,6 +238,6 @@ impl From<session::Error> for Error {
         let away =
             matches!(&error, session::Error::Store(session_store::Error::Backend(said)) if said.starts_with(AWAY));
         let cause = anyhow::Error::new(error).context("web session");
-        if away { Self::DatabaseAway(cause) } else { Self::Internal(cause) }
+        if away { Self::DatabaseUnavailable(cause) } else { Self::Internal(cause) }
     }
 }

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use model::ids::ReplicaId;
+use store::recordings::parse_attempts;
+use store::recordings::parse_attempts::QuarantinedItem;
 use store::replicas::{self, ReplicaBeats};
-use store::tries::{self, SetAside};
 
-use crate::error::{Error, tell_in_full};
+use crate::error::{Error, error_chain};
 use crate::service::Service;
 
 /// Interval of heartbeats and of checks for the heartbeats of others.
@@ -101,10 +102,10 @@ pub async fn run(service: Service) {
     loop {
         let heard = match tokio::time::timeout(LONGEST_LOOK, look_round(&service, &mut colleagues)).await {
             Ok(heard) => heard,
-            Err(silent) => Err(Error::DatabaseAway(silent.into())),
+            Err(silent) => Err(Error::DatabaseUnavailable(silent.into())),
         };
         if let Err(error) = heard {
-            tracing::warn!(cause = tell_in_full(&error), "failed to read the heartbeats of the other replicas");
+            tracing::warn!(cause = error_chain(&error), "failed to read the heartbeats of the other replicas");
             // A replica that could not reach the database cannot conclude that the others missed
             // heartbeats.
             colleagues = Colleagues::default();
@@ -120,16 +121,16 @@ pub async fn look_round(service: &Service, colleagues: &mut Colleagues) -> Resul
     let found = replicas::list_replicas(&mut *tx).await?;
     tx.commit().await?;
     for silent in colleagues.hear(&found).into_iter().filter(|id| *id != service.replica) {
-        bury(service, silent).await?;
+        mark_dead(service, silent).await?;
     }
     Ok(())
 }
 
 /// Marks all other replicas dead. The caller must hold the database exclusively.
-pub async fn bury_others(service: &Service) -> Result<(), Error> {
+pub async fn mark_others_dead(service: &Service) -> Result<(), Error> {
     for ReplicaBeats { id, .. } in replicas::list_replicas(service.db.reader()).await? {
         if id != service.replica {
-            bury(service, id).await?;
+            mark_dead(service, id).await?;
         }
     }
     Ok(())
@@ -148,18 +149,18 @@ pub async fn succeed(service: &Service) -> Result<(), Error> {
     let before = tokio::fs::read_to_string(&file).await.unwrap_or_default();
     let at_work = replicas::list_replicas(service.db.reader()).await?;
     if let Some(dead) = at_work.into_iter().find(|replica| replica.id.to_string() == before.trim()) {
-        bury(service, dead.id).await?;
+        mark_dead(service, dead.id).await?;
     }
     Ok(tokio::fs::write(&file, service.replica.to_string()).await?)
 }
 
 /// Releases the leases of a dead replica. Its unfinished reads count as crashes only if it read
 /// recordings in its own process; with a helper, no recording can have crashed the service.
-async fn bury(service: &Service, dead: ReplicaId) -> Result<(), Error> {
+async fn mark_dead(service: &Service, dead: ReplicaId) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     match service.config.helper {
-        Some(_) => tries::release_replica(&mut tx, dead).await?,
-        None => tries::bury_replica(&mut tx, dead).await?,
+        Some(_) => parse_attempts::release_replica(&mut tx, dead).await?,
+        None => parse_attempts::bury_replica(&mut tx, dead).await?,
     }
     tx.commit().await?;
     tracing::warn!(replica = %dead, "missed heartbeats of a replica; taking over its leases");
@@ -170,7 +171,7 @@ async fn bury(service: &Service, dead: ReplicaId) -> Result<(), Error> {
 
 /// Logs everything that is quarantined after two crashes.
 pub async fn tell_set_aside(service: &Service) -> Result<(), Error> {
-    for SetAside { kind, id } in tries::list_set_aside(service.db.reader()).await? {
+    for QuarantinedItem { kind, id } in parse_attempts::list_quarantined(service.db.reader()).await? {
         tracing::error!(%id, "{kind} quarantined after two crashes; web-admin retry releases it");
     }
     Ok(())
@@ -179,7 +180,7 @@ pub async fn tell_set_aside(service: &Service) -> Result<(), Error> {
 /// Releases all leases at shutdown; interrupted work does not count as a crash.
 pub async fn leave(service: &Service) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
-    tries::release_replica(&mut tx, service.replica).await?;
+    parse_attempts::release_replica(&mut tx, service.replica).await?;
     Ok(tx.commit().await?)
 }
 

@@ -11,17 +11,17 @@ use model::ids::ReplicaId;
 use store::{Database, MigrateError};
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 
-use crate::brake_notes::BrakeNotes;
-use crate::clock::Clock;
-use crate::config::Config;
 use crate::error::Error;
-use crate::judging::{DraftExaminer, leave_unexamined};
-use crate::lines::Lines;
-use crate::mailer::Mailer;
-use crate::previews::Previews;
-use crate::recording_store::RecordingStore;
-use crate::relying_party::RelyingParty;
-use crate::turns::Turns;
+use crate::platform::bounded_queue::BoundedQueue;
+use crate::platform::clock::Clock;
+use crate::platform::config::Config;
+use crate::platform::mailer::Mailer;
+use crate::platform::rate_limit_log::RateLimitLog;
+use crate::platform::recording_store::RecordingStore;
+use crate::platform::relying_party::RelyingParty;
+use crate::platform::upload_locks::UploadLocks;
+use crate::sandbox_jobs::previews::Previews;
+use crate::sandbox_jobs::{DraftExaminer, leave_unexamined};
 
 /// Maximum time in the queue for password hashing.
 const LONGEST_WAIT: Duration = Duration::from_secs(2);
@@ -48,18 +48,18 @@ pub struct Service {
     /// Notified when a mail has been queued.
     pub mails: Arc<Notify>,
     /// Throttle for log lines about rate-limited addresses.
-    pub brake_notes: Arc<BrakeNotes>,
+    pub rate_limit_log: Arc<RateLimitLog>,
     /// Relying party for passkeys, if browsers support them for this service's origin.
     pub relying_party: Option<Arc<RelyingParty>>,
     /// Write locks on resumable uploads.
-    pub turns: Turns,
+    pub turns: UploadLocks,
     /// Queues and cache for previews of drafts.
     pub previews: Arc<Previews>,
     /// Limit on concurrent helpers that read uploads and build replays.
-    pub helpers: Arc<Lines>,
+    pub helpers: Arc<BoundedQueue>,
     /// Limit on concurrent exports of all attempts of a school: a million attempts occupy a core
     /// for half a minute.
-    pub exports: Arc<Lines>,
+    pub exports: Arc<BoundedQueue>,
     /// Limit on recordings in memory: one of ten minutes takes 150 MB.
     pub parsing: Arc<Semaphore>,
     /// Limit on concurrent password hashing: each takes 19 MiB and a core.
@@ -99,12 +99,12 @@ impl Service {
             jobs: Arc::default(),
             mailer,
             mails: Arc::default(),
-            brake_notes: Arc::default(),
-            turns: Turns::default(),
+            rate_limit_log: Arc::default(),
+            turns: UploadLocks::default(),
             previews: Arc::default(),
             // One school gets at most two of the three, so that another always finds one.
-            helpers: Arc::new(Lines::new(3, 2)),
-            exports: Arc::new(Lines::new(4, 1)),
+            helpers: Arc::new(BoundedQueue::new(3, 2)),
+            exports: Arc::new(BoundedQueue::new(4, 1)),
             parsing: Arc::new(Semaphore::new(2)),
             hashing: Arc::new(Semaphore::new(2)),
             hashing_strangers: Arc::new(Semaphore::new(1)),

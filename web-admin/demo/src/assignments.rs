@@ -1,15 +1,18 @@
 //! Assignments of the demonstration: one due soon, and one overdue with an extension for one
 //! trainee.
 
-use acts::{assignments, deadlines, schools};
+use acts::operations::schools;
+use acts::training::{assignments, deadlines};
 use anyhow::Context;
-use model::assignment::AssignmentTask;
 use model::ids::AssignmentId;
-use model::{CurrentPerson, Moment, due};
+use model::training::assignment::AssignmentTask;
+use model::training::due;
+use model::{CurrentPerson, Moment};
 use routes_base::AppState;
-use store::assignments::{self as stored, NewAssignment};
-use store::schools::{SchoolSettings, find_school_settings};
-use store::{cohorts, people};
+use store::operations::schools::{SchoolSettings, find_school_settings};
+use store::people;
+use store::training::assignments::NewAssignment;
+use store::training::{assignments as stored, cohorts};
 use worker::outbox;
 
 use crate::DAY_S;

@@ -12,10 +12,9 @@ use law::operator::{Occasion, Operator, Skill};
 use model::{Moment, new_id};
 use recording::write::SceneDrawing;
 use recording::{Session, Writer};
+use routes_base::AppState;
 use tissue::Specimen;
 use tokio::task::JoinSet;
-
-use routes_base::AppState;
 
 /// Servo rate of the demonstration's station, in Hz.
 const TICK_HZ: f64 = 1000.0;

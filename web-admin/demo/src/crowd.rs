@@ -1,13 +1,14 @@
 //! A crowd of generated trainees in addition to the demonstration's people, for measuring page
 //! times.
 
-use acts::{generating, secret};
+use acts::operations::fixtures;
+use acts::platform::secret;
 use anyhow::Context;
 use indicatif::ProgressBar;
 use model::ids::SessionId;
 use routes_base::AppState;
-use store::generated::GeneratedCrowd;
-use store::practice;
+use store::operations::fixtures::GeneratedCrowd;
+use store::training::practice;
 
 use crate::people::Trainee;
 use crate::{DAY_S, Demonstration};
@@ -36,15 +37,15 @@ pub(super) async fn gather_crowd(state: &AppState, trainee: &Trainee, wanted: &D
         every_us: DAY_S * DAYS * 1_000_000 / i64::from(ATTEMPTS_EACH),
         model: latest_of_trainee(state, trainee).await?,
     };
-    generating::found_crowd(state, &crowd).await?;
+    fixtures::found_crowd(state, &crowd).await?;
     let progress = ProgressBar::new(u64::from(wanted.crowd));
     for first in (0..wanted.crowd).step_by(BLOCK as usize) {
         let after = wanted.crowd.min(first.saturating_add(BLOCK));
-        generating::practise_crowd(state, &crowd, first..after).await?;
+        fixtures::practise_crowd(state, &crowd, first..after).await?;
         progress.inc(u64::from(after - first));
     }
     progress.finish_and_clear();
-    generating::conclude_crowd(state, &crowd).await
+    fixtures::conclude_crowd(state, &crowd).await
 }
 
 async fn latest_of_trainee(state: &AppState, trainee: &Trainee) -> anyhow::Result<SessionId> {

@@ -1,19 +1,21 @@
 //! Experts of the demonstration: the instructors perform the first exercises and consent to be part
 //! of the reference corridor.
 
-use acts::assignments::find_taught_curriculum;
-use acts::{consents, reviewing};
+use acts::privacy::consents;
+use acts::scoring::reviewing;
+use acts::training::assignments::find_taught_curriculum;
 use anyhow::Context;
 use indicatif::ProgressBar;
 use law::operator::{Occasion, Skill};
-use model::corridor::WORDING;
 use model::ids::{PersonId, SchoolId};
-use model::progress::Course;
+use model::scoring::corridor::WORDING;
+use model::training::progress::Course;
 use model::{CurrentPerson, Moment};
 use routes_base::AppState;
-use store::experts::NewDeclaration;
 use store::people::{self, Person};
-use store::{practice, sessions};
+use store::privacy::experts::NewDeclaration;
+use store::recordings::sessions;
+use store::training::practice;
 
 use crate::attempt::AttemptTask;
 use crate::school::{self, ADMINISTRATOR, COHORTS, EXPERTS};

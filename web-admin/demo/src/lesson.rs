@@ -1,19 +1,22 @@
 //! Teaching in the demonstration: comments, a grade override and reviews.
 
-use acts::{comments, reviewing};
+use acts::scoring::reviewing;
+use acts::training::comments;
 use anyhow::Context;
 use attempt::{AttemptCurve, MarkKind};
-use model::comment::{Comment, CommentKind};
 use model::ids::SessionId;
-use model::review::ReviewFilter;
+use model::scoring::review::ReviewFilter;
+use model::training::comment::{Comment, CommentKind};
 use model::{CurrentPerson, Role};
 use routes_base::AppState;
-use store::grades::NewOverride;
 use store::people::{self, Person};
-use store::reports::ListedAttempt;
-use store::reviews::WaitingReview;
-use store::sessions::{self, Session};
-use store::{practice, reports, reviews, scores};
+use store::recordings::sessions;
+use store::recordings::sessions::Session;
+use store::scoring::grades::NewOverride;
+use store::scoring::reviews::WaitingReview;
+use store::scoring::{reviews, scores};
+use store::training::reports::ListedAttempt;
+use store::training::{practice, reports};
 
 use crate::school::{self, COHORTS, LEARNERS};
 

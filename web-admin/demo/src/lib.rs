@@ -15,10 +15,11 @@ mod validation;
 
 use std::path::PathBuf;
 
-use acts::assignments::find_taught_curriculum;
-use acts::intake::{Bearer, RecordingReceipt};
-use acts::recordings::Received;
-use acts::{importing, intake, publishing, replicas, surveys};
+use acts::authoring::{importing, instruments, publishing};
+use acts::recordings::intake::{Bearer, RecordingReceipt};
+use acts::recordings::{Received, intake};
+use acts::replicas;
+use acts::training::assignments::find_taught_curriculum;
 use anyhow::{Context, ensure};
 use attempt::{AttemptTask, MadeRecording};
 pub use crowd::ATTEMPTS_EACH;
@@ -27,14 +28,15 @@ use indicatif::{ProgressBar, ProgressStyle};
 use law::operator::Occasion;
 use model::Moment;
 use model::ids::{PersonId, SchoolId};
-use model::progress::{Course, Progress};
+use model::training::progress::{Course, Progress};
 pub use people::DemoAccount;
 use people::{Trainee, found_school};
 use routes_base::AppState;
 use rust_embed::RustEmbed;
 use school::LEARNERS;
 use store::audit::Actor;
-use store::{exercises, practice};
+use store::authoring::exercises;
+use store::training::practice;
 
 const DAY_S: i64 = 86_400;
 /// The first attempt of a day begins at 9:00 UTC; the next ones follow every 15 minutes.
@@ -234,7 +236,7 @@ async fn publish_curricula(state: &AppState) -> anyhow::Result<()> {
         std::fs::create_dir_all(path.parent().context("a folder")?)?;
         std::fs::write(&path, &file.data).with_context(|| path.display().to_string())?;
     }
-    let instruments = surveys::documents_in(&folder)?;
+    let instruments = instruments::documents_in(&folder)?;
     importing::import_instruments(state, None, &instruments).await?;
     let courses = publishing::courses_in(&folder)?;
     ensure!(!courses.is_empty(), "no course is shipped");

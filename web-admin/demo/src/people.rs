@@ -1,6 +1,7 @@
 //! The people of the demonstration school and their accounts.
 
-use acts::generating::{self, GeneratedPerson};
+use acts::operations::fixtures;
+use acts::operations::fixtures::GeneratedPerson;
 use anyhow::{Context, ensure};
 use model::Role;
 use model::ids::{PersonId, SchoolId};
@@ -50,7 +51,7 @@ pub async fn found_school(
         state.config.data_dir.display()
     );
     let people = list_everybody();
-    let founded = generating::found_school(state, school::SCHOOL, &people, password).await?;
+    let founded = fixtures::found_school(state, school::SCHOOL, &people, password).await?;
     let school_id = founded.first().context("somebody")?.school_id;
     let trainees = founded.into_iter().filter(|person| person.role == Role::Trainee);
     let trainees = trainees.map(|person| Trainee { id: person.id, school_id, pseudonym: person.pseudonym }).collect();

@@ -1,17 +1,22 @@
 //! Ratings and marked pops of the demonstration: generated from the attempts, stored by the same
 //! functions as real ones, and labelled as generated.
 
-use acts::ratings::Rated;
-use acts::{deadlines, ratings, segments};
+use acts::scoring::ratings::Rated;
+use acts::scoring::{ratings, segments};
+use acts::training::deadlines;
 use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::instrument::ScaleKind;
-use model::{CurrentPerson, Moment, due};
+use model::training::due;
+use model::{CurrentPerson, Moment};
 use routes_base::AppState;
-use store::ratings::{self as stored, NewRound};
-use store::reports::{self, ListedAttempt};
-use store::segments::{self as traces, NewTask};
-use store::{instruments, practice, schools};
+use store::operations::schools;
+use store::scoring::ratings::NewRound;
+use store::scoring::segments::NewTask;
+use store::scoring::{ratings as stored, segments as traces};
+use store::surveys::instruments;
+use store::training::reports::ListedAttempt;
+use store::training::{practice, reports};
 
 use crate::DAY_S;
 use crate::experts::find_expert;

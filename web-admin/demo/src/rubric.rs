@@ -1,13 +1,14 @@
 //! A changed pass mark in the demonstration: published as a new revision, and applied to all
 //! attempts of the first instructor's trainees by re-grading.
 
-use acts::drafting;
-use acts::drafting::SaveOutcome;
-use acts::regrading::exercise as regrading;
+use acts::authoring::drafting;
+use acts::authoring::drafting::SaveOutcome;
+use acts::scoring::regrading::exercise as regrading;
 use anyhow::{Context, bail, ensure};
 use model::{CurrentPerson, SessionKey};
 use routes_base::AppState;
-use store::{drafts, exercises, regradings, scores};
+use store::authoring::{drafts, exercises};
+use store::scoring::{regradings, scores};
 
 use crate::experts::find_expert;
 use crate::school::COHORTS;

@@ -10,11 +10,14 @@ use assessment::questionnaire::Answer;
 use documents::Instrument;
 use documents::instrument::ScaleKind;
 use model::ids::{SchoolId, SessionId};
-use model::survey::{Identity, Survey};
+use model::surveys::{Identity, Survey};
 use model::{CurrentPerson, SessionKey};
 use routes_base::AppState;
 use store::people::{self, Person};
-use store::{instruments, practice, reports, scores, surveys as stored};
+use store::scoring::scores;
+use store::surveys as stored;
+use store::surveys::instruments;
+use store::training::{practice, reports};
 use worker::outbox;
 
 use crate::people::Trainee;

@@ -3,12 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use acts::assignments::find_taught_curriculum;
-use acts::intake::Bearer;
+use acts::privacy::study_consents::revision_of_terms;
+use acts::recordings::intake::Bearer;
 use acts::stations::{self, CallingStation, StationVisit, TypedCode};
 use acts::studies::{self, ParticipantFacts, StudyRequest};
-use acts::study_consents::revision_of_terms;
 use acts::surveys::{self, AnsweredSheet};
+use acts::training::assignments::find_taught_curriculum;
 use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::ExerciseBundle;
@@ -18,10 +18,10 @@ use model::ids::{RevisionId, SchoolId, StudyId};
 use model::{CurrentPerson, Moment};
 use routes_base::AppState;
 use store::audit::Actor;
-use store::instruments;
 use store::people::Person;
-use store::sessions::Session;
+use store::recordings::sessions::Session;
 use store::studies::{self as stored, Study};
+use store::surveys::instruments;
 
 use crate::attempt::{self, AttemptTask, MadeRecording};
 use crate::study::{Participant, basis_of_attempt, find_study_owner, invent_answer, scatter_of_seed};

@@ -3,7 +3,7 @@
 use askama::Template;
 use askama_web::WebTemplate;
 
-use super::{assets, format};
+use crate::{assets, format};
 
 /// The page shown for a failed request.
 #[derive(Debug, Template, WebTemplate)]

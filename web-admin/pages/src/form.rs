@@ -2,6 +2,17 @@
 
 use serde::{Deserialize, Deserializer};
 
+/// An option of a selection.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SelectOption {
+    /// Value sent by the form.
+    pub value: String,
+    /// Label shown to the reader.
+    pub label: String,
+    /// Whether it is selected.
+    pub chosen: bool,
+}
+
 /// A form on a page: the values of its fields and, after a refused submission, the reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FilledForm<T, W = String> {

@@ -217,6 +217,11 @@ pub fn as_sentence(text: &str) -> String {
     rest.next().map_or_else(String::new, |first| first.to_uppercase().chain(rest).collect())
 }
 
+/// Converts fact names to owned strings.
+pub(crate) fn name_facts(facts: Vec<(&'static str, String)>) -> Vec<(String, String)> {
+    facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     //! A figure must not show useless digits, round a fail up to the pass mark, or show a negative

@@ -3,11 +3,41 @@
 //! A score stores causes, which every language describes from the metric's texts and the figures.
 //! Scores from before causes were stored have reasons in English text, which are shown unchanged.
 
-use assessment::catalogue;
 use assessment::words::{deduction_phrase, failure_phrase, name_metric};
-use assessment::{Deduction, Direction, HardFailure};
+use assessment::{Deduction, Direction, HardFailure, catalogue};
 
-use super::format;
+use crate::format;
+
+/// Headings of themes, with the prefixes of the metric ids that belong to them.
+pub(crate) const GROUPS: [(&str, &[&str]); 5] = [
+    (
+        sentence!("Accuracy"),
+        &["depth_error", "overshoot", "tip_error", "entry_error", "angle_error", "reached", "confirmed", "withdrawn"],
+    ),
+    (sentence!("Force"), &["peak_force", "rupture_force", "force_", "lateral_peak", "max_lateral"]),
+    (sentence!("After each pop"), &["over_insertion", "stop_time"]),
+    (
+        sentence!("Tissue and structures"),
+        &[
+            "rupture_energy",
+            "cutting",
+            "friction",
+            "lateral_work",
+            "sweep",
+            "skin_entries",
+            "redirections",
+            "structure",
+        ],
+    ),
+    // The empty prefix matches every id that no heading above has claimed.
+    (sentence!("Time and motion"), &[""]),
+];
+
+/// Returns the index in [`GROUPS`] of a metric's theme: the first that matches, else the last.
+pub(crate) fn theme_of_metric(id: &str) -> usize {
+    let claims = |(_, starts): &(&str, &[&str])| starts.iter().any(|start| id.starts_with(start));
+    GROUPS.iter().position(claims).unwrap_or(GROUPS.len() - 1)
+}
 
 /// Returns the name of a metric by its id, capitalized.
 #[must_use]

@@ -2,7 +2,7 @@
 
 use model::{CurrentPerson, Role};
 
-use super::{assets, deed, school_time};
+use crate::{assets, flash_message, school_time};
 
 /// Place of a page in the navigation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +87,7 @@ impl Shell {
     /// Returns the text of the flash message, if there is one.
     #[must_use]
     pub fn deed(&self) -> Option<&'static str> {
-        deed::say_done()
+        flash_message::say_done()
     }
 
     /// Returns the address of the script that sorts tables.

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use acts::backup;
-use acts::clock::Clock;
-use acts::key_files::{KEYS, KeyFile};
+use acts::operations::backup;
+use acts::operations::key_files::{KEYS, KeyFile};
+use acts::platform::clock::Clock;
 use clap::Args;
 
 use super::{CommandFailure, StorageArgs, say_line};

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use acts::certificates;
+use acts::training::certificates;
 use clap::{Args, Subcommand};
-use model::certificate::{Statement, check_certificate};
+use model::training::certificate::{Statement, check_certificate};
 
 use super::{CommandFailure, StorageArgs, say_line};
 

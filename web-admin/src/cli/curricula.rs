@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use acts::{importing, publishing, surveys};
+use acts::authoring::{importing, instruments, publishing};
 use clap::{Args, Subcommand};
 
 use super::{CommandFailure, StorageArgs, say_line};
@@ -32,7 +32,7 @@ pub(super) async fn run_curricula(command: &CurriculaCommand) -> Result<(), Comm
     let CurriculaCommand::Import(args) = command;
     let courses = publishing::courses_in(&args.folder)
         .map_err(|error| CommandFailure::Usage(format!("{}: {error}", args.folder.display())))?;
-    let instruments = surveys::documents_in(&args.folder)
+    let instruments = instruments::documents_in(&args.folder)
         .map_err(|error| CommandFailure::Usage(format!("{}: {error}", args.folder.display())))?;
     if courses.is_empty() && instruments.is_empty() {
         return Err(CommandFailure::Usage(format!(

@@ -2,9 +2,9 @@
 
 use std::thread;
 
-use acts::clock::Clock;
-use acts::config::Config;
-use acts::secret;
+use acts::platform::clock::Clock;
+use acts::platform::config::Config;
+use acts::platform::secret;
 use clap::{Args, value_parser};
 use model::Role;
 

@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::PathBuf;
 
-use acts::{registry, researching};
+use acts::people::admin_commands;
+use acts::studies::research;
 use anyhow::Context;
 use clap::Args;
 
@@ -34,14 +35,14 @@ pub struct ExportArgs {
 
 pub(super) async fn run_export(args: &ExportArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
-    let school = registry::find_school(&state, args.school.as_deref()).await?;
+    let school = admin_commands::find_school(&state, args.school.as_deref()).await?;
     let order = ResearchOrder { folder: args.out.clone(), samples: args.samples };
     if let Some(taken) = order.files().into_iter().find(|file| file.exists()) {
         return Err(CommandFailure::Usage(format!("{}: already exists; choose another folder", taken.display())));
     }
     fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
     let counts = write_research_tables(&state, school.id, &order).await?;
-    researching::note_research_export(&state, school.id, &counts).await.map_err(anyhow::Error::from)?;
+    research::note_research_export(&state, school.id, &counts).await.map_err(anyhow::Error::from)?;
     say_line(format_args!(
         "{} attempts, {} values of metrics, {} samples",
         counts.attempts, counts.metrics, counts.samples

@@ -4,12 +4,11 @@
 
 use std::io::{Read, Write};
 
-use acts::judging;
-use acts::judging::JudgeQuestion;
+use acts::sandbox_jobs;
+use acts::sandbox_jobs::SandboxRequest;
 use clap::Args;
-use rustix::process::{Resource, Rlimit, nice, setrlimit};
-
 use routes_base::examine_draft;
+use rustix::process::{Resource, Rlimit, nice, setrlimit};
 
 /// Niceness of the helper, relative to the service that started it.
 const BEHIND_PAGES: i32 = 10;
@@ -40,13 +39,13 @@ pub(super) fn run_judge(args: &JudgeArgs) -> anyhow::Result<()> {
     end_with_service();
     let mut question = Vec::new();
     std::io::stdin().read_to_end(&mut question)?;
-    let question: JudgeQuestion = serde_json::from_slice(&question)?;
-    if !matches!(question, JudgeQuestion::Arrival(_)) {
+    let question: SandboxRequest = serde_json::from_slice(&question)?;
+    if !matches!(question, SandboxRequest::Arrival(_)) {
         // Requests for pages and fresh uploads have priority. If `nice` fails, the work is done
         // anyway.
         let _ = nice(BEHIND_PAGES);
     }
-    let answer = judging::answer(question, examine_draft);
+    let answer = sandbox_jobs::answer(question, examine_draft);
     let mut out = std::io::stdout().lock();
     out.write_all(&serde_json::to_vec(&answer)?)?;
     Ok(out.flush()?)

@@ -4,11 +4,12 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use acts::clock::Clock;
-use acts::config::{Config, ConfigError, RecordingsPlace};
-use acts::key_files::{KEYS, KeyFile};
-use acts::registry::RegistryError;
-use acts::{config, key_files, upkeep};
+use acts::operations::key_files::{KEYS, KeyFile};
+use acts::operations::{key_files, upkeep};
+use acts::people::admin_commands::RegistryError;
+use acts::platform::clock::Clock;
+use acts::platform::config;
+use acts::platform::config::{Config, ConfigError, RecordingsPlace};
 use clap::{Args, Parser, Subcommand};
 
 use crate::AppState;

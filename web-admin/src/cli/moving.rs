@@ -4,12 +4,12 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use acts::clock::Clock;
-use acts::config::{Config, ConfigError};
-use acts::moving::{CopiedRecordings, EndLock, MoveReport, SchoolMove};
+use acts::operations::moving::{CopiedRecordings, EndLock, MoveReport, SchoolMove};
+use acts::platform::clock::Clock;
+use acts::platform::config::{Config, ConfigError};
 use clap::Args;
 use store::locks::LockError;
-use store::moving::{CarriedTable, DatabaseMove, MoveError};
+use store::operations::moving::{CarriedTable, DatabaseMove, MoveError};
 
 use super::{CommandFailure, recordings_place, say_line};
 

@@ -1,13 +1,15 @@
 //! `web-admin rescore`: grades every attempt at an exercise by its current rubric.
 
-use acts::regrading::{Regrader, Rubric};
-use acts::{registry, regrading};
+use acts::people::admin_commands;
+use acts::scoring::regrading;
+use acts::scoring::regrading::{Regrader, Rubric};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use model::judgement;
+use model::scoring::judgement;
 use store::audit::Actor;
-use store::scores;
-use store::sessions::{self, Session};
+use store::recordings::sessions;
+use store::recordings::sessions::Session;
+use store::scoring::scores;
 
 use super::{CommandFailure, StorageArgs, say_line};
 use crate::AppState;
@@ -36,7 +38,7 @@ pub(super) async fn run_rescore(args: &RescoreArgs) -> Result<(), CommandFailure
     let reason = args.reason.as_deref().map(judgement::reason).transpose();
     let reason = reason.map_err(|refused| CommandFailure::Usage(refused.to_string()))?;
     let state = args.storage.open().await?;
-    let school = registry::find_school(&state, args.school.as_deref()).await?;
+    let school = admin_commands::find_school(&state, args.school.as_deref()).await?;
     let attempts = sessions::list_scored_sessions(state.db.reader(), school.id, &args.exercise).await?;
     if attempts.is_empty() {
         return Err(CommandFailure::Usage(format!("{}: {} has no scored attempt at it", args.exercise, school.name)));

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use acts::backup;
-use acts::backup::{KeysRestored, RestoreRefused, RestoreRequest, RestoreSummary};
-use acts::clock::Clock;
-use acts::erasures::{Erasure, ErasureList};
-use acts::locks::DataLock;
+use acts::operations::backup;
+use acts::operations::backup::{KeysRestored, RestoreRefused, RestoreRequest, RestoreSummary};
+use acts::platform::clock::Clock;
+use acts::platform::locks::DataLock;
+use acts::privacy::erasures::{Erasure, ErasureList};
 use clap::Args;
 
 use super::{CommandFailure, StorageArgs, say_line};

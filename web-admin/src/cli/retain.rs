@@ -1,11 +1,11 @@
 //! `web-admin retain`: applies the retention rules of schools.
 
-use acts::retention;
-use acts::retention::RetentionStep;
+use acts::privacy::retention;
+use acts::privacy::retention::RetentionStep;
 use clap::Args;
-use model::retention::RetentionAction;
-use store::retention::Settings;
-use store::schools;
+use model::privacy::retention::RetentionAction;
+use store::operations::schools;
+use store::privacy::retention::Settings;
 
 use super::{CommandFailure, StorageArgs, say_line};
 

@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use acts::config::{UploadQuota, origin};
+use acts::platform::config::{UploadQuota, origin};
 use anyhow::Context;
 use clap::Args;
 use store::people;

@@ -1,16 +1,18 @@
 //! `web-admin user`: adds people and manages their access.
 
-use acts::registry::{AddedAccount, RegisteredPerson};
-use acts::tokens::{LONGEST_DAYS, TokenRequest};
-use acts::{passwords, registry, second_factor, secret};
+use acts::auth::tokens::{LONGEST_DAYS, TokenRequest};
+use acts::auth::{passwords, second_factor};
+use acts::people::admin_commands;
+use acts::people::admin_commands::{AddedAccount, RegisteredPerson};
+use acts::platform::secret;
 use clap::{Args, Subcommand};
-use model::line::on_one_line;
-use model::password_refused::PasswordRefused;
-use model::roster::is_name;
+use model::auth::password_refused::PasswordRefused;
+use model::people::roster::is_name;
+use model::single_line_text::on_one_line;
 use model::{Moment, PersonKey, Role};
 use store::audit::Actor;
+use store::operations::schools;
 use store::people::{self, Person};
-use store::schools;
 
 use super::{CommandFailure, StorageArgs, say_line};
 use crate::AppState;
@@ -132,7 +134,7 @@ async fn add_person(args: &AddArgs) -> Result<(), CommandFailure> {
         password: &password,
         token: args.token.then_some(TokenRequest { name: COMMAND_LINE, days: LONGEST_DAYS }),
     };
-    let AddedAccount { person, school, until, token } = registry::add_person(&state, new).await?;
+    let AddedAccount { person, school, until, token } = admin_commands::add_person(&state, new).await?;
     say_line(format_args!("{} {} added to {school}; pseudonym {}", person.role, person.email, person.pseudonym));
     told.into_iter().for_each(say_line);
     say_line(good_until(until));
@@ -145,7 +147,7 @@ async fn reset_person_password(args: &ResetArgs) -> Result<(), CommandFailure> {
     let person = find_account(&state, &args.who.email).await?;
     let school = schools::find_school_name(state.db.reader(), person.school_id).await?;
     let (password, told) = read_password(args.password.as_deref(), &[&person.display_name, &person.email, &school])?;
-    let until = registry::reset_password(&state, &person, &password).await?;
+    let until = admin_commands::reset_password(&state, &person, &password).await?;
     say_line(format_args!("{} has a new password and is signed out everywhere", person.email));
     told.into_iter().for_each(say_line);
     say_line(good_until(until));
@@ -160,7 +162,7 @@ fn good_until(until: Moment) -> String {
 async fn disable_person(args: &WhoArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
     let person = find_account(&state, &args.email).await?;
-    match registry::disable_person(&state, &person).await? {
+    match admin_commands::disable_person(&state, &person).await? {
         Some(revoked) => say_line(format_args!("{} is disabled; {revoked} tokens revoked", person.email)),
         None => say_line(format_args!("{} is already disabled", person.email)),
     }
@@ -182,12 +184,12 @@ async fn make_person_token(args: &TokenArgs) -> Result<(), CommandFailure> {
     let token = match (&args.email, &args.station) {
         (Some(email), _) => {
             let person = find_account(&state, email).await?;
-            registry::give_token(&state, &person, TokenRequest { name: &args.name, days: args.days }).await?
+            admin_commands::give_token(&state, &person, TokenRequest { name: &args.name, days: args.days }).await?
         }
         (None, station) => {
             check_name("--station", station.as_deref())?;
             check_name("--school", args.school.as_deref())?;
-            registry::give_station_token(&state, args.school.as_deref(), station.as_deref()).await?
+            admin_commands::give_station_token(&state, args.school.as_deref(), station.as_deref()).await?
         }
     };
     // Nothing else is printed: `> token` creates a file for `stylet upload --token-file`.

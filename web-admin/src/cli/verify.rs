@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use acts::certificates::KEY_FILE;
-use acts::config::Config;
-use acts::erasure_store::ErasureStore;
-use acts::recording_store::RecordingStore;
-use acts::verification::VerificationReport;
-use acts::{anchoring, certificates, verification};
+use acts::audit::audit_checkpoints;
+use acts::operations::verification;
+use acts::operations::verification::VerificationReport;
+use acts::platform::config::Config;
+use acts::platform::recording_store::RecordingStore;
+use acts::privacy::erasure_store::ErasureStore;
+use acts::training::certificates;
+use acts::training::certificates::KEY_FILE;
 use anyhow::Context;
 use clap::Args;
 use store::{Database, DumpRefused, DumpedDatabase};
@@ -120,7 +122,7 @@ async fn compare_with_statement(
             )));
         }
     };
-    match anchoring::check(&bytes, &key) {
+    match audit_checkpoints::check(&bytes, &key) {
         Ok(head) => Ok(verification::strayed_from(db, &head).await?),
         Err(why) => Ok(Some(format!("statement {}: not genuine: {why:#}", file.display()))),
     }

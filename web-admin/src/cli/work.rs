@@ -7,20 +7,24 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use acts::clock::Clock;
-use acts::config::{Config, anchor_mail, mail_to};
-use acts::erasure_store::ErasureStore;
-use acts::error::tell_in_full;
-use acts::helper::Helper;
-use acts::inspection::begin_inspection;
-use acts::key_files::make_missing_keys;
-use acts::locks::DataLock;
-use acts::scanning::Scanner;
-use acts::statement_store::StatementStore;
-use acts::web_sessions::WebSessions;
-use acts::{
-    SPANS, anchoring, deadlines, erasing, notices, recordings, replicas, retention, upkeep, uploads, verification,
-};
+use acts::audit::audit_checkpoints;
+use acts::audit::checkpoint_store::StatementStore;
+use acts::auth::web_sessions::WebSessions;
+use acts::error::error_chain;
+use acts::letters::notices;
+use acts::operations::inspection::begin_inspection;
+use acts::operations::key_files::make_missing_keys;
+use acts::operations::{upkeep, verification};
+use acts::platform::clock::Clock;
+use acts::platform::config::{Config, anchor_mail, mail_to};
+use acts::platform::helper::Helper;
+use acts::platform::locks::DataLock;
+use acts::platform::scanning::Scanner;
+use acts::privacy::erasure_store::ErasureStore;
+use acts::privacy::{erasing, retention};
+use acts::recordings::uploads;
+use acts::training::deadlines;
+use acts::{SPANS, recordings, replicas};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use rustix::process::{getpid, kill_process};
@@ -163,8 +167,11 @@ impl Shift {
         if erased > 0 {
             tracing::warn!(people = erased, "repeated erasures: erased people were in the database");
         }
-        let buried =
-            if state.db.is_shared() { replicas::succeed(&state).await } else { replicas::bury_others(&state).await };
+        let buried = if state.db.is_shared() {
+            replicas::succeed(&state).await
+        } else {
+            replicas::mark_others_dead(&state).await
+        };
         buried.map_err(anyhow::Error::from)?;
         replicas::tell_set_aside(&state).await.map_err(anyhow::Error::from)?;
         Ok(Self { state, telemetry, lock: Arc::new(Mutex::new(lock)) })
@@ -178,7 +185,7 @@ impl Shift {
             tokio::spawn(deadlines::run(state.service.clone())),
             tokio::spawn(notices::run(state.service.clone())),
             tokio::spawn(retention::run(state.service.clone())),
-            tokio::spawn(anchoring::run(state.service.clone())),
+            tokio::spawn(audit_checkpoints::run(state.service.clone())),
             tokio::spawn(tidy_up(state.clone())),
         ];
         tasks.extend((state.config.judges > 0).then(|| tokio::spawn(worker::run_worker(state.clone()))));
@@ -272,7 +279,7 @@ async fn hold_on(lock: Arc<Mutex<DataLock>>) {
             Err(held @ LockError::Held { .. }) => {
                 tracing::error!(cause = %held, "database is in use by another service; stopping");
                 if let Err(error) = kill_process(getpid(), rustix::process::Signal::TERM) {
-                    tracing::error!(cause = tell_in_full(&error), "failed to stop this service");
+                    tracing::error!(cause = error_chain(&error), "failed to stop this service");
                 }
                 return;
             }
@@ -286,18 +293,18 @@ async fn tidy_up(state: AppState) {
     let sessions = WebSessions::new(state.db.clone(), state.clock.clone());
     loop {
         if let Err(error) = sessions.delete_expired().await {
-            tracing::warn!(cause = tell_in_full(&error), "failed to delete expired sessions");
+            tracing::warn!(cause = error_chain(&error), "failed to delete expired sessions");
         }
         if let Err(error) = uploads::tidy(&state).await {
-            tracing::warn!(cause = tell_in_full(&error), "failed to clear unfinished uploads");
+            tracing::warn!(cause = error_chain(&error), "failed to clear unfinished uploads");
         }
         if let Err(error) = erasing::remove_left(&state).await {
-            tracing::warn!(cause = tell_in_full(&error), "failed to delete recordings of erased people");
+            tracing::warn!(cause = error_chain(&error), "failed to delete recordings of erased people");
         }
         if let Err(error) = upkeep::forget_expired(&state).await {
-            tracing::warn!(cause = tell_in_full(&error), "failed to delete expired records");
+            tracing::warn!(cause = error_chain(&error), "failed to delete expired records");
         }
-        state.brake_notes.tidy();
+        state.rate_limit_log.tidy();
         state.refusals.tidy();
         tokio::time::sleep(TIDY_EVERY).await;
     }

@@ -7,8 +7,8 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
-use acts::recording_store::LocalRecording;
-use acts::researching::ResearchCounts;
+use acts::platform::recording_store::LocalRecording;
+use acts::studies::research::ResearchCounts;
 use anyhow::Context;
 use columnar::ParquetTable;
 use columns::{ATTEMPTS, METRICS, SESSION, columns_of_file, describe_columns};
@@ -16,8 +16,8 @@ use model::ids::{SchoolId, SessionId};
 use pages::format;
 use recording::tables::{Cell, Column, Table, TableSink, read_tables};
 use serde_json::json;
-use store::research::{ResearchAttempt, count_held_back, list_research_attempts};
-use store::scores;
+use store::scoring::scores;
+use store::studies::research::{ResearchAttempt, count_held_back, list_research_attempts};
 
 use crate::AppState;
 

@@ -4,8 +4,8 @@ use std::sync::atomic::Ordering;
 
 use acts::SPANS;
 use acts::error::Error;
-use acts::inspection::InspectionState;
-use acts::secret;
+use acts::operations::inspection::InspectionState;
+use acts::platform::secret;
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::Next;
@@ -13,9 +13,10 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use routes_api::bearer_token;
 use routes_base::error::ApiError;
-use routes_base::monitoring::{MetricFamily, MetricFigure};
+use routes_base::operations::monitoring::{MetricFamily, MetricFigure};
 use routes_base::{AppState, Routes};
-use store::service::{self, Totals};
+use store::operations::service;
+use store::operations::service::Totals;
 use tracing::field::Empty;
 use tracing::{Instrument, Span};
 

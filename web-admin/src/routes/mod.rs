@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use acts::auth::web_sessions::WebSessions;
 use acts::error::Error;
-use acts::web_sessions::WebSessions;
 use axum::Router;
 use axum::extract::Request;
 use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
@@ -23,7 +23,7 @@ use tower_sessions::cookie::SameSite;
 use tower_sessions::{Expiry, SessionManagerLayer};
 
 mod assets;
-mod deeds;
+mod flash_messages;
 pub mod health;
 mod well_known;
 
@@ -54,7 +54,7 @@ pub fn all_routes(state: &AppState) -> Routes {
     let signed_in = page_routes().around(|pages| {
         pages
             .fallback(nothing_here)
-            .layer(from_fn_with_state(state.clone(), deeds::say_deeds))
+            .layer(from_fn_with_state(state.clone(), flash_messages::show_flash_messages))
             .layer(from_fn_with_state(state.clone(), require_person))
     });
     // A recording is compressed already, and a range of it must remain a range of its bytes.

@@ -1,14 +1,14 @@
 //! Public endpoints: the certificate key at a well-known URI (RFC 8615), and the check of a
 //! certificate.
 
-use acts::certificates;
+use acts::training::certificates;
 use axum::extract::{Query, State};
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware::from_fn;
 use axum::response::IntoResponse;
 use axum::routing::get;
-use model::certificate_note::CertificateNote;
-use pages::certificate::{CertificateCheckPage, CheckOutcome};
+use model::training::certificate_note::CertificateNote;
+use pages::training::certificate::{CertificateCheckPage, CheckOutcome};
 use routes_base::error::{ApiError, PageError};
 use routes_base::language::settle_language;
 use routes_base::{AppState, Routes};

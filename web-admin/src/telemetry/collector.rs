@@ -4,7 +4,7 @@ use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
 
 use acts::SPANS;
-use acts::error::tell_in_full;
+use acts::error::error_chain;
 use anyhow::Context;
 use opentelemetry::KeyValue;
 use opentelemetry::metrics::{AsyncInstrument, Meter, MeterProvider};
@@ -13,7 +13,7 @@ use opentelemetry_otlp::{MetricExporter, Protocol, SpanExporter, WithExportConfi
 use opentelemetry_sdk::Resource;
 use opentelemetry_sdk::metrics::SdkMeterProvider;
 use opentelemetry_sdk::trace::SdkTracerProvider;
-use routes_base::monitoring::{MetricFamily, MetricFigure, MetricKind};
+use routes_base::operations::monitoring::{MetricFamily, MetricFigure, MetricKind};
 use tracing::Subscriber;
 use tracing_subscriber::Layer;
 use tracing_subscriber::filter::filter_fn;
@@ -82,7 +82,7 @@ impl Telemetry {
                 match list_families(&state).await {
                     Ok(families) => *latest.write().unwrap_or_else(PoisonError::into_inner) = families,
                     Err(error) => {
-                        tracing::warn!(cause = tell_in_full(&error), "failed to read the metrics of the service")
+                        tracing::warn!(cause = error_chain(&error), "failed to read the metrics of the service")
                     }
                 }
                 are_known = are_known || register_families(&meter, &latest);
@@ -94,7 +94,7 @@ impl Telemetry {
     pub(crate) fn end(self) {
         for (what, ended) in [("spans", self.spans.shutdown()), ("figures", self.figures.shutdown())] {
             if let Err(error) = ended {
-                tracing::warn!(cause = tell_in_full(&error), "failed to send the last {what}");
+                tracing::warn!(cause = error_chain(&error), "failed to send the last {what}");
             }
         }
     }

@@ -8,77 +8,33 @@
 //!
 //! Every function fails if the database fails; its documentation only names other causes of errors.
 
+pub use engine::{
+    AddressRefused, Connection, DatabaseAddress, DatabaseLock, DumpRefused, DumpedDatabase, Engine, EngineKind,
+    Executor, Pool, is_database_unavailable, is_disk_full,
+};
+pub use json::Json;
 use model::Moment;
 use serde::{Deserialize, Deserializer};
 use sqlx::Transaction;
 pub use sqlx::migrate::MigrateError;
 
-pub use engine::{
-    AddressRefused, Connection, DatabaseAddress, DatabaseLock, DumpRefused, DumpedDatabase, Engine, EngineKind,
-    Executor, Pool, is_database_away, is_disk_full,
-};
-pub use json::Json;
-
-pub mod account_links;
-pub mod assignments;
 pub mod audit;
-pub mod audit_search;
-pub mod backups;
-pub mod brakes;
-pub mod ceremonies;
-pub mod cohorts;
-pub mod comments;
-pub mod curricula;
-pub mod deadlines;
-pub mod directory;
-pub mod drafts;
+pub mod auth;
+pub mod authoring;
 mod engine;
-pub mod exercises;
-pub mod experts;
-pub mod exports;
-pub mod generated;
-pub mod grades;
-pub mod instruments;
-pub mod jobs;
 mod json;
-pub mod links;
+pub mod letters;
 pub mod locks;
-pub mod logos;
-pub mod mails;
-pub mod motions;
-pub mod moving;
-pub mod notices;
-pub mod origins;
-pub mod passkeys;
+pub mod operations;
 pub mod people;
-pub mod pictures;
-pub mod practice;
-pub mod proofs;
-pub mod ratings;
-pub mod regradings;
+pub mod privacy;
+pub mod recordings;
 pub mod replicas;
-pub mod reports;
-pub mod research;
-pub mod retention;
-pub mod reviews;
-pub mod rosters;
-pub mod schools;
-pub mod scores;
-pub mod second_factors;
-pub mod segments;
-pub mod service;
-pub mod sessions;
-pub mod sign_in_codes;
+pub mod scoring;
 pub mod stations;
 pub mod studies;
-pub mod supervisions;
 pub mod surveys;
-pub mod tallies;
-pub mod texts;
-pub mod tokens;
-pub mod tries;
-pub mod uploads;
-pub mod web_sessions;
+pub mod training;
 
 /// Result of a query.
 pub type Result<T> = std::result::Result<T, sqlx::Error>;
@@ -124,7 +80,7 @@ impl Database {
     /// If a migration fails, or the database is newer than this program.
     pub async fn migrate(&self) -> std::result::Result<(), MigrateError> {
         engine::migrations(self.kind).run(&self.writer).await?;
-        Ok(directory::fill_search_texts(&self.writer).await?)
+        Ok(people::directory::fill_search_texts(&self.writer).await?)
     }
 
     /// Returns the version of the newest applied migration; 0 without migrations.

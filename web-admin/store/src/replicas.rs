@@ -3,7 +3,7 @@
 use model::ids::ReplicaId;
 use sqlx::FromRow;
 
-use super::{Connection, Executor, Result};
+use crate::{Connection, Executor, Result};
 
 /// Heartbeat counter of a replica.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]

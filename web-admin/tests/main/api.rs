@@ -1,16 +1,16 @@
 //! What programs read. Fails when a range is not the bytes asked for, when a peak is lost in a series, or when
 //! somebody is sent to an exercise whose prerequisites are not mastered.
 
-use acts::clock::Clock;
-use acts::config::Config;
+use acts::platform::clock::Clock;
+use acts::platform::config::Config;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::{Moment, Role};
 use web_admin::worker::work_off_jobs;
 
-use super::support::App;
-use super::support::client::Client;
-use super::support::recordings::{Attempt, EXERCISE, record};
+use crate::support::App;
+use crate::support::client::Client;
+use crate::support::recordings::{Attempt, EXERCISE, record};
 
 async fn trainee(app: &App) -> Client {
     let school = app.school("North").await;

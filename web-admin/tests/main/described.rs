@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 use web_admin::routes;
 
-use super::support::App;
+use crate::support::App;
 
 /// What has no description: the description itself.
 const UNDESCRIBED: &str = "/openapi.json";

@@ -3,7 +3,7 @@
 
 use axum::http::Method;
 
-use super::every_route::rows;
+use crate::every_route::rows;
 
 /// The objects of addresses by which an attempt is seen, and which visitors see it by them. Whoever is no trainee's teacher sees attempts in a
 /// rating or a task, without a name; that a rater may know more is marked.

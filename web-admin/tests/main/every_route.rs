@@ -22,34 +22,40 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use acts::clock::Clock;
-use acts::regrading::exercise as regrading;
-use acts::uploads::Announced;
-use acts::{assignments, drafting, roster_import, surveys, uploads};
+use acts::authoring::drafting;
+use acts::authoring::instruments::publish;
+use acts::people::roster_import;
+use acts::platform::clock::Clock;
+use acts::recordings::uploads;
+use acts::recordings::uploads::Announced;
+use acts::scoring::regrading::exercise as regrading;
+use acts::surveys;
+use acts::training::assignments;
 use axum::body::Body;
 use axum::http::{Method, Request, header};
 use documents::ExerciseBundle;
-use model::assignment::AssignmentTask;
-use model::comment::{Comment, CommentKind};
 use model::ids::{CohortId, SessionId};
-use model::roster::RosterRequest;
-use model::survey::Identity;
+use model::people::roster::RosterRequest;
+use model::surveys::Identity;
+use model::training::assignment::AssignmentTask;
+use model::training::comment::{Comment, CommentKind};
 use model::{Role, SessionKey};
 use sqlx::pool::PoolConnection;
-use store::assignments::NewAssignment;
-use store::cohorts::MembershipKey;
-use store::uploads::UploadOwner;
-use store::{
-    cohorts, comments, exercises, instruments, people, pictures, ratings, reports, segments, stations,
-    surveys as stored,
-};
+use store::authoring::{exercises, pictures};
+use store::recordings::uploads::UploadOwner;
+use store::scoring::{ratings, segments};
+use store::surveys::instruments;
+use store::training::assignments::NewAssignment;
+use store::training::cohorts::MembershipKey;
+use store::training::{cohorts, comments, reports};
+use store::{people, stations, surveys as stored};
 use tempfile::TempDir;
 use web_admin::{routes, worker};
 
-use super::support::client::{Client, csrf_in};
-use super::support::database::{copy_database, version};
-use super::support::recordings::{Attempt, record};
-use super::support::{App, Member, course_folder};
+use crate::support::client::{Client, csrf_in};
+use crate::support::database::{copy_database, version};
+use crate::support::recordings::{Attempt, record};
+use crate::support::{App, Member, course_folder};
 
 const TABLE: &str = include_str!("every_route.txt");
 const COLUMNS: [&str; 9] = ["out", "own", "same", "other", "teacher", "colleague", "admin", "abroad", "station"];
@@ -196,7 +202,7 @@ impl Copy {
 async fn survey(app: &App, teacher: &Member, cohort: CohortId) -> [(&'static str, String); 6] {
     let (school, now) = (teacher.person.school_id, app.state.clock.now());
     let document = course_folder().with_file_name("instruments").join("sus.toml");
-    app.write(async |tx| surveys::publish(tx, school, &document, now).await.unwrap()).await;
+    app.write(async |tx| publish(tx, school, &document, now).await.unwrap()).await;
     let revision = instruments::find_current_instrument(app.state.db.reader(), school, "sus").await.unwrap().unwrap();
     let wanted = surveys::SurveyRequest {
         revision_id: revision.id,
@@ -236,7 +242,7 @@ async fn round(app: &App, [teacher, colleague]: [&Member; 2], session: SessionId
         raters: vec![teacher.person.id, colleague.person.id],
     };
     let by = teacher.person.clone().into_current().unwrap();
-    let round = acts::ratings::make(&app.state, &by, &new).await.unwrap();
+    let round = acts::scoring::ratings::make(&app.state, &by, &new).await.unwrap();
     let rater = colleague.person.clone().into_current().unwrap();
     let own = ratings::own(reader, &rater, round).await.unwrap();
     [("round", round.to_string()), ("rating", own[0].id.to_string())]
@@ -252,7 +258,7 @@ async fn task(app: &App, teacher: &Member, cohort_id: CohortId, session: Session
         time_zone: "UTC".to_owned(),
         sessions: vec![session],
     };
-    let task = acts::segments::make(&app.state, &by, &new).await.unwrap();
+    let task = acts::scoring::segments::make(&app.state, &by, &new).await.unwrap();
     let traces = segments::list_traces(app.state.db.reader(), by.school_id, task).await.unwrap();
     [("task", task.to_string()), ("trace", traces[0].id.to_string())]
 }

@@ -11,9 +11,9 @@ use model::Role;
 use scraper::{ElementRef, Html, Selector};
 use serde_json::Value;
 
-use super::every_route::{Visitor, World, rows};
-use super::support::App;
-use super::support::client::{Client, csrf_in, encoded};
+use crate::every_route::{Visitor, World, rows};
+use crate::support::App;
+use crate::support::client::{Client, csrf_in, encoded};
 
 /// What nobody should send: nothing, too much, numbers beyond every type, days that do not exist or are too far away, other alphabets,
 /// and what means something to a shell, a database, a header, a path or a browser.

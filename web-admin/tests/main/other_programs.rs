@@ -2,7 +2,7 @@
 //! an allowed origin, files in which namesakes stay two. Fails when an answer holds what is not described or lacks what is, when an
 //! attempt is missing between two pages of a list or stands in both, and when a page of any other origin is let in.
 
-use acts::clock::Clock;
+use acts::platform::clock::Clock;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::{Moment, Role};
@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 use time::macros::datetime;
 use web_admin::worker;
 
-use super::support::App;
-use super::support::client::{Answer, Client, csrf_in};
-use super::support::recordings::{Attempt, record};
+use crate::support::App;
+use crate::support::client::{Answer, Client, csrf_in};
+use crate::support::recordings::{Attempt, record};
 
 /// A trainee's attempt, scored.
 async fn practised(app: &App) -> (Client, Attempt) {
@@ -292,6 +292,6 @@ async fn the_key_of_certificates_is_published() {
     let app = App::new().await;
     let published = app.stranger().get("/.well-known/stylet-certificate-key").await;
     assert_eq!((published.status.as_u16(), published.header("content-type")), (200, "text/plain; charset=utf-8"));
-    let key = acts::certificates::public_key(&app.state.config.keys_dir).unwrap();
+    let key = acts::training::certificates::public_key(&app.state.config.keys_dir).unwrap();
     assert_eq!(published.text(), format!("{key}\n"));
 }

@@ -5,8 +5,8 @@ use model::Role;
 use model::ids::SessionId;
 use web_admin::worker;
 
-use super::support::recordings::{Attempt, record, tampered, without_samples};
-use super::support::{App, Member};
+use crate::support::recordings::{Attempt, record, tampered, without_samples};
+use crate::support::{App, Member};
 
 /// A school with a course, a trainee with one scored attempt, and everybody around them.
 struct School {

@@ -9,8 +9,8 @@ use serde_json::Value;
 use tempfile::TempDir;
 use uuid::Uuid;
 
-use super::support::App;
-use super::support::service::{Service, answer};
+use crate::support::App;
+use crate::support::service::{Service, answer};
 
 /// Two schools, with somebody of the first who is signed in.
 struct World {

@@ -15,8 +15,6 @@ use polib::catalog::Catalog;
 use polib::message::{Message, MessageView};
 use polib::po_file;
 
-mod choice;
-
 /// Words that are data as well, and are said by `words::known`: of libraries that speak English alone.
 const KNOWN: [&str; 17] = [
     "target",

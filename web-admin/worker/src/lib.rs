@@ -6,13 +6,18 @@ pub mod outbox;
 
 use std::time::Duration;
 
-use acts::error::is_database_away;
+use acts::error::is_database_unavailable;
+use acts::platform::clock;
+use acts::platform::fair_scheduler::{FairScheduler, ScorerPool};
+use acts::recordings::duplicate_backfill;
 use acts::replicas::{self, Duty};
-use acts::shares::{Bench, Shares};
-use acts::{clock, motions, regrading, scoring};
+use acts::scoring;
+use acts::scoring::regrading;
 use routes_base::AppState;
-use store::jobs::{Job, JobQuery, JobReturn};
-use store::{jobs, schools, tries};
+use store::operations::schools;
+use store::recordings::parse_attempts;
+use store::scoring::jobs;
+use store::scoring::jobs::{Job, JobQuery, JobReturn};
 use tokio::task::{JoinError, JoinSet};
 
 /// Delay after the queue could not be processed.
@@ -44,7 +49,7 @@ pub async fn run_worker(state: AppState) {
 /// Logs why the queue cannot be processed, and returns how long to wait.
 fn note_stall(error: &anyhow::Error) -> Duration {
     tracing::error!(cause = format!("{error:#}"), "failed to process the queue");
-    if is_database_away(error) { AWAY } else { STALL }
+    if is_database_unavailable(error) { AWAY } else { STALL }
 }
 
 /// Returns the time until the next job is due, limited so that jobs queued by other replicas and
@@ -71,7 +76,7 @@ pub async fn work_off_jobs(state: &AppState) -> anyhow::Result<()> {
 /// The running jobs.
 #[derive(Default)]
 struct WorkerDesk {
-    shares: Shares,
+    shares: FairScheduler,
     running: JoinSet<JobEnded>,
     /// Failed jobs whose lease has not been released yet.
     unsettled: Vec<Job>,
@@ -89,7 +94,7 @@ impl WorkerDesk {
     /// and backfills.
     async fn go_on(&mut self, state: &AppState) -> anyhow::Result<()> {
         while let Some(job) = self.unsettled.last() {
-            scoring::give_back(state, job, JobReturn::Untried).await?;
+            scoring::requeue(state, job, JobReturn::Untried).await?;
             self.unsettled.pop();
         }
         loop {
@@ -109,8 +114,8 @@ impl WorkerDesk {
     /// Claims the next job: first those without crashes, and among them by the schools' priority.
     async fn claim(&self, state: &AppState) -> anyhow::Result<Option<Job>> {
         let (reader, now) = (state.db.reader(), state.clock.now());
-        let bench = Bench { judges: state.config.judges, several: schools::are_schools_several(reader).await? };
-        for deaths in 0..tries::MOST_DEATHS {
+        let bench = ScorerPool { judges: state.config.judges, several: schools::are_schools_several(reader).await? };
+        for deaths in 0..parse_attempts::MAX_CRASHES {
             let due = JobQuery { now, deaths };
             for school in self.shares.order(jobs::list_waiting_schools(reader, due).await?, bench) {
                 // Another replica may have claimed it in the meantime.
@@ -146,5 +151,5 @@ impl WorkerDesk {
 /// held by another replica.
 async fn resume_old_jobs(state: &AppState) -> anyhow::Result<bool> {
     Ok(replicas::is_on_duty(state, Duty::OldAttempts).await?
-        && (regrading::exercise::step(state).await? || motions::step(state).await?))
+        && (regrading::exercise::step(state).await? || duplicate_backfill::step(state).await?))
 }

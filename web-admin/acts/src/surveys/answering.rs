@@ -9,15 +9,15 @@
 use assessment::questionnaire::{Answer, Refused, asked_pages, is_asked, read_answer};
 use documents::Instrument;
 use model::ids::SessionId;
-use model::survey::given::GivenAnswers;
-use model::survey::{ResponseState, Survey};
+use model::surveys::given::GivenAnswers;
+use model::surveys::{ResponseState, Survey};
 use model::{CurrentPerson, Moment};
 use store::audit::{Actor, AuditEntry};
 use store::surveys::{NewResponse, Submission, SurveyResponse};
 use store::{Connection, surveys};
 
 use crate::error::Error;
-use crate::secret;
+use crate::platform::secret;
 use crate::service::Service;
 
 pub(super) const ANSWERED: &str = "these answers were already sent; they can be withdrawn, but not changed";

@@ -1,18 +1,17 @@
 //! Surveys: publishes instruments, creates surveys and links, and stores answers.
 
 pub mod answering;
-mod instruments;
 mod making;
 mod taking;
 mod themes;
 
 use documents::Instrument;
-pub use instruments::{course_surveys, documents_in, from_json, publish, publish_text, publish_written, to_json};
 pub use making::{SurveyLink, SurveyRequest, close, letters_left, link_expiry, mail_links, make, make_links};
-use model::folding::fold_text;
 use model::ids::{RevisionId, SchoolId};
-use model::survey::Survey;
-use store::instruments::{self as stored, InstrumentRevision};
+use model::search_key::fold_text;
+use model::surveys::Survey;
+use store::surveys::instruments as stored;
+use store::surveys::instruments::InstrumentRevision;
 pub use taking::{AnsweredSheet, take};
 pub use themes::{Theme, set_theme};
 

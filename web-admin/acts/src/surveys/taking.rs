@@ -10,14 +10,14 @@ use assessment::questionnaire::{Answer, read_answer};
 use documents::Instrument;
 use model::Moment;
 use model::ids::SurveyId;
-use model::survey::{ResponseState, Survey};
-use store::sessions::Session;
+use model::surveys::{ResponseState, Survey};
+use store::recordings::sessions::Session;
 use store::surveys::{NewResponse, Practised, SurveyResponse};
 use store::{Connection, Json, people, surveys};
 
 use super::answering::{ANSWERED, Answering};
 use crate::error::Error;
-use crate::secret;
+use crate::platform::secret;
 use crate::service::Service;
 
 /// Length of a secret, in hexadecimal digits: 256 bits, as for secrets created by the service.

@@ -2,7 +2,7 @@
 
 use model::CurrentPerson;
 use model::ids::ResponseId;
-use model::survey::Survey;
+use model::surveys::Survey;
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::surveys;

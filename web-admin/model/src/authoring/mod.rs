@@ -3,6 +3,7 @@
 //!
 //! Fields are addressed as in issues, for example `rubric[1].full`.
 
+pub mod draft;
 mod instrument;
 mod languages;
 mod naming;

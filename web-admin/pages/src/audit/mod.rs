@@ -1,15 +1,15 @@
 //! The audit log page.
 
-mod deeds;
+mod action_texts;
 
+pub use action_texts::describe_act;
 use askama::Template;
 use askama_web::WebTemplate;
-pub use deeds::describe_act;
 use serde::Deserialize;
 use time::OffsetDateTime;
 
-use super::form::read_trimmed_text;
-use super::{Shell, format};
+use crate::form::read_trimmed_text;
+use crate::{Shell, format};
 
 /// A theme by which the audit log can be filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +89,7 @@ pub struct AuditForm {
 
 /// The audit log page.
 #[derive(Debug, Template, WebTemplate)]
-#[template(path = "audit.html")]
+#[template(path = "audit/audit.html")]
 pub struct AuditPage {
     /// Page frame.
     pub shell: Shell,

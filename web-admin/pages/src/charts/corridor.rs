@@ -1,7 +1,7 @@
 //! Force against depth during insertion, over the experts' corridor.
 
 use attempt::AttemptCurve;
-use model::corridor::Corridor;
+use model::scoring::corridor::Corridor;
 
 use super::DrawingSize;
 use super::force_depth::{NAMES_HEIGHT, draw_bands, draw_target};
@@ -57,7 +57,7 @@ fn describe_corridor(corridor: &Corridor) -> String {
 #[cfg(test)]
 mod tests {
     use attempt::CurvePoint;
-    use model::corridor::corridor as of;
+    use model::scoring::corridor::corridor as of;
 
     use super::*;
     use crate::samples;

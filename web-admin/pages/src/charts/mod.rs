@@ -9,6 +9,7 @@ mod boxes;
 mod corridor;
 mod cross_section;
 mod damage;
+mod drawing;
 mod force_depth;
 mod labels;
 mod learning;
@@ -28,6 +29,7 @@ pub use boxes::{BoxRow, draw_boxes};
 pub use corridor::{draw_corridor, find_deepest};
 pub use cross_section::{CrossSection, SectionPoint, SectionStructure, StructureOutline, draw_cross_section};
 pub use damage::{LayerDamage, draw_damage};
+pub use drawing::{Drawing, MarkRow, StageRow, moment_href};
 pub use force_depth::draw_force_over_depth;
 pub use learning::draw_learning_curve;
 pub use likert::{LikertBar, LikertItem, class_of_point, draw_diverging_bars};
@@ -87,10 +89,10 @@ mod tests {
     //! Drawings are in the reader's language, including the text for screen readers.
 
     use assessment::learning::{CusumParams, Rule, learning_curve as learning};
-    use model::corridor::corridor as corridor_of;
+    use model::scoring::corridor::corridor as corridor_of;
 
     use super::*;
-    use crate::forgotten::check_drawing;
+    use crate::samples::untranslated_text::check_drawing;
     use crate::{anatomy, samples};
 
     #[test]

@@ -1,7 +1,7 @@
 //! A strip of a force trace without further information, with the user's marks and, once they may
 //! be shown, the pops.
 
-use model::series::TimeSpan;
+use model::recordings::series::TimeSpan;
 
 use super::DrawingSize;
 use super::plot::Plot;

@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use askama::Template;
 use askama_web::WebTemplate;
 use model::count_i64;
-use model::directory::{BulkAct, BulkExemption, BulkPlan};
+use model::people::directory::{BulkAct, BulkExemption, BulkPlan};
 
 use super::{SelectOption, bulk};
 use crate::Shell;
@@ -201,8 +201,8 @@ mod tests {
     //! Every person left out must have a reason, and the names of actions must parse.
 
     use model::Role;
-    use model::directory::{AccountState, DirectoryEntry, ExemptPerson};
     use model::ids::PersonId;
+    use model::people::directory::{AccountState, DirectoryEntry, ExemptPerson};
 
     use super::*;
     use crate::samples;

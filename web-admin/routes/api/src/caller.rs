@@ -1,7 +1,7 @@
 //! Authenticates the caller of the API before anything else of a request is read.
 
-use acts::error::{Error, tell_in_full};
-use acts::secret;
+use acts::error::{Error, error_chain};
+use acts::platform::secret;
 use acts::stations::CallingStation;
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::header::AUTHORIZATION;
@@ -16,9 +16,10 @@ use routes_base::auth::{asked_by, person_of};
 use routes_base::error::ApiError;
 use routes_base::refusals::{KnownAsker, RequestFacts};
 use store::audit::Actor;
+use store::auth::tokens;
+use store::auth::tokens::Token;
 use store::people::{self, Person};
-use store::tokens::{self, Token};
-use store::uploads::UploadOwner;
+use store::recordings::uploads::UploadOwner;
 use tower_sessions::Session;
 
 /// The authenticated caller.
@@ -129,7 +130,7 @@ async fn caller_of_token(state: &AppState, token: &str) -> Result<Option<Caller>
     if let Some(id) = token.person_id {
         // A disk that accepts no writes must not keep anyone from reading.
         if let Err(error) = acts::stations::note_token_use(state, &token).await {
-            tracing::warn!(cause = tell_in_full(&error), "failed to record the use of a token");
+            tracing::warn!(cause = error_chain(&error), "failed to record the use of a token");
         }
         let person = people::find_person(state.db.reader(), id).await?;
         return Ok(person.and_then(Person::into_current).map(Caller::Person));

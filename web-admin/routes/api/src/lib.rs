@@ -17,20 +17,17 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 mod caller;
-mod comments;
-mod cors;
 mod description;
-mod documents;
-mod ratings;
-mod replay;
-mod score;
-mod sessions;
-mod stations;
-mod surveys;
-mod tus;
-mod upload;
+mod recordings;
+mod scoring;
+pub(crate) mod stations;
+pub(crate) mod surveys;
+mod training;
 
 pub use caller::bearer_token;
+use recordings::{comments, replay, sessions, tus, upload};
+use scoring::{ratings, score};
+use training::documents;
 
 /// Returns the endpoints that require a token.
 fn caller_endpoints() -> OpenApiRouter<AppState> {

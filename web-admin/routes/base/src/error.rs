@@ -28,7 +28,7 @@ pub fn status_of(error: &Error) -> StatusCode {
         Error::NotFound | Error::Unscored(_) => StatusCode::NOT_FOUND,
         Error::Gone(_) => StatusCode::GONE,
         Error::Unwanted(_) => StatusCode::UNAVAILABLE_FOR_LEGAL_REASONS,
-        Error::SetAside => StatusCode::FAILED_DEPENDENCY,
+        Error::Quarantined => StatusCode::FAILED_DEPENDENCY,
         Error::Unauthorized | Error::Expired(_) => StatusCode::UNAUTHORIZED,
         Error::Forbidden(_) => StatusCode::FORBIDDEN,
         Error::BadRequest(_) => StatusCode::BAD_REQUEST,
@@ -44,10 +44,10 @@ pub fn status_of(error: &Error) -> StatusCode {
         Error::TooMany { .. } | Error::OverQuota(_) => StatusCode::TOO_MANY_REQUESTS,
         Error::Busy { .. }
         | Error::Crowded { .. }
-        | Error::Deadly(_)
+        | Error::WorkerCrashed(_)
         | Error::Unscanned(_)
-        | Error::StoreAway(_)
-        | Error::DatabaseAway(_) => StatusCode::SERVICE_UNAVAILABLE,
+        | Error::StoreUnavailable(_)
+        | Error::DatabaseUnavailable(_) => StatusCode::SERVICE_UNAVAILABLE,
         Error::NoRoom(_) => StatusCode::INSUFFICIENT_STORAGE,
         Error::Internal(_) => StatusCode::INTERNAL_SERVER_ERROR,
     }
@@ -60,10 +60,10 @@ pub fn finish_answer(error: &Error, mut response: Response) -> Response {
         Error::TooMany { retry_after_s } | Error::Busy { retry_after_s } | Error::Crowded { retry_after_s } => {
             Some(*retry_after_s)
         }
-        Error::Deadly(_) => Some(AFTER_DEATH_S),
+        Error::WorkerCrashed(_) => Some(AFTER_DEATH_S),
         Error::Unscanned(_) => Some(UNSCANNED_S),
-        Error::StoreAway(_) => Some(STORE_AWAY_S),
-        Error::DatabaseAway(_) => Some(DATABASE_AWAY_S),
+        Error::StoreUnavailable(_) => Some(STORE_AWAY_S),
+        Error::DatabaseUnavailable(_) => Some(DATABASE_AWAY_S),
         _ => None,
     };
     if let Some(retry_after_s) = retry_after_s {
@@ -72,16 +72,16 @@ pub fn finish_answer(error: &Error, mut response: Response) -> Response {
     if matches!(error, Error::Forbidden(_) | Error::NotFound) {
         response.extensions_mut().insert(Denied);
     }
-    if let Error::Deadly(how) = error {
+    if let Error::WorkerCrashed(how) = error {
         tracing::error!(how, "sandboxed process crashed");
     }
     if let Error::Unscanned(cause) = error {
         tracing::error!(cause = format!("{cause:#}"), "malware scanner unavailable; recording not accepted");
     }
-    if let Error::StoreAway(cause) = error {
+    if let Error::StoreUnavailable(cause) = error {
         tracing::error!(cause = format!("{cause:#}"), "recording store unavailable");
     }
-    if let Error::DatabaseAway(cause) = error {
+    if let Error::DatabaseUnavailable(cause) = error {
         tracing::error!(cause = format!("{cause:#}"), "the database does not respond");
     }
     if let Error::Internal(cause) | Error::NoRoom(cause) = error {

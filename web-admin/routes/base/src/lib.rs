@@ -9,21 +9,19 @@ extern crate words;
 
 pub mod addresses;
 pub mod auth;
+pub mod authoring;
 pub mod column_names;
 pub mod error;
-mod examining;
-pub mod exercises;
 pub mod export;
 pub mod forms;
 pub mod language;
 mod listed;
-pub mod monitoring;
-pub mod pictures;
+pub mod operations;
+pub mod recordings;
 pub mod refusals;
 pub mod startup;
-pub mod stored_files;
 pub mod surveys;
 
-pub use examining::examine_draft;
+pub use authoring::examining::examine_draft;
 pub use listed::{Routes, get, post};
 pub use startup::AppState;

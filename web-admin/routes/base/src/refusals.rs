@@ -10,7 +10,7 @@ use std::num::NonZeroU32;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use acts::brake_notes::quota;
+use acts::platform::rate_limit_log::quota;
 use acts::stations::CallingStation;
 use axum::extract::{MatchedPath, Request};
 use axum::http::Method;

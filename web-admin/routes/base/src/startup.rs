@@ -5,14 +5,14 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use acts::Service;
-use acts::clock::Clock;
-use acts::config::Config;
-use acts::inspection::Inspection;
+use acts::operations::inspection::Inspection;
+use acts::platform::clock::Clock;
+use acts::platform::config::Config;
 use model::Moment;
 use tokio::sync::Mutex;
 
-use crate::examining::examine_draft;
-use crate::monitoring::{Counters, Pulse};
+use crate::authoring::examining::examine_draft;
+use crate::operations::monitoring::{Counters, Pulse};
 use crate::refusals::RefusalLog;
 
 /// State shared by all handlers: the state of `acts`, reachable by `Deref`, and the parts that only

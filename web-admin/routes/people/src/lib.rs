@@ -9,14 +9,20 @@ extern crate words;
 
 use routes_base::Routes;
 
+mod audit;
+pub(crate) mod auth;
 mod operations;
 mod people;
-mod signing_in;
+mod privacy;
 
-pub use signing_in::sign_in_routes;
+pub use auth::sign_in_routes;
 
 /// Returns the pages for signed-in people.
 #[must_use]
 pub fn people_routes() -> Routes {
-    signing_in::own_routes().merge(people::directory_routes()).merge(operations::operation_routes())
+    auth::own_routes()
+        .merge(people::directory_routes())
+        .merge(privacy::privacy_routes())
+        .merge(operations::operation_routes())
+        .merge(audit::audit_routes())
 }

@@ -8,11 +8,10 @@ extern crate words;
 
 use routes_base::Routes;
 
-mod answering;
 mod studies;
 mod surveys;
 
-pub use answering::survey_link_routes;
+pub use surveys::answering::survey_link_routes;
 
 /// Returns the pages for signed-in people.
 #[must_use]

@@ -10,15 +10,11 @@ extern crate words;
 use routes_base::Routes;
 
 mod authoring;
-mod home;
-mod progress;
+pub(crate) mod operations;
 mod training;
 
 /// Returns the pages for signed-in people.
 #[must_use]
 pub fn training_routes() -> Routes {
-    home::home_routes()
-        .merge(training::course_routes())
-        .merge(progress::progress_routes())
-        .merge(authoring::draft_routes())
+    operations::home_routes().merge(training::course_routes()).merge(authoring::draft_routes())
 }

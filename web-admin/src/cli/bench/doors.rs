@@ -1,14 +1,21 @@
 //! Pages that no link leads to, or that exist only after an action. They are created anew for each
 //! measurement, since some expire after a day.
 
-use acts::{accounts, drafting, ratings, regrading, roster_import, surveys};
+use acts::authoring::drafting;
+use acts::people::{accounts, roster_import};
+use acts::scoring::{ratings, regrading};
+use acts::surveys;
 use anyhow::Context;
 use model::CurrentPerson;
-use model::roster::RosterRequest;
-use model::survey::Survey;
-use store::account_links::Purpose;
-use store::ratings::NewRound;
-use store::{exercises, generated, instruments, people, reports, surveys as asked};
+use model::people::roster::RosterRequest;
+use model::surveys::Survey;
+use store::auth::account_links::Purpose;
+use store::authoring::exercises;
+use store::operations::fixtures;
+use store::scoring::ratings::NewRound;
+use store::surveys::instruments;
+use store::training::reports;
+use store::{people, surveys as asked};
 
 use super::school;
 use crate::demo::school::{COHORTS, email_of};
@@ -34,7 +41,7 @@ pub(super) struct Doors {
 /// trainees, an open rating round, an invitation to set a password, and a survey link.
 pub(super) async fn open_doors(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<Doors> {
     let mut doors = Doors { stranger: OPEN.map(str::to_owned).to_vec(), ..Doors::default() };
-    let instructor = find_person(state, &generated::instructor_email(0)).await?;
+    let instructor = find_person(state, &fixtures::instructor_email(0)).await?;
     let exercises = exercises::list_current_exercises(state.db.reader(), administrator.school_id).await?;
     let exercise = exercises.first().context("an exercise")?;
     let draft = drafting::open_exercise(state, administrator, &exercise.exercise_id).await?;
@@ -61,7 +68,7 @@ async fn find_person(state: &AppState, email: &str) -> anyhow::Result<CurrentPer
 fn write_roster() -> String {
     let line = |place: u32| {
         let name = if place == 0 { "Another Name".to_owned() } else { format!("Generated {place:05}") };
-        format!("{},{name},Generated 000\n", generated::trainee_email(place))
+        format!("{},{name},Generated 000\n", fixtures::trainee_email(place))
     };
     "email,name,cohort\n".to_owned() + &(0..LINES).map(line).collect::<String>()
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use acts::clock::Clock;
+use acts::platform::clock::Clock;
 use axum::http::StatusCode;
 use indicatif::ProgressBar;
 use tokio::task::JoinSet;

@@ -16,7 +16,8 @@ mod visitor;
 
 use std::path::PathBuf;
 
-use acts::config::{self, Config};
+use acts::platform::config;
+use acts::platform::config::Config;
 use anyhow::Context;
 use clap::{Args, value_parser};
 use figures::PageFigures;

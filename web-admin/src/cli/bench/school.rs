@@ -3,9 +3,10 @@
 
 use std::fmt::Write;
 
-use acts::clock::Clock;
-use acts::config::Config;
-use acts::generating::{self, GeneratedSurvey};
+use acts::operations::fixtures;
+use acts::operations::fixtures::GeneratedSurvey;
+use acts::platform::clock::Clock;
+use acts::platform::config::Config;
 use acts::replicas;
 use anyhow::Context;
 use store::people;
@@ -81,7 +82,7 @@ async fn make_crowd(config: &Config, trainees: u32) -> anyhow::Result<()> {
     let owner = find_administrator(&state).await?;
     let survey =
         GeneratedSurvey { owner: &owner, title: TITLE, document: &instrument_document(), responses: RESPONSES };
-    generating::ask_nobody(&state, survey).await?;
+    fixtures::ask_nobody(&state, survey).await?;
     replicas::leave(&state).await?;
     state.db.close().await;
     std::fs::rename(&unfinished, &config.data_dir).context("the finished school cannot be given its name")

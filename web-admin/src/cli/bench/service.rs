@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
-use acts::clock::Clock;
-use acts::config::Config;
+use acts::platform::clock::Clock;
+use acts::platform::config::Config;
 use anyhow::{Context, ensure};
 use axum::http::StatusCode;
 

@@ -7,7 +7,7 @@ use hyper_util::client::legacy::Client;
 use hyper_util::client::legacy::connect::HttpConnector;
 use hyper_util::rt::TokioExecutor;
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
-use store::generated;
+use store::operations::fixtures;
 
 use super::PASSWORD;
 use super::doors::Doors;
@@ -48,14 +48,14 @@ pub(super) async fn sign_in(url: &str, trainees: u32, doors: Doors) -> anyhow::R
         ("instructor", school::email_of(COHORTS[0].instructor)),
         ("trainee", school::email_of(LEARNERS[0].name)),
     ];
-    people.extend(spread_visitors(instructors).map(|place| ("instructor", generated::instructor_email(place))));
-    people.extend(spread_visitors(trainees).map(|place| ("trainee", generated::trainee_email(place))));
+    people.extend(spread_visitors(instructors).map(|place| ("instructor", fixtures::instructor_email(place))));
+    people.extend(spread_visitors(trainees).map(|place| ("trainee", fixtures::trainee_email(place))));
     let mut visitors = Vec::new();
     for (role, email) in people {
         let home = HOME.map(str::to_owned).into_iter();
         let own = match role {
             "administrator" => doors.administrator.clone(),
-            _ if email == generated::instructor_email(0) => doors.instructor.clone(),
+            _ if email == fixtures::instructor_email(0) => doors.instructor.clone(),
             _ => Vec::new(),
         };
         let mut visitor = BenchVisitor::new(role, url, home.chain(own).collect());

@@ -40,7 +40,7 @@ pub fn is_disk_full(error: &Error) -> bool {
 /// which case the statement itself may be correct. If it was a commit, the transaction may have
 /// been committed nevertheless.
 #[must_use]
-pub fn is_database_away(error: &Error) -> bool {
+pub fn is_database_unavailable(error: &Error) -> bool {
     matches!(error, Error::Io(_) | Error::PoolTimedOut | Error::PoolClosed)
         || code_of(error).is_some_and(|code| AWAY.contains(&&*code) || code.starts_with(BROKEN))
 }

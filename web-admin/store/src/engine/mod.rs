@@ -19,7 +19,7 @@ mod values;
 pub(crate) use address::without_password;
 pub use address::{AddressRefused, DatabaseAddress, EngineKind};
 pub(crate) use answers::AnswerRow;
-pub use database::{DatabaseLock, DumpedDatabase, is_database_away, is_disk_full};
+pub use database::{DatabaseLock, DumpedDatabase, is_database_unavailable, is_disk_full};
 pub(crate) use database::{
     is_table_there, keep_more_in_memory, migrations, refresh_statistics, resume_triggers, suspend_triggers,
 };
@@ -27,6 +27,7 @@ pub use driver::{Connection, Engine};
 #[cfg(feature = "postgres")]
 pub(crate) use postgres::{WRITING, options as postgres_options};
 pub(crate) use rows::{TableColumns, add_missing_rows};
+pub(crate) use values::{ArgumentKind, TypeInfo, ValueRef, read_natively};
 
 /// A dump could not be restored for verification.
 #[derive(Debug, thiserror::Error)]

@@ -168,32 +168,34 @@ sqlx_core::impl_encode_for_option!(Engine);
 /// Implements decoding with the native decoder of each engine.
 macro_rules! read_natively {
     ($($kind:ident: $read:ty),+ $(,)?) => {$(
-        impl Type<Engine> for $read {
-            fn type_info() -> TypeInfo {
-                TypeInfo::Given(ArgumentKind::$kind)
+        impl sqlx::Type<$crate::engine::Engine> for $read {
+            fn type_info() -> $crate::engine::TypeInfo {
+                $crate::engine::TypeInfo::Given($crate::engine::ArgumentKind::$kind)
             }
 
-            fn compatible(found: &TypeInfo) -> bool {
+            fn compatible(found: &$crate::engine::TypeInfo) -> bool {
                 match found {
-                    TypeInfo::Given(kind) => *kind == ArgumentKind::$kind,
-                    TypeInfo::Sqlite(own) => <Self as Type<Sqlite>>::compatible(own),
+                    $crate::engine::TypeInfo::Given(kind) => *kind == $crate::engine::ArgumentKind::$kind,
+                    $crate::engine::TypeInfo::Sqlite(own) => <Self as sqlx::Type<sqlx::Sqlite>>::compatible(own),
                     #[cfg(feature = "postgres")]
-                    TypeInfo::Postgres(own) => <Self as Type<Postgres>>::compatible(own),
+                    $crate::engine::TypeInfo::Postgres(own) => <Self as sqlx::Type<sqlx::Postgres>>::compatible(own),
                 }
             }
         }
 
-        impl<'r> Decode<'r, Engine> for $read {
-            fn decode(value: ValueRef<'r>) -> Result<Self, BoxDynError> {
+        impl<'r> sqlx::Decode<'r, $crate::engine::Engine> for $read {
+            fn decode(value: $crate::engine::ValueRef<'r>) -> std::result::Result<Self, sqlx::error::BoxDynError> {
                 match value {
-                    ValueRef::Sqlite(own) => <Self as Decode<'r, Sqlite>>::decode(own),
+                    $crate::engine::ValueRef::Sqlite(own) => <Self as sqlx::Decode<'r, sqlx::Sqlite>>::decode(own),
                     #[cfg(feature = "postgres")]
-                    ValueRef::Postgres(own) => <Self as Decode<'r, Postgres>>::decode(own),
+                    $crate::engine::ValueRef::Postgres(own) => <Self as sqlx::Decode<'r, sqlx::Postgres>>::decode(own),
                 }
             }
         }
     )+};
 }
+
+pub(crate) use read_natively;
 
 /// Defines the argument types, all supported by both engines.
 macro_rules! arguments {
@@ -329,21 +331,17 @@ read_borrowed!(String: str, Vec<u8>: [u8]);
 
 // Enumerations stored as text.
 read_natively! {
-    Text: crate::account_links::Purpose,
-    Text: crate::audit_search::AuditObjectKind,
-    Text: crate::drafts::DraftKind,
-    Text: crate::sessions::SessionState,
     Text: model::FactorRule,
     Text: model::Needed,
     Text: model::Role,
     Text: model::Uncounted,
-    Text: model::comment::CommentKind,
-    Text: model::directory::AccountState,
-    Text: model::mail::MailKind,
-    Text: model::membership::MembershipAct,
-    Text: model::notice::NoticeKind,
-    Text: model::regrading::RegradingOutcome,
-    Text: model::regrading::RegradingState,
-    Text: model::survey::Identity,
-    Text: model::survey::ResponseState,
+    Text: model::training::comment::CommentKind,
+    Text: model::people::directory::AccountState,
+    Text: model::letters::mail::MailKind,
+    Text: model::training::membership::MembershipAct,
+    Text: model::letters::notice::NoticeKind,
+    Text: model::scoring::regrading::RegradingOutcome,
+    Text: model::scoring::regrading::RegradingState,
+    Text: model::surveys::Identity,
+    Text: model::surveys::ResponseState,
 }

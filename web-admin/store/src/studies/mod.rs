@@ -2,10 +2,12 @@
 
 mod keeping;
 mod participants;
+pub mod research;
 
 pub use keeping::{announce_study_erasure, call_off_study_erasure, list_kept_studies, mark_study_erased};
 use model::ids::{PersonId, RevisionId, SchoolId, StudyId};
-use model::survey::Survey;
+use model::surveys::Survey;
+use model::titles::StoredTitle;
 use model::{CurrentPerson, Moment, PersonKey, Role};
 pub use participants::{
     NewParticipant, StudyAttempt, StudyParticipant, add_participant, count_open_attempts, count_participants,
@@ -14,9 +16,8 @@ pub use participants::{
 };
 use sqlx::FromRow;
 
-use super::surveys::survey;
-use super::{Connection, Executor, Json, Result};
-use model::titles::StoredTitle;
+use crate::surveys::survey;
+use crate::{Connection, Executor, Json, Result};
 
 /// A study.
 #[derive(Clone, Debug, PartialEq, FromRow)]

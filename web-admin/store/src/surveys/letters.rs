@@ -1,8 +1,8 @@
 //! Letters with a survey link to people without an account.
 
 use model::ids::{LetterId, ResponseId, SchoolId};
-use model::mail::{LetterDelivery, SurveyLetter};
-use model::survey::Survey;
+use model::letters::mail::{LetterDelivery, SurveyLetter};
+use model::surveys::Survey;
 use model::{Moment, count_u32};
 
 use crate::{Connection, Executor, Result};

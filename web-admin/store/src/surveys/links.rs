@@ -3,11 +3,11 @@
 
 use model::Moment;
 use model::ids::{CohortId, PersonId, ResponseId, RevisionId, SchoolId, SessionId, SurveyId};
-use model::survey::Survey;
+use model::surveys::Survey;
 use model::titles::StoredTitle;
 
 use super::survey;
-use crate::sessions::Session;
+use crate::recordings::sessions::Session;
 use crate::{Connection, Executor, Result};
 
 /// Sends a survey to a cohort.

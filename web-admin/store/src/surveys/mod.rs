@@ -1,5 +1,6 @@
 //! Surveys, their recipients and responses.
 
+pub mod instruments;
 pub mod letters;
 mod links;
 mod responses;
@@ -11,13 +12,13 @@ pub use links::{
 };
 use model::Moment;
 use model::ids::{PersonId, RevisionId, SchoolId, StudyId, SurveyId};
-use model::survey::{Identity, Survey};
+use model::surveys::{Identity, Survey};
 pub use responses::{
     NewResponse, Submission, SurveyResponse, add, by_token, draft_of, put_answers, reset, set_token, submit, withdraw,
 };
 pub use results::{ResponseCounts, ResponseMetric, SubmittedResponse, Tag, attempts, counts, submitted, tags};
 
-use super::{Connection, Executor, Result};
+use crate::{Connection, Executor, Result};
 
 /// The study that a survey belongs to.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,7 @@
 use assessment::questionnaire::Answer;
 use model::Moment;
 use model::ids::{PersonId, ResponseId, SchoolId, SessionId, SurveyId};
-use model::survey::{Identity, ResponseState};
+use model::surveys::{Identity, ResponseState};
 use sqlx::FromRow;
 
 use crate::{Connection, Executor, Json, Result};

@@ -3,7 +3,7 @@
 use assessment::questionnaire::Answer;
 use model::Moment;
 use model::ids::{ResponseId, SessionId};
-use model::survey::{Identity, Survey};
+use model::surveys::{Identity, Survey};
 use sqlx::FromRow;
 
 use crate::{Executor, Json, Result};

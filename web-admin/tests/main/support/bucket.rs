@@ -7,9 +7,9 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::LazyLock;
 
-use acts::bucket_address::BucketAddress;
-use acts::clock::Clock;
-use acts::config::{Config, RecordingsPlace};
+use acts::platform::bucket_address::BucketAddress;
+use acts::platform::clock::Clock;
+use acts::platform::config::{Config, RecordingsPlace};
 use tempfile::TempDir;
 use uuid::Uuid;
 

@@ -15,10 +15,11 @@ pub mod statements;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use acts::clock::Clock;
-use acts::config::Config;
-use acts::secret::PasswordCost;
-use acts::{publishing, secret};
+use acts::authoring::publishing;
+use acts::platform::clock::Clock;
+use acts::platform::config::Config;
+use acts::platform::secret;
+use acts::platform::secret::PasswordCost;
 use axum::Router;
 use client::Client;
 use database::{config_in, place_schema, program};
@@ -26,10 +27,13 @@ use model::Role;
 use model::ids::SchoolId;
 use store::Connection;
 use store::audit::{Actor, AuditEntry};
-use store::cohorts::{self, Deed, Membership};
+use store::auth::tokens;
+use store::auth::tokens::TokenHolder;
+use store::operations::schools;
+use store::operations::schools::SchoolSettings;
 use store::people::{self, NewPerson, Person};
-use store::schools::{self, SchoolSettings};
-use store::tokens::{self, TokenHolder};
+use store::training::cohorts;
+use store::training::cohorts::{Attribution, Membership};
 use tempfile::TempDir;
 use web_admin::{AppState, routes};
 
@@ -129,7 +133,7 @@ impl App {
             for person in people {
                 let membership =
                     Membership { school_id: school, cohort_id: cohort.id, person_id: person.id, role: person.role };
-                cohorts::join_cohort(tx, membership, Deed { by: None, at: now }).await.unwrap();
+                cohorts::join_cohort(tx, membership, Attribution { by: None, at: now }).await.unwrap();
             }
         })
         .await;

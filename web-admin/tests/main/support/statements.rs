@@ -26,7 +26,7 @@ pub fn stored_statements(of: TwinPlace) -> Vec<StoredStatement> {
     let read = |path: PathBuf| (chosen(&tokens(&std::fs::read_to_string(&path).unwrap()), of), path);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("store/src");
     let sources: Vec<_> = sources(&folder).into_iter().map(read).collect();
-    let is_own = |place: &Path| ["engine", "moving"].iter().any(|own| place.starts_with(folder.join(own)));
+    let is_own = |place: &Path| ["engine", "operations/moving"].iter().any(|own| place.starts_with(folder.join(own)));
     let sources: Vec<_> = sources.into_iter().filter(|(_, place)| !is_own(place)).collect();
     let shared: BTreeMap<String, Pieces> = sources.iter().flat_map(|(tokens, _)| macros(tokens)).collect();
     let mut found = Vec::new();

@@ -2,19 +2,22 @@
 //! Each is sent at most once: it is claimed before it is handed to the mail server. If the sender
 //! crashes in between, it is unknown whether the mail was sent; the pages show this.
 
-use acts::error::{Error, tell_in_full};
-use acts::mailer::Letter;
+use acts::error::{Error, error_chain};
+use acts::letters::mailing;
+use acts::people::accounts;
+use acts::platform::mailer::Letter;
 use acts::replicas::{self, Duty};
-use acts::{accounts, assignments, mailing};
+use acts::training::assignments;
 use model::PersonKey;
-use model::assignment::{AssignmentStage, AssignmentStanding};
 use model::ids::DatedId;
-use model::mail::{Mail, MailKind};
+use model::letters::mail::{Mail, MailKind};
+use model::training::assignment::{AssignmentStage, AssignmentStanding};
+use pages::letters::news::NewsItem;
 use pages::letters::{self, Reminded};
-use pages::news::NewsItem;
 use routes_base::AppState;
-use store::account_links::Purpose;
-use store::{mails, notices, segments};
+use store::auth::account_links::Purpose;
+use store::letters::{mails, notices};
+use store::scoring::segments;
 use words::Language;
 
 mod retention;
@@ -28,7 +31,7 @@ pub(super) const BATCH: u32 = 50;
 pub async fn run_outbox(state: AppState) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::Letters, work_off_letters(&state)).await {
-            tracing::warn!(cause = tell_in_full(&error), "failed to send emails");
+            tracing::warn!(cause = error_chain(&error), "failed to send emails");
         }
         tokio::select! {
             () = state.mails.notified() => {}
@@ -75,7 +78,7 @@ async fn until_database_answers<F: Future<Output = Result<(), Error>>>(
 ) -> Result<(), Error> {
     loop {
         match note().await {
-            Err(Error::DatabaseAway(_)) => tokio::time::sleep(state.db.listening_period()).await,
+            Err(Error::DatabaseUnavailable(_)) => tokio::time::sleep(state.db.listening_period()).await,
             noted => return noted,
         }
     }

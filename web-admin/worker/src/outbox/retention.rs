@@ -2,13 +2,13 @@
 //! they are known to have been sent: a second warning is better than an erasure without one.
 
 use acts::error::Error;
-use acts::mailer::Letter;
-use acts::mailing;
+use acts::letters::mailing;
+use acts::platform::mailer::Letter;
 use acts::replicas::{self, Duty};
-use model::mail::RetentionLetter;
+use model::letters::mail::RetentionLetter;
 use pages::letters;
 use routes_base::AppState;
-use store::retention;
+use store::privacy::retention;
 use words::Language;
 
 use super::{BATCH, until_database_answers};

@@ -1,10 +1,10 @@
 //! Mails with survey links.
 
 use acts::error::Error;
-use acts::mailer::Letter;
-use acts::mailing;
+use acts::letters::mailing;
+use acts::platform::mailer::Letter;
 use acts::surveys::{instrument_of, link_expiry};
-use model::mail::SurveyLetter;
+use model::letters::mail::SurveyLetter;
 use pages::letters;
 use routes_base::AppState;
 use store::surveys;

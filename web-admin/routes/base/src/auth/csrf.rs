@@ -2,7 +2,7 @@
 //! visitors, in a cookie.
 
 use acts::error::Error;
-use acts::secret;
+use acts::platform::secret;
 use axum::body::{Body, Bytes};
 use axum::extract::{FromRequest, FromRequestParts, RawForm, Request};
 use axum::http::request::Parts;

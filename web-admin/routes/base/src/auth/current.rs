@@ -1,7 +1,7 @@
 //! Determines the signed-in person before anything else of a request is read.
 
+use acts::auth::web_sessions::{SIGNED_IN_KEY, SignedInSession};
 use acts::error::Error;
-use acts::web_sessions::{SIGNED_IN_KEY, SignedInSession};
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::Method;
 use axum::http::request::Parts;
@@ -13,8 +13,7 @@ use pages::school_time;
 use store::people::{self, BrowsingPerson};
 use tower_sessions::Session;
 
-use super::asked_by;
-use super::csrf;
+use super::{asked_by, csrf};
 use crate::error::PageError;
 use crate::refusals::KnownAsker;
 use crate::{AppState, language};

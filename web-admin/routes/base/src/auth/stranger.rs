@@ -4,7 +4,7 @@
 use std::sync::{Arc, OnceLock};
 
 use acts::error::Error;
-use acts::secret;
+use acts::platform::secret;
 use axum::extract::{Request, State};
 use axum::http::header::{COOKIE, SET_COOKIE};
 use axum::http::{HeaderMap, HeaderValue};

@@ -1,12 +1,13 @@
 //! `/admin/backups`: the time and content of the latest backups.
 
 use axum::extract::State;
-use pages::backups::{BackupRow, BackupsPage};
+use pages::operations::backups::{BackupRow, BackupsPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf};
 use routes_base::error::PageError;
-use store::backups::{self, NotedBackup};
+use store::operations::backups;
+use store::operations::backups::NotedBackup;
 
 /// Number of backups listed.
 const LISTED: u32 = 30;

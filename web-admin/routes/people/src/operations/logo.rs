@@ -1,17 +1,17 @@
 //! A school's logo: uploaded and removed on the settings page, shown on every page of the school.
 
 use acts::error::Error;
-use acts::schools as settling;
+use acts::operations::schools as settling;
 use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
 use axum::response::{IntoResponse, Redirect, Response};
 use pages::form::FilledForm;
-use pages::settings::SettingsPage;
+use pages::operations::settings::SettingsPage;
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf, CsrfFileForm, CsrfForm, NoFields, Visit, Visitor};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
-use store::logos;
+use store::operations::logos;
 
 use super::settings::make_settings_page;
 

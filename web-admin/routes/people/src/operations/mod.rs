@@ -4,11 +4,9 @@
 use axum::extract::DefaultBodyLimit;
 use routes_base::{Routes, get, post};
 
-mod audit;
 mod backups;
 mod logo;
 mod origins;
-mod retention;
 pub(crate) mod settings;
 
 /// Returns the routes of these pages.
@@ -21,9 +19,5 @@ pub(crate) fn operation_routes() -> Routes {
         .route("/admin/settings/logo", post(logo::put_logo).layer(DefaultBodyLimit::max(2 * logo::MOST_LOGO_BYTES)))
         .route("/admin/settings/logo/remove", post(logo::remove_logo))
         .route("/admin/settings/test-letter", post(settings::send_test_letter))
-        .route("/admin/audit", get(audit::show_audit_log))
-        .route("/admin/audit.csv", get(audit::download_audit_log))
         .route("/admin/backups", get(backups::show_backups))
-        .route("/admin/retention", get(retention::show_retention).merge(post(retention::set_retention)))
-        .route("/people/{id}/hold", post(retention::hold_person))
 }

@@ -1,16 +1,17 @@
 //! `/admin/origins`: other sites whose pages may upload to the school with a token.
 
 use acts::error::Error;
-use acts::{config, schools};
+use acts::operations::schools;
+use acts::platform::config;
 use axum::extract::State;
 use pages::form::FilledForm;
-use pages::origins::{OriginsForm, OriginsPage};
+use pages::operations::origins::{OriginsForm, OriginsPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf, CsrfForm, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
-use store::origins;
+use store::operations::origins;
 
 /// Maximum number of origins of a school.
 const MOST: usize = 20;

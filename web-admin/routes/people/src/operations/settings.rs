@@ -1,25 +1,26 @@
 //! `/admin/settings`: a school's own settings.
 
-use acts::config::MailTo;
 use acts::error::Error;
-use acts::mailer::Letter;
-use acts::schools::{self as settling};
+use acts::operations::schools as settling;
+use acts::platform::config::MailTo;
+use acts::platform::mailer::Letter;
 use axum::extract::{Query, State};
 use axum::response::Redirect;
 use model::Needed;
 use model::ids::LetterId;
 use pages::form::FilledForm;
-use pages::letters;
 use pages::letters::MailWay;
-use pages::settings::{SettingsForm, SettingsPage};
-use pages::{NavPlace, Shell};
+use pages::operations::settings::{SettingsForm, SettingsPage};
+use pages::{NavPlace, Shell, letters};
 use routes_base::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use routes_base::{AppState, language};
 use serde::Deserialize;
-use store::schools::SchoolSettings;
-use store::{directory, schools, second_factors};
+use store::auth::second_factors;
+use store::operations::schools;
+use store::operations::schools::SchoolSettings;
+use store::people::directory;
 use words::Language;
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -48,7 +49,7 @@ pub(super) async fn make_settings_page(
     let own = directory::find_directory_entry(reader, school, person.id).await?.ok_or(Error::NotFound)?;
     Ok(SettingsPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Administration),
-        zones: model::due::list_zones(&settled.time_zone),
+        zones: model::training::due::list_zones(&settled.time_zone),
         form: sent.unwrap_or_else(|| FilledForm::new(form_of_settings(settled))),
         done: None,
         mail_way: find_mail_way(state),

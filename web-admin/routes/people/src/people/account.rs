@@ -1,20 +1,28 @@
 //! `/account`: the visitor's own details, password and data.
 
+use acts::auth::{passwords, rate_limits};
 use acts::error::Error;
-use acts::{accounts, brakes, passwords};
+use acts::people::accounts;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
-use model::password_refused::PasswordRefused;
+use model::auth::password_refused::PasswordRefused;
 use model::{CurrentPerson, Moment};
-use pages::account::AccountPage;
+use pages::auth::account::AccountPage;
 use pages::{NavPlace, Shell};
 use routes_base::auth::{Csrf, CsrfForm, Visitor, start_session};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use routes_base::{AppState, language};
 use serde::Deserialize;
-use store::{cohorts, directory, exports, notices, people, schools, second_factors, sign_in_codes, studies};
+use store::auth::second_factors;
+use store::letters::notices;
+use store::operations::schools;
+use store::people::directory;
+use store::privacy::exports;
+use store::stations::sign_in_codes;
+use store::training::cohorts;
+use store::{people, studies};
 use tower_sessions::Session;
 use words::Language;
 
@@ -62,7 +70,7 @@ pub(super) async fn set_own_password(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<OwnPasswordForm>,
 ) -> Result<FormAnswer<AccountPage>, PageError> {
-    brakes::take_own(&state, person.id).await?;
+    rate_limits::take_own(&state, person.id).await?;
     let shown = make_account_page(&state, &person, &csrf).await?;
     let own = [person.display_name.as_str(), &shown.email, &shown.school];
     let refused = match passwords::check_typed(&form.password, &form.again, &own) {

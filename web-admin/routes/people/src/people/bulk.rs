@@ -1,22 +1,24 @@
 //! Bulk actions of an administrator: previewed on one page, confirmed on the next.
 
-use acts::bulk::{self, BulkRequest, MOST_PEOPLE};
 use acts::error::Error;
+use acts::people::bulk;
+use acts::people::bulk::{BulkRequest, MOST_PEOPLE};
 use axum::extract::State;
 use axum::response::Redirect;
-use model::directory::BulkAct;
 use model::ids::{CohortId, PersonId};
+use model::people::directory::BulkAct;
 use model::{CurrentPerson, count_u32};
-use pages::form::FilledForm;
+use pages::form::{FilledForm, SelectOption};
+use pages::people::PeoplePage;
 use pages::people::bulk::{BulkForm, BulkPage, BulkRefused, list_bulk_acts, name_bulk_act};
-use pages::people::{PeoplePage, SelectOption};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf, CsrfForm, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::{cohorts, directory};
+use store::people::directory;
+use store::training::cohorts;
 
 use super::directory::{PeopleQuery, make_directory_page};
 

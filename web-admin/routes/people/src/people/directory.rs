@@ -1,21 +1,19 @@
 //! `/people`: an administrator searches, adds, invites, changes, disables and erases people.
 
-use acts::accounts;
-use acts::accounts::NewAccount;
 use acts::error::Error;
+use acts::people::accounts;
+use acts::people::accounts::NewAccount;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
-use model::directory::{AccountState, BulkAct, DirectoryEntry, PeopleKey, PeopleOrder};
-use model::email::{is_email, normalize_email};
-use model::folding::split_search_words;
 use model::ids::{CohortId, PersonId, SchoolId};
-use model::roster::is_name;
+use model::people::directory::{AccountState, BulkAct, DirectoryEntry, PeopleKey, PeopleOrder};
+use model::people::email::{is_email, normalize_email};
+use model::people::roster::is_name;
+use model::search_key::split_search_words;
 use model::{CurrentPerson, PersonKey, Role};
-use pages::form::FilledForm;
+use pages::form::{FilledForm, SelectOption};
 use pages::people::bulk::{BulkDone, BulkForm, list_bulk_acts};
-use pages::people::{
-    LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SelectOption, SortHeading,
-};
+use pages::people::{LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SortHeading};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::{PathId, encode_in_query};
@@ -23,8 +21,12 @@ use routes_base::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::directory::{Details, Filter};
-use store::{cohorts, directory, mails, retention, second_factors};
+use store::auth::second_factors;
+use store::letters::mails;
+use store::people::directory;
+use store::people::directory::{Details, Filter};
+use store::privacy::retention;
+use store::training::cohorts;
 
 use crate::operations::settings::find_mail_way;
 
@@ -275,7 +277,7 @@ pub(super) async fn show_person(
 }
 
 /// Returns a person of the administrator's school.
-pub(super) async fn find_person(
+pub(crate) async fn find_person(
     state: &AppState,
     visitor: &CurrentPerson,
     id: PersonId,
@@ -385,7 +387,7 @@ pub(super) async fn disable_person(
     Ok(redirect_to_person(id, "disabled"))
 }
 
-pub(super) fn refuse_own_account(visitor: &CurrentPerson, id: PersonId) -> Result<(), Error> {
+pub(crate) fn refuse_own_account(visitor: &CurrentPerson, id: PersonId) -> Result<(), Error> {
     if visitor.id == id {
         return Err(Error::Conflict(tr!("you cannot disable your own account: ask another administrator").to_owned()));
     }

@@ -5,11 +5,8 @@ use routes_base::{Routes, get, post};
 
 mod account;
 mod bulk;
-mod consents;
-mod directory;
-mod erasing;
+pub(crate) mod directory;
 mod roster;
-mod tokens;
 
 /// Returns the routes of these pages.
 pub(crate) fn directory_routes() -> Routes {
@@ -34,11 +31,8 @@ pub(crate) fn directory_routes() -> Routes {
         .route("/people/{id}/link", post(directory::show_link))
         .route("/people/{id}/disable", post(directory::disable_person))
         .route("/people/{id}/enable", post(directory::enable_person))
-        .route("/people/{id}/erase", get(erasing::show_erasing).merge(post(erasing::erase_person)))
         .route("/account", get(account::show_account))
         .route("/account/password", post(account::set_own_password))
         .route("/account/language", post(account::set_own_language))
         .route("/account/export", get(account::export_own_data))
-        .merge(consents::consent_routes())
-        .merge(tokens::token_routes())
 }

@@ -3,18 +3,18 @@
 use std::collections::BTreeSet;
 
 use acts::error::Error;
-use acts::roster_import;
-use acts::roster_import::{RosterColumnsLook, RosterPreview};
+use acts::people::roster_import;
+use acts::people::roster_import::{RosterColumnsLook, RosterPreview};
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use model::CurrentPerson;
-use model::email::is_domain;
 use model::ids::{RosterId, SchoolId};
-use model::line::tidy;
-use model::roster::{RosterDifference, RosterMapping, RosterRequest, is_name};
+use model::people::email::is_domain;
+use model::people::roster::{RosterDifference, RosterMapping, RosterRequest, is_name};
+use model::single_line_text::tidy;
 use pages::form::{FilledForm, read_ticked_box};
-use pages::roster::{
+use pages::people::roster::{
     ColumnsRefused, RosterColumnsForm, RosterColumnsPage, RosterFilter, RosterForm, RosterPage, RosterPreviewPage,
 };
 use pages::{NavPlace, Shell};
@@ -24,7 +24,7 @@ use routes_base::auth::{Administrator, Csrf, CsrfForm, CsrfUpload, SentFile, Vis
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use serde::Deserialize;
-use store::cohorts;
+use store::training::cohorts;
 
 use crate::operations::settings::find_mail_way;
 

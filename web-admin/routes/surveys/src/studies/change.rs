@@ -6,9 +6,9 @@ use acts::studies as acting;
 use acts::studies::{StudyChange, StudyTerms};
 use axum::extract::State;
 use model::ids::StudyId;
-use model::line;
+use model::single_line_text;
 use pages::form::FilledForm;
-use pages::study::{NewStudyForm, StudyChangePage};
+use pages::studies::{NewStudyForm, StudyChangePage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
@@ -91,7 +91,7 @@ fn read_change(form: &NewStudyForm, agreed: bool) -> Result<StudyChange, String>
         })
     };
     Ok(StudyChange {
-        title: line::title(&form.title)?.to_owned(),
+        title: single_line_text::title(&form.title)?.to_owned(),
         contact: read_line(tr!("contact"), &form.contact)?,
         kept_months: read_count(tr!("months"), &form.kept, 360)?,
         terms: if agreed { None } else { Some(terms()?) },

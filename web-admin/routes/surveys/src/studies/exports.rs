@@ -10,7 +10,7 @@ use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use documents::Instrument;
 use documents::instrument::{Combine, ScaleKind, ScoreKey};
-use model::survey::results::answers_of;
+use model::surveys::results::answers_of;
 use pages::format;
 use routes_base::AppState;
 use routes_base::auth::Teacher;
@@ -19,7 +19,7 @@ use routes_base::error::PageError;
 use routes_base::export::{CsvCell, download_csv};
 use serde::Serialize;
 use serde_json::json;
-use store::scores::MetricOfMany;
+use store::scoring::scores::MetricOfMany;
 use store::studies::StudyAttempt;
 
 use super::find_own_study;

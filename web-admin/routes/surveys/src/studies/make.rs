@@ -6,16 +6,18 @@ use acts::studies::StudyRequest;
 use acts::surveys::list_titled_instruments;
 use axum::extract::State;
 use model::ids::RevisionId;
-use model::line;
+use model::single_line_text;
 use pages::form::FilledForm;
-use pages::study::{NewStudyForm, NewStudyPage};
+use pages::studies::{NewStudyForm, NewStudyPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Csrf, CsrfForm, Teacher, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
-use store::instruments::InstrumentRevision;
-use store::{exercises, instruments, schools};
+use store::authoring::exercises;
+use store::operations::schools;
+use store::surveys::instruments;
+use store::surveys::instruments::InstrumentRevision;
 
 /// Maximum number of exercises and of instruments of a study, of groups, and of questions to each
 /// participant.
@@ -85,7 +87,7 @@ pub(super) async fn make_study(
 }
 
 fn read_study(form: &NewStudyForm, known: &[InstrumentRevision]) -> Result<StudyRequest, String> {
-    let title = line::title(&form.title)?.to_owned();
+    let title = single_line_text::title(&form.title)?.to_owned();
     if form.exercises.is_empty() || form.exercises.len() > MOST {
         return Err(tr!("exercises: {count}; choose 1 to {most}", count = form.exercises.len(), most = MOST));
     }
@@ -121,7 +123,7 @@ pub(super) fn read_count(field: &str, typed: &str, most: u32) -> Result<u32, Str
 
 pub(super) fn read_line(field: &str, typed: &str) -> Result<String, String> {
     match typed.chars().count() {
-        1..=200 => line::refusal(field, typed).map_or_else(|| Ok(typed.to_owned()), Err),
+        1..=200 => single_line_text::refusal(field, typed).map_or_else(|| Ok(typed.to_owned()), Err),
         count => Err(tr!("{field}: {count} characters; allowed: 1 to 200", field = field, count = count)),
     }
 }
@@ -148,7 +150,7 @@ pub(super) fn read_names(field: &str, typed: &str, least: usize, most: usize) ->
                 most = LONGEST_NAME
             ));
         }
-        if let Some(why) = line::refusal(field, name) {
+        if let Some(why) = single_line_text::refusal(field, name) {
             return Err(why);
         }
     }

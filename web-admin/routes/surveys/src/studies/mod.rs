@@ -7,21 +7,21 @@ mod own;
 mod results;
 
 use acts::error::Error;
+use acts::privacy::study_retention;
 use acts::studies as acting;
 use acts::studies::{GuestCode, ParticipantFacts};
-use acts::study_keeping;
 use acts::surveys::SurveyLink;
 use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::ids::{PersonId, StudyId};
-use model::retention::{Now, RetentionAction};
-use model::{CurrentPerson, Moment, count_u32, line};
+use model::privacy::retention::{Now, RetentionAction};
+use model::{CurrentPerson, Moment, count_u32, single_line_text};
 use pages::form::{FilledForm, read_ticked_box};
-use pages::study::{
+use pages::studies::{
     GuestCodePage, ParticipantForm, ParticipantRow, StudiesPage, StudyDataEnd, StudyDone, StudyPage, StudyRow,
     kept_in_words,
 };
-use pages::survey::manage::SurveyLinksPage;
+use pages::surveys::manage::SurveyLinksPage;
 use pages::{NavPlace, Shell, format};
 use routes_base::addresses::{PathId, own_address};
 use routes_base::auth::{Csrf, CsrfForm, NoFields, PageHead, Teacher, Visit};
@@ -29,7 +29,7 @@ use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
-use store::retention;
+use store::privacy::retention;
 use store::studies::{self, Study, StudyExercise, StudyParticipant};
 
 /// Maximum length of an answer to a question of a study, in characters.
@@ -130,7 +130,7 @@ async fn end_of_study_data(state: &AppState, study: &Study) -> Result<StudyDataE
     }
     let observed_s = retention::service_time(state.db.reader()).await?.observed_s;
     let now = Now { at: state.clock.now(), observed_s };
-    Ok(match study_keeping::plan_study(study, now) {
+    Ok(match study_retention::plan_study(study, now) {
         Some(RetentionAction::Wait(days)) => StudyDataEnd::InDays(days),
         Some(RetentionAction::Erase) => StudyDataEnd::InDays(0),
         _ => StudyDataEnd::Far,
@@ -225,7 +225,7 @@ fn read_participant(study: &Study, form: &ParticipantForm) -> Result<Participant
         if told.chars().count() > LONGEST_FACT {
             return Err(tr!("{question}: at most {most} characters", question = question, most = LONGEST_FACT));
         }
-        line::refusal(question, told).map_or_else(|| Ok(told.to_owned()), Err)
+        single_line_text::refusal(question, told).map_or_else(|| Ok(told.to_owned()), Err)
     };
     let facts = study.questions.0.iter().enumerate().map(fact).collect::<Result<_, _>>()?;
     Ok(ParticipantFacts { group_place, facts })

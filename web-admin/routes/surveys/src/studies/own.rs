@@ -1,12 +1,12 @@
 //! `/account/studies`: a member accepts or declines invitations to studies, and leaves studies.
 
 use acts::error::Error;
+use acts::privacy::study_consents::revision_of_terms;
 use acts::studies as acting;
-use acts::study_consents::revision_of_terms;
 use axum::extract::State;
 use axum::response::Redirect;
 use model::ids::StudyId;
-use pages::study::{OwnStudiesPage, OwnStudyCard};
+use pages::studies::{OwnStudiesPage, OwnStudyCard};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;

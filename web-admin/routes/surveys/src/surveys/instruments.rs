@@ -1,5 +1,6 @@
 //! `/surveys/instruments`: the instruments of a school, and the editor.
 
+use acts::authoring::instruments::{from_json, publish_written, to_json};
 use acts::error::Error;
 use acts::surveys;
 use axum::extract::{Path, Query, State};
@@ -7,18 +8,18 @@ use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use documents::{DocumentError, Instrument, Issue};
 use model::CurrentPerson;
-use pages::draft::say_issue;
-use pages::form::FilledForm;
-use pages::people::SelectOption;
-use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
+use pages::authoring::draft::say_issue;
+use pages::form::{FilledForm, SelectOption};
+use pages::surveys::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Csrf, CsrfForm, Teacher};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, PublishedQuery, unix_lines};
 use serde::Deserialize;
-use store::curricula;
-use store::instruments::{self, InstrumentRevision};
+use store::surveys::instruments;
+use store::surveys::instruments::InstrumentRevision;
+use store::training::curricula;
 
 /// Template of a new instrument.
 const BLANK: &str = r#"id = "my-questionnaire"
@@ -101,7 +102,7 @@ pub(super) async fn serve_document(
     let (media_type, name, body) = match file.as_str() {
         "document.toml" => ("application/toml", format!("{}.toml", found.instrument_id), found.bytes),
         "document.json" => {
-            let json = surveys::to_json(&found.bytes)?;
+            let json = to_json(&found.bytes)?;
             ("application/json", format!("{}.json", found.instrument_id), json.into_bytes())
         }
         _ => return Err(Error::NotFound.into()),
@@ -187,7 +188,7 @@ async fn store_instrument(
         let page = EditPage { preview: Some(InstrumentPreview::new(&instrument)), ..page };
         return Ok(FormAnswer::Answered(page.into_response()));
     }
-    if !surveys::publish_written(state, person, &instrument, &bytes, id.is_none()).await? {
+    if !publish_written(state, person, &instrument, &bytes, id.is_none()).await? {
         let issues = vec![tr!("id: “{id}” already exists: edit that questionnaire", id = instrument.id)];
         return Ok(refuse(issues));
     }
@@ -203,7 +204,7 @@ fn read_instrument(text: &str, id: Option<&str>) -> Result<(Instrument, Vec<u8>)
     };
     let all = |refused: DocumentError| refused.issues.iter().map(said).collect::<Vec<_>>();
     let is_json = text.trim_start().starts_with('{');
-    let toml = if is_json { surveys::from_json(text).map_err(all)? } else { text.to_owned() };
+    let toml = if is_json { from_json(text).map_err(all)? } else { text.to_owned() };
     let bytes = toml.into_bytes();
     let instrument = Instrument::from_bytes("document", &bytes).map_err(all)?;
     match id.filter(|id| *id != instrument.id) {

@@ -5,15 +5,15 @@ use acts::surveys;
 use acts::surveys::SurveyRequest;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect};
-use model::due::find_day_start;
-use model::email::{is_email, normalize_email};
 use model::ids::{CohortId, RevisionId, SurveyId};
-use model::roster::is_name;
-use model::survey::{FRESH_HOURS, Identity, Survey};
-use model::{CurrentPerson, Moment, line};
+use model::people::email::{is_email, normalize_email};
+use model::people::roster::is_name;
+use model::surveys::{FRESH_HOURS, Identity, Survey};
+use model::training::due::find_day_start;
+use model::{CurrentPerson, Moment, single_line_text};
 use pages::form::FilledForm;
 use pages::school_time::zone_name;
-use pages::survey::manage::{ManagePage, NewSurveyForm, NewSurveyPage, SurveyLinksPage};
+use pages::surveys::manage::{ManagePage, NewSurveyForm, NewSurveyPage, SurveyLinksPage};
 use pages::{NavPlace, Shell, format};
 use routes_base::AppState;
 use routes_base::addresses::{PathId, own_address};
@@ -21,9 +21,10 @@ use routes_base::auth::{Csrf, CsrfForm, PageHead, Teacher, Visitor};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::reports::NamedItem;
-use store::surveys::letters;
-use store::{instruments, people, reports, surveys as stored};
+use store::surveys::{instruments, letters};
+use store::training::reports;
+use store::training::reports::NamedItem;
+use store::{people, surveys as stored};
 
 use super::{find_school_survey, owns_survey};
 
@@ -184,7 +185,7 @@ fn check_new_survey(
 ) -> Result<SurveyRequest, String> {
     let NewSurveyForm { title, identity, opens, closes, .. } = form;
     let revision_id = revision.ok_or_else(|| tr!("questionnaire: “{id}” does not exist", id = form.instrument))?;
-    let title = line::title(title)?.to_owned();
+    let title = single_line_text::title(title)?.to_owned();
     let identity = [Identity::Anonymous, Identity::Pseudonymous, Identity::Named]
         .into_iter()
         .find(|known| known.as_str() == identity.as_str())
@@ -309,7 +310,7 @@ fn refusal_of_labels(labels: &[String]) -> Option<String> {
     if labels.is_empty() || labels.len() > MOST_LINKS {
         return Some(tr!("{count} lines; allowed: 1 to {most}", count = labels.len(), most = MOST_LINKS));
     }
-    if let Some(why) = labels.iter().find_map(|label| line::refusal(tr!("a line"), label)) {
+    if let Some(why) = labels.iter().find_map(|label| single_line_text::refusal(tr!("a line"), label)) {
         return Some(why);
     }
     let long = labels.iter().find(|label| label.chars().count() > LONGEST_LABEL)?;

@@ -1,5 +1,6 @@
 //! `/surveys`: the surveys that a trainee is asked, and those of a school.
 
+pub(crate) mod answering;
 mod exports;
 mod instruments;
 mod make;
@@ -7,15 +8,15 @@ pub(super) mod results;
 
 use acts::error::Error;
 use acts::surveys::answering::SurveyOccasion;
-use acts::surveys::{answering, instrument_of};
+use acts::surveys::{answering as answers, instrument_of};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Response};
 use model::ids::{SessionId, SurveyId};
-use model::survey::Survey;
+use model::surveys::Survey;
 use model::{CurrentPerson, Moment, Role};
 use pages::form::{FilledForm, read_ticked_box};
-use pages::survey::form::{ConsentPage, respond_in_language};
-use pages::survey::manage::{ManagePage, OwnSurveyRow, SurveyRow, SurveysPage};
+use pages::surveys::form::{ConsentPage, respond_in_language};
+use pages::surveys::manage::{ManagePage, OwnSurveyRow, SurveyRow, SurveysPage};
 use pages::{NavPlace, Shell};
 use routes_base::addresses::PathId;
 use routes_base::auth::{Csrf, CsrfForm, PageHead, Visitor};
@@ -24,8 +25,9 @@ use routes_base::forms::FormAnswer;
 use routes_base::surveys::{TermsOf, find_asker, preferred_languages, terms_of_survey};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
+use store::recordings::sessions;
+use store::surveys;
 use store::surveys::Practised;
-use store::{sessions, surveys};
 
 /// Returns the routes below `/surveys`, for signed-in people.
 pub(super) fn survey_routes() -> Routes {
@@ -207,6 +209,6 @@ async fn begin_answer(
     let instrument = instrument_of(&state, &survey).await?;
     let language = instrument.language_for(&form.lang);
     let token =
-        answering::begin(&state, &person, SurveyOccasion { survey: &survey, session: form.session, language }).await?;
+        answers::begin(&state, &person, SurveyOccasion { survey: &survey, session: form.session, language }).await?;
     Ok(FormAnswer::lead_to(&format!("/survey/{token}")))
 }

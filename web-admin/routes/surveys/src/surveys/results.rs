@@ -12,13 +12,13 @@ use axum::response::{IntoResponse, Redirect, Response};
 use documents::Instrument;
 use documents::instrument::ScaleKind;
 use model::ids::{ResponseId, SurveyId};
-use model::line;
-use model::survey::Survey;
-use model::survey::groups::{LEAST, ResponseGroups};
-use model::survey::results::{ResponseRow, Results, correlation, score_group};
+use model::single_line_text;
+use model::surveys::Survey;
+use model::surveys::groups::{LEAST, ResponseGroups};
+use model::surveys::results::{ResponseRow, Results, correlation, score_group};
 use pages::charts::Extent;
 use pages::school_time::to_school_time;
-use pages::survey::results::{
+use pages::surveys::results::{
     AskedLine, CommentBlock, ResultsPage, ScatteredScore, ScatteredScores, SplitScore, SplitScores, SurveyComment,
 };
 use pages::{NavPlace, Shell};
@@ -257,7 +257,7 @@ pub(super) async fn tag_comment(
     }
     let tag = form.tag.trim().to_lowercase();
     let length = tag.chars().count();
-    if let Some(why) = line::refusal(tr!("theme"), &tag) {
+    if let Some(why) = single_line_text::refusal(tr!("theme"), &tag) {
         return Err(Error::BadRequest(why).into());
     }
     if !(1..=60).contains(&length) {

@@ -1,27 +1,27 @@
 //! `/drafts/{id}/pictures`: uploads pictures to the draft of an exercise, and serves them to its
 //! form.
 
-use acts::authoring::SeenDraft;
-use acts::drafting::{self, SaveOutcome};
+use acts::authoring::drafting::SaveOutcome;
+use acts::authoring::images::SentPicture;
+use acts::authoring::{SeenDraft, drafting, images};
 use acts::error::Error;
-use acts::picturing::{self, SentPicture};
 use axum::extract::{DefaultBodyLimit, Path, Query, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Redirect, Response};
 use documents::picture::MOST_SENT_BYTES;
 use model::authoring::EditedDocument;
 use model::ids::{DraftId, SchoolId};
-use pages::authoring::{DraftPictures, place_id};
-use pages::draft::DraftPage;
+use pages::authoring::document_forms::{DraftPictures, place_id};
+use pages::authoring::draft::DraftPage;
 use pages::{NavPlace, Shell};
 use routes_base::addresses::PathId;
 use routes_base::auth::{Csrf, CsrfFileForm, Teacher};
+use routes_base::authoring::pictures::{PictureQuery, answer_picture, place_picture};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
-use routes_base::pictures::{PictureQuery, answer_picture, place_picture};
 use routes_base::{AppState, Routes, get, post};
-use store::drafts::DocumentDraft;
-use store::{drafts, pictures};
+use store::authoring::drafts::DocumentDraft;
+use store::authoring::{drafts, pictures};
 
 use super::drafts::{answer_conflict, make_draft_page, show_as};
 use super::writing::SentDraft;
@@ -69,7 +69,7 @@ pub(super) async fn add_picture(
     let (school, shown) = (person.school_id, sent.view.of(person.school_id));
     let seen = SeenDraft { id, version: sent.seen };
     let picture = SentPicture { bytes: file.bytes, is_cut: file.is_cut, alt: alt.clone() };
-    let added = picturing::add_picture(&state, &person, seen, &sent.texts, picture).await;
+    let added = images::add_picture(&state, &person, seen, &sent.texts, picture).await;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     match split_refusal(added)? {
         Ok(SaveOutcome::Kept(draft)) => {

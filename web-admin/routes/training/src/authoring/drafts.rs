@@ -1,10 +1,11 @@
 //! `/drafts`: documents being edited.
 
-use acts::authoring::{NewDocument, SeenDraft};
-use acts::drafting::{Checked, SaveOutcome};
+use acts::authoring;
+use acts::authoring::drafting::{Checked, SaveOutcome};
+use acts::authoring::{NewDocument, SeenDraft, drafting};
 use acts::error::Error;
 use acts::surveys::list_titled_instruments;
-use acts::{authoring, course_changes, drafting};
+use acts::training::course_changes;
 use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::http::header::RETRY_AFTER;
@@ -12,20 +13,19 @@ use axum::response::{IntoResponse, Redirect, Response};
 use documents::metrics::SceneNames;
 use model::CurrentPerson;
 use model::authoring::EditedDocument;
-use model::draft::{CourseChange, DraftVerdict};
+use model::authoring::draft::{CourseChange, DraftVerdict};
 use model::ids::{DraftId, SchoolId};
-use pages::authoring::{
+use pages::authoring::diff::compare_lines;
+use pages::authoring::document_forms::{
     CourseContext, CourseExercise, DocumentForm, ExerciseContext, make_course_form, make_exercise_form,
     make_instrument_form, place_id,
 };
-use pages::diff::compare_lines;
-use pages::draft::{
+use pages::authoring::draft::{
     DraftPage, DraftRow, DraftsPage, NewDraftForm, NewDraftKind, VerdictPart, verdict_of_course, verdict_of_refused,
     verdict_while_waiting,
 };
-use pages::form::FilledForm;
-use pages::people::SelectOption;
-use pages::survey::instrument::verdict_of_instrument;
+use pages::form::{FilledForm, SelectOption};
+use pages::surveys::instrument::verdict_of_instrument;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
@@ -33,8 +33,8 @@ use routes_base::auth::{Csrf, CsrfForm, NoFields, Teacher};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use serde::Deserialize;
-use store::drafts::{DocumentDraft, DraftKind, Texts};
-use store::{drafts, exercises};
+use store::authoring::drafts::{DocumentDraft, DraftKind, Texts};
+use store::authoring::{drafts, exercises};
 
 use super::draft_pictures;
 use super::instrument_drafts::{list_originals, list_seen_languages, questions_href};

@@ -1,23 +1,24 @@
 //! Drafts of instruments: how they begin, their preview for respondents, and how a course comes to
 //! include one.
 
-use acts::drafting;
-use acts::drafting::Checked;
+use acts::authoring::drafting;
+use acts::authoring::drafting::Checked;
 use acts::error::Error;
 use acts::surveys::list_titled_instruments;
 use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::authoring::EditedDocument;
 use model::ids::{DraftId, SchoolId};
-use pages::people::SelectOption;
-use pages::survey::form::{FormPage, respond_in_language};
+use pages::form::SelectOption;
+use pages::surveys::form::{FormPage, respond_in_language};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
 use routes_base::auth::{CsrfForm, NoFields, Teacher};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::drafts::{DocumentDraft, DraftKind};
-use store::{drafts, instruments};
+use store::authoring::drafts;
+use store::authoring::drafts::{DocumentDraft, DraftKind};
+use store::surveys::instruments;
 
 use super::drafts::CourseForm;
 

@@ -4,15 +4,16 @@
 use acts::error::Error;
 use axum::extract::{Path, Query, State};
 use model::ids::RevisionId;
-use pages::addresses::exercise_href;
-use pages::diff::{DiffLine, compare_lines};
-use pages::revisions::{RevisionRow, RevisionsPage};
+use pages::authoring::diff::{DiffLine, compare_lines};
+use pages::authoring::revisions::{RevisionRow, RevisionsPage};
+use pages::training::addresses::exercise_href;
 use pages::{NavPlace, Shell, format};
 use routes_base::AppState;
 use routes_base::auth::{Csrf, Teacher};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::{curricula, exercises};
+use store::authoring::exercises;
+use store::training::curricula;
 
 /// The two revisions to compare; by default the two newest.
 #[derive(Debug, Deserialize)]

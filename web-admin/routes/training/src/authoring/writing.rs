@@ -3,10 +3,10 @@
 use acts::error::Error;
 use model::authoring::{EditedDocument, FieldSort, SentForm, TypedField, add_course_exercise};
 use model::ids::SchoolId;
-use pages::authoring::{FIELD_PREFIX, begin_scale, place_id};
+use pages::authoring::document_forms::{FIELD_PREFIX, begin_scale, place_id};
 use routes_base::forms::unix_lines;
 use serde::Deserialize;
-use store::drafts::Texts;
+use store::authoring::drafts::Texts;
 
 /// View in which a draft is shown and edited.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]

@@ -2,22 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use acts::assignments::LockedTrainees;
 use acts::error::Error;
-use acts::{assignments as teaching, deadlines, notices};
+use acts::letters::notices;
+use acts::training::assignments::LockedTrainees;
+use acts::training::{assignments as teaching, deadlines};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
-use model::assignment::{AssignmentTally, AssignmentTask};
-use model::due::{self, local};
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
-use model::notice::NoticePlace;
+use model::letters::notice::NoticePlace;
+use model::training::assignment::{AssignmentTally, AssignmentTask};
+use model::training::due;
+use model::training::due::local;
 use model::{CurrentPerson, Role};
-use pages::assignments::{
+use pages::form::{FilledForm, SelectOption, read_ticked_box};
+use pages::people::listed::ListPart;
+use pages::training::assignments::{
     AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,
 };
-use pages::form::{FilledForm, read_ticked_box};
-use pages::listed::ListPart;
-use pages::people::SelectOption;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
@@ -25,9 +26,12 @@ use routes_base::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
 use routes_base::error::PageError;
 use routes_base::forms::{ExtensionForm, FormAnswer, split_refusal};
 use serde::Deserialize;
-use store::assignments::{ManagedAssignment, NewAssignment};
-use store::reports::NamedItem;
-use store::{assignments, curricula, exercises, people, reports, schools};
+use store::authoring::exercises;
+use store::operations::schools;
+use store::people;
+use store::training::assignments::{ManagedAssignment, NewAssignment};
+use store::training::reports::NamedItem;
+use store::training::{assignments, curricula, reports};
 
 use super::gradebook;
 use super::rows::PeopleOnPage;

@@ -1,16 +1,17 @@
 //! Membership of cohorts: administrators decide; instructors send requests, which the trainee or an
 //! administrator answers.
 
-use acts::cohorts::{self as membership, RequestKey};
 use acts::error::Error;
+use acts::training::cohorts as membership;
+use acts::training::cohorts::RequestKey;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, Query, State};
 use axum::response::Redirect;
 use model::ids::{CohortId, PersonId, SchoolId};
-use model::roster::is_name;
+use model::people::roster::is_name;
 use model::{CurrentPerson, Role};
 use pages::form::FilledForm;
-use pages::listed::ListPart;
+use pages::people::listed::ListPart;
 use pages::people::{CohortMember, CohortPeoplePage, UnknownAddress};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
@@ -19,9 +20,8 @@ use routes_base::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use serde::Deserialize;
-use store::cohorts::{self};
-use store::reports;
-use store::reports::NamedItem;
+use store::training::reports::NamedItem;
+use store::training::{cohorts, reports};
 
 use super::rows::PeopleOnPage;
 

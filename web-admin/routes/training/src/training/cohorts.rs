@@ -3,19 +3,19 @@
 use acts::error::Error;
 use axum::extract::{Query, State};
 use model::ids::CohortId;
-use model::progress::Progress;
+use model::training::progress::Progress;
 use model::{CurrentPerson, Role, count_u32};
-use pages::cohort::{CohortFigures, CohortLine, CohortPage, CohortsPage, CourseShare};
-use pages::listed::{ListPart, ListQuery};
-use pages::people::SelectOption;
+use pages::form::SelectOption;
+use pages::people::listed::{ListPart, ListQuery};
+use pages::training::cohort::{CohortFigures, CohortLine, CohortPage, CohortsPage, CourseShare};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::{PathId, encode_in_query};
 use routes_base::auth::{Csrf, Teacher, Visitor};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::reports;
-use store::reports::NamedItem;
+use store::training::reports;
+use store::training::reports::NamedItem;
 
 use super::standing::TaughtCourse;
 use super::{gradebook, standing};

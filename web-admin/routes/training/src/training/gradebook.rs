@@ -2,18 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use acts::assignments::{self as teaching, CohortStandings};
 use acts::error::Error;
+use acts::training::assignments as teaching;
+use acts::training::assignments::CohortStandings;
 use axum::extract::{Query, State};
 use axum::response::Response;
-use model::assignment::{Assigned, AssignmentStage, AssignmentStanding, AssignmentTally, SOON_S};
-use model::due::{self, local};
-use model::folding::family_sort_key;
 use model::ids::{AssignmentId, CohortId, PersonId};
+use model::search_key::family_sort_key;
+use model::training::assignment::{Assigned, AssignmentStage, AssignmentStanding, AssignmentTally, SOON_S};
+use model::training::due;
+use model::training::due::local;
 use model::{CurrentPerson, Moment};
-use pages::assignments::{AssignmentRow, DueLine};
-use pages::gradebook::{GradebookColumn, GradebookPage, GradebookRow};
-use pages::listed::ListPart;
+use pages::people::listed::ListPart;
+use pages::training::assignments::{AssignmentRow, DueLine};
+use pages::training::gradebook::{GradebookColumn, GradebookPage, GradebookRow};
 use pages::{NavPlace, Shell, format};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
@@ -21,8 +23,8 @@ use routes_base::auth::{Csrf, Visitor};
 use routes_base::error::PageError;
 use routes_base::export::{CsvCell, CsvDialect, download_csv_as, mark_byte_order, neutralise_cell};
 use serde::Deserialize;
-use store::reports;
-use store::reports::NamedItem;
+use store::training::reports;
+use store::training::reports::NamedItem;
 
 use super::rows::PeopleOnPage;
 use super::{cohorts, standing};

@@ -1,6 +1,7 @@
 //! Courses, exercises, cohorts, assignments, and the progress of trainees.
 
-use routes_base::{Routes, get, pictures, post};
+use routes_base::authoring::pictures;
+use routes_base::{Routes, get, post};
 
 mod assignments;
 mod cohort_people;
@@ -8,6 +9,7 @@ pub(crate) mod cohorts;
 mod exercise;
 pub(crate) mod gradebook;
 pub(crate) mod news;
+pub(crate) mod progress;
 pub(crate) mod rows;
 pub(crate) mod standing;
 pub(crate) mod trainees;
@@ -35,4 +37,5 @@ pub(crate) fn course_routes() -> Routes {
         .route("/assignments/{id}", get(assignments::show_assignment))
         .route("/assignments/{id}/extend", post(assignments::extend_assignment))
         .route("/assignments/{id}/withdraw", post(assignments::withdraw_assignment))
+        .merge(progress::progress_routes())
 }

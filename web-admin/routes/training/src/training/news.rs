@@ -1,17 +1,19 @@
 //! News for the visitor.
 
 use acts::error::Error;
-use acts::notices as told;
+use acts::letters::notices as told;
 use axum::extract::State;
 use axum::response::Redirect;
-use model::notice::NoticePlace;
+use model::letters::notice::NoticePlace;
 use model::{CurrentPerson, Role};
-use pages::news::{NewsItem, say_waiting_ratings};
+use pages::letters::news::{NewsItem, say_waiting_ratings};
 use routes_base::AppState;
 use routes_base::auth::{CsrfForm, NoFields, Visitor};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::{notices, ratings, studies, surveys};
+use store::letters::notices;
+use store::scoring::ratings;
+use store::{studies, surveys};
 
 /// Maximum number of news items on the home page.
 const SHOWN: u32 = 20;

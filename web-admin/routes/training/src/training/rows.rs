@@ -1,11 +1,11 @@
 //! Converts stored attempts to rows of a list.
 
-use pages::listed::ListQuery;
-use pages::trainee::OwnAttemptRow;
+use pages::people::listed::ListQuery;
+use pages::training::trainee::OwnAttemptRow;
 use pages::{StatusWord, metric};
 use serde::Deserialize;
-use store::reports::ListedAttempt;
-use store::sessions::SessionState;
+use store::recordings::sessions::SessionState;
+use store::training::reports::ListedAttempt;
 
 /// Returns rows for a list of one trainee's attempts.
 pub(crate) fn own_rows(attempts: Vec<ListedAttempt>) -> Vec<OwnAttemptRow> {

@@ -1,18 +1,21 @@
 //! Progress of trainees in the courses of their school.
 
-use acts::assignments::{self as teaching, CohortStandings, PractisedTrainee, TraineeStandings};
 use acts::error::Error;
-use model::assignment::{AttemptHistory, TaughtCourse as JudgedCourse, find_not_started};
+use acts::training::assignments as teaching;
+use acts::training::assignments::{CohortStandings, PractisedTrainee, TraineeStandings};
 use model::ids::{CohortId, PersonId, SchoolId};
-use model::progress::{Concern, Course, Progress, ScoredAttempt};
+use model::training::assignment::{AttemptHistory, TaughtCourse as JudgedCourse, find_not_started};
+use model::training::progress::{Concern, Course, Progress, ScoredAttempt};
 use model::{CurrentPerson, Moment, Needed, Role};
-use pages::cohort::{NamedTrainee, TraineeRow};
-use pages::trainee::CourseFacts;
+use pages::training::cohort::{NamedTrainee, TraineeRow};
+use pages::training::trainee::CourseFacts;
 use routes_base::AppState;
-use store::curricula::TaughtCurriculum;
-use store::practice::ByTrainee;
-use store::reports::{ExerciseInShort, NamedItem};
-use store::{practice, proofs, reports, schools};
+use store::operations::schools;
+use store::recordings::proofs;
+use store::training::curricula::TaughtCurriculum;
+use store::training::practice::ByTrainee;
+use store::training::reports::{ExerciseInShort, NamedItem};
+use store::training::{practice, reports};
 
 /// A course with the data that its pages show.
 pub(crate) struct TaughtCourse {

@@ -1,27 +1,28 @@
 //! `/trainees/{id}`, and a trainee's own home page.
 
-use acts::assignments as teaching;
 use acts::error::Error;
+use acts::training::assignments as teaching;
 use assessment::Deduction;
 use axum::extract::{Query, State};
-use model::assignment::{AssignmentStanding, AttemptHistory};
 use model::ids::PersonId;
-use model::membership::MembershipRequest;
-use model::progress::{Habits, Progress, ScoredAttempt};
+use model::training::assignment::{AssignmentStanding, AttemptHistory};
+use model::training::membership::MembershipRequest;
+use model::training::progress::{Habits, Progress, ScoredAttempt};
 use model::{CurrentPerson, Moment, Needed, PersonKey, Role};
-use pages::assignments::AssignmentRow;
-use pages::listed::PageNumbers;
-use pages::progress::HabitsView;
-use pages::trainee::{CourseView, TraineePage, needed_in_words};
+use pages::people::listed::PageNumbers;
+use pages::training::assignments::AssignmentRow;
+use pages::training::progress::HabitsView;
+use pages::training::trainee::{CourseView, TraineePage, needed_in_words};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
 use routes_base::auth::{Csrf, Visitor};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::cohorts::{self, Cohort};
-use store::reports::{self, ListStretch, ListedAttempt, NamedItem};
-use store::{practice, sign_in_codes};
+use store::stations::sign_in_codes;
+use store::training::cohorts::Cohort;
+use store::training::reports::{ListStretch, ListedAttempt, NamedItem};
+use store::training::{cohorts, practice, reports};
 
 use super::standing::TaughtCourse;
 use super::{news, rows, standing};

@@ -3,13 +3,15 @@
 use acts::error::Error;
 use axum::extract::State;
 use model::ids::PersonId;
-use pages::transcript::{TranscriptCourse, TranscriptPage};
+use pages::training::transcript::{TranscriptCourse, TranscriptPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
 use routes_base::auth::{Csrf, Visitor};
 use routes_base::error::PageError;
-use store::{people, practice, reports, schools};
+use store::operations::schools;
+use store::people;
+use store::training::{practice, reports};
 
 use super::standing;
 

@@ -1,0 +1,4 @@
+//! Mail and notices.
+
+pub mod mailing;
+pub mod notices;

@@ -1,0 +1,6 @@
+//! People of a school.
+
+pub mod accounts;
+pub mod admin_commands;
+pub mod bulk;
+pub mod roster_import;

@@ -1,0 +1,8 @@
+//! Courses, assignments and progress.
+
+pub mod assignments;
+pub mod certificates;
+pub mod cohorts;
+pub mod comments;
+pub mod course_changes;
+pub mod deadlines;

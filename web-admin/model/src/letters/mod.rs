@@ -1,0 +1,4 @@
+//! Mail and notices.
+
+pub mod mail;
+pub mod notice;

@@ -1,0 +1,4 @@
+//! Consent, retention and erasure.
+
+pub mod retention;
+pub mod texts;

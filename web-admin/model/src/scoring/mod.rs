@@ -1,0 +1,9 @@
+//! Scores and reviews.
+
+pub mod corridor;
+pub mod expert_comparison;
+pub mod judgement;
+pub mod rating;
+pub mod regrading;
+pub mod review;
+pub mod segments;

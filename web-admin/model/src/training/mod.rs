@@ -1,0 +1,10 @@
+//! Courses, assignments and progress.
+
+pub mod assignment;
+pub mod certificate;
+pub mod certificate_note;
+pub mod cohort;
+pub mod comment;
+pub mod due;
+pub mod membership;
+pub mod progress;

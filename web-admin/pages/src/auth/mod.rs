@@ -1,0 +1,8 @@
+//! Signing in.
+
+pub mod account;
+pub mod login;
+pub mod passkeys;
+pub mod reauthentication;
+pub mod second_factor;
+pub mod tokens;

@@ -1,0 +1,117 @@
+//! The flash message that confirms a submitted form on the next page. The message is task-local to
+//! a request, like the language.
+
+use std::future::Future;
+
+tokio::task_local! {
+    static FLASH_MESSAGE: FlashMessage;
+}
+
+/// A form that was processed successfully, as its index in `SAID_HERE`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FlashMessage(usize);
+
+/// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
+/// redirect to, or show their result.
+pub const SAID_HERE: [&str; 39] = [
+    "/account/cohorts/{cohort}",
+    "/account/language",
+    "/account/news",
+    "/account/second-factor/passkeys/{id}/remove",
+    "/account/second-factor/passkeys/{id}/rename",
+    "/account/studies/{id}/join",
+    "/account/studies/{id}/leave",
+    "/account/tokens/{id}/revoke",
+    "/admin/origins",
+    "/admin/stations/{id}/revoke",
+    "/assignments",
+    "/assignments/{id}/extend",
+    "/assignments/{id}/withdraw",
+    "/cohorts",
+    "/cohorts/{id}/people",
+    "/cohorts/{id}/people/{person}/answer",
+    "/cohorts/{id}/people/{person}/remove",
+    "/drafts/{id}/discard",
+    "/expert-consent",
+    "/news/read",
+    "/people/{id}/consent",
+    "/people/{id}/consent/withdraw",
+    "/rate/{id}",
+    "/ratings",
+    "/ratings/{id}/withdraw",
+    "/regradings/{id}/forget",
+    "/segments",
+    "/segments/{id}/extend",
+    "/segments/{id}/withdraw",
+    "/sessions/{id}/comments",
+    "/sessions/{id}/comments/{comment}/answers",
+    "/sessions/{id}/comments/{comment}/withdraw",
+    "/sessions/{id}/override",
+    "/sessions/{id}/override/withdraw",
+    "/sessions/{id}/regrade",
+    "/sessions/{id}/supervision",
+    "/surveys/new",
+    "/surveys/{id}/close",
+    "/surveys/{id}/tags",
+];
+
+impl FlashMessage {
+    /// Returns the message of a route's form, if it has a flash message.
+    #[must_use]
+    pub fn of_route(route: &str) -> Option<Self> {
+        SAID_HERE.iter().position(|said| *said == route).map(Self)
+    }
+
+    /// Returns the message with a number, as stored in the cookie.
+    #[must_use]
+    pub fn of_number(number: usize) -> Option<Self> {
+        (number < SAID_HERE.len()).then_some(Self(number))
+    }
+
+    /// Returns the number to store in the cookie.
+    #[must_use]
+    pub const fn number(self) -> usize {
+        self.0
+    }
+
+    fn said(self) -> &'static str {
+        match SAID_HERE[self.0] {
+            "/account/tokens/{id}/revoke" => tr!("Token revoked."),
+            "/account/second-factor/passkeys/{id}/remove" => tr!("Passkey removed."),
+            "/admin/stations/{id}/revoke" => tr!("Station token revoked."),
+            "/assignments" => tr!("Assigned."),
+            "/assignments/{id}/extend" | "/segments/{id}/extend" => tr!("Due date changed."),
+            "/assignments/{id}/withdraw" | "/segments/{id}/withdraw" => tr!("Assignment withdrawn."),
+            "/cohorts" => tr!("Cohort created."),
+            "/cohorts/{id}/people/{person}/remove" => tr!("Removed from the cohort."),
+            "/drafts/{id}/discard" => tr!("Draft discarded."),
+            "/news/read" => tr!("Everything marked as read."),
+            "/people/{id}/consent" => tr!("Consent recorded."),
+            "/people/{id}/consent/withdraw" => tr!("Withdrawal of consent recorded."),
+            "/ratings" => tr!("Raters invited."),
+            "/ratings/{id}/withdraw" => tr!("Round withdrawn."),
+            "/regradings/{id}/forget" => tr!("Nothing was re-graded."),
+            "/segments" => tr!("Assigned."),
+            "/sessions/{id}/comments" => tr!("Comment posted."),
+            "/sessions/{id}/comments/{comment}/answers" => tr!("Answer posted."),
+            "/sessions/{id}/comments/{comment}/withdraw" => tr!("Comment withdrawn."),
+            "/sessions/{id}/override" => tr!("Score overridden."),
+            "/sessions/{id}/override/withdraw" => tr!("Override withdrawn: the computed score counts again."),
+            "/sessions/{id}/regrade" => tr!("Attempt re-graded."),
+            "/sessions/{id}/supervision" => tr!("Your presence is recorded."),
+            "/surveys/new" => tr!("Survey created."),
+            _ => tr!("Saved."),
+        }
+    }
+}
+
+/// Runs a future whose pages show the flash message.
+pub async fn with_flash_message<F: Future>(deed: FlashMessage, future: F) -> F::Output {
+    FLASH_MESSAGE.scope(deed, future).await
+}
+
+/// Returns the text of the current flash message, if there is one.
+#[must_use]
+pub fn say_done() -> Option<&'static str> {
+    FLASH_MESSAGE.try_with(|deed| deed.said()).ok()
+}

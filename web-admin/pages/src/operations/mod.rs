@@ -1,0 +1,7 @@
+//! Operation of the service.
+
+pub mod admin;
+pub mod backups;
+pub mod origins;
+pub mod service;
+pub mod settings;

@@ -1,0 +1,5 @@
+//! Consent, retention and erasure.
+
+pub mod consent;
+pub mod erasing;
+pub mod retention;

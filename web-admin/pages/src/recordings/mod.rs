@@ -1,0 +1,5 @@
+//! Recordings of attempts.
+
+pub mod links;
+pub mod replay;
+pub mod session;

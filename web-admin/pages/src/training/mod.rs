@@ -1,0 +1,14 @@
+//! Courses, assignments and progress.
+
+pub mod addresses;
+pub mod assignments;
+pub mod certificate;
+pub mod cohort;
+pub mod concern;
+pub mod curricula;
+pub mod gradebook;
+pub mod instructor;
+pub mod progress;
+pub mod qr;
+pub mod trainee;
+pub mod transcript;

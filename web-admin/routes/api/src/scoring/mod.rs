@@ -1,0 +1,4 @@
+//! Scores and reviews.
+
+pub(crate) mod ratings;
+pub(crate) mod score;

@@ -1,0 +1,3 @@
+//! Courses, assignments and progress.
+
+pub(crate) mod documents;

@@ -1,0 +1,5 @@
+//! Writing and publishing documents.
+
+pub(crate) mod examining;
+pub mod exercises;
+pub mod pictures;

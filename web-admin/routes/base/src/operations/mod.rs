@@ -1,0 +1,3 @@
+//! Operation of the service.
+
+pub mod monitoring;

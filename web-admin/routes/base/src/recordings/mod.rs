@@ -1,0 +1,3 @@
+//! Recordings of attempts.
+
+pub mod stored_files;

@@ -1,0 +1,198 @@
+//! The sign-in page, and signing out.
+
+use std::net::IpAddr;
+
+use acts::auth::rate_limits;
+use acts::auth::signing_in::{note_refused_sign_in, note_way_in};
+use acts::error::Error;
+use acts::people::accounts;
+use acts::platform::secret;
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use pages::auth::login::LoginPage;
+use routes_base::auth::{
+    CheckedForm, ClientAddress, Csrf, CsrfForm, NoFields, SignInStanding, Visitor, person_of, refuse_form, standing_of,
+};
+use routes_base::error::{PageError, finish_answer, status_of};
+use routes_base::{AppState, Routes, get, post};
+use serde::Deserialize;
+use store::people::{self, Credentials};
+use tower_sessions::Session;
+
+use crate::auth::{half, join};
+
+/// Returns the public routes of `/login` and of password recovery.
+#[must_use]
+pub fn sign_in_routes() -> Routes {
+    Routes::new()
+        .route("/login", get(show_sign_in).merge(post(sign_in)))
+        .merge(half::code_routes())
+        .merge(join::password_routes())
+}
+
+/// Returns the route of `/logout`, for signed-in people.
+#[must_use]
+pub fn signed_in_routes() -> Routes {
+    Routes::new().route("/logout", post(sign_out_browser))
+}
+
+#[derive(Deserialize)]
+struct NextQuery {
+    #[serde(default)]
+    next: String,
+}
+
+async fn show_sign_in(
+    State(state): State<AppState>,
+    session: Session,
+    csrf: Csrf,
+    Query(query): Query<NextQuery>,
+) -> Result<Response, PageError> {
+    if !matches!(standing_of(&state, &session).await?, SignInStanding::Stranger) {
+        return Ok(Redirect::to(own_path(&query.next)).into_response());
+    }
+    let next = own_path(&query.next).to_owned();
+    Ok(LoginPage { error: None, email: String::new(), csrf: csrf.token().to_owned(), next }.into_response())
+}
+
+#[derive(Deserialize)]
+struct LoginForm {
+    email: String,
+    password: String,
+    #[serde(default)]
+    next: String,
+}
+
+async fn sign_in(
+    State(state): State<AppState>,
+    session: Session,
+    csrf: Csrf,
+    ClientAddress(address): ClientAddress,
+    CheckedForm { form, is_genuine }: CheckedForm<LoginForm>,
+) -> Result<Response, PageError> {
+    if !is_genuine {
+        return leave_stale_form(&state, &session, &csrf, &form).await;
+    }
+    if let Err(refused) = rate_limits::take_sign_in(&state, address, &form.email).await {
+        if matches!(refused, Error::TooMany { .. }) && state.rate_limit_log.is_worth_noting(address) {
+            note_refused_sign_in(&state, &form.email, address, "sign_in.blocked").await?;
+        }
+        return show_sign_in_again(&csrf, &form, refused);
+    }
+    let known = match check_password(&state, address, &form).await {
+        Err(crowded @ Error::Crowded { .. }) => return show_sign_in_again(&csrf, &form, crowded),
+        checked => checked?,
+    };
+    let Some(known) = known else {
+        note_refused_sign_in(&state, &form.email, address, "sign_in.failed").await?;
+        return show_sign_in_again(&csrf, &form, Error::Unauthorized);
+    };
+    rate_limits::welcome(&state, address, &form.email).await?;
+    let person = people::find_person(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
+    let to = match known.initial_until {
+        Some(until) if until <= state.clock.now() => {
+            return show_sign_in_again(&csrf, &form, refuse_outworn_password());
+        }
+        Some(_) => accounts::use_initial_password(&state, &person).await?,
+        None => half::enter_session(&state, &session, &person, &form.next).await?,
+    };
+    Ok(Redirect::to(&to).into_response())
+}
+
+/// Answers a stale sign-in form: redirects if the same person has signed in in another tab, and
+/// shows the form again to anonymous visitors. If another person is signed in, the session may have
+/// been planted, so it is not entered silently.
+async fn leave_stale_form(
+    state: &AppState,
+    session: &Session,
+    csrf: &Csrf,
+    form: &LoginForm,
+) -> Result<Response, PageError> {
+    if let Some(person) = person_of(state, session).await? {
+        let named = people::find_person_by_email(state.db.reader(), &form.email).await?;
+        let is_theirs = named.is_some_and(|named| named.id == person.id);
+        return if is_theirs {
+            Ok(Redirect::to(own_path(&form.next)).into_response())
+        } else {
+            Err(refuse_form().into())
+        };
+    }
+    let why = tr!("Not signed in: the form was out of date. Enter your address and password again.");
+    let page = LoginPage {
+        error: Some(why.to_owned()),
+        email: form.email.clone(),
+        csrf: csrf.token().to_owned(),
+        next: own_path(&form.next).to_owned(),
+    };
+    Ok((StatusCode::FORBIDDEN, page).into_response())
+}
+
+/// Returns the error for an expired one-time password.
+fn refuse_outworn_password() -> Error {
+    let why = tr!(
+        "this password was created for a single sign-in and has expired: request a link below, and choose your own password"
+    );
+    Error::Expired(why.to_owned())
+}
+
+/// Returns the credentials if address and password match. Takes the same time for an unknown
+/// address as for a wrong password.
+async fn check_password(state: &AppState, address: IpAddr, form: &LoginForm) -> Result<Option<Credentials>, Error> {
+    let known = people::find_credentials(state.db.reader(), &form.email).await?;
+    let (password, cost) = (form.password.clone(), state.config.password_cost);
+    let hash = known.as_ref().and_then(|known| known.password_hash.clone());
+    let check = move || match hash {
+        Some(hash) => Ok(secret::password_fits(&password, &hash)),
+        None => secret::hash_password(&password, cost).map(|_| false),
+    };
+    let fits = match rate_limits::is_known(state, address, &form.email).await? {
+        true => state.hash(check).await??,
+        false => state.hash_for_stranger(check).await??,
+    };
+    Ok(known.filter(|known| fits && known.disabled_at.is_none()))
+}
+
+/// Shows the sign-in page again with the reason for the refusal.
+fn show_sign_in_again(csrf: &Csrf, form: &LoginForm, why: Error) -> Result<Response, PageError> {
+    let csrf = csrf.token().to_owned();
+    let words = match &why {
+        Error::Unauthorized => tr!("The address or the password is wrong.").to_owned(),
+        other => tr!("Not signed in: {why}.", why = other.said()),
+    };
+    let next = own_path(&form.next).to_owned();
+    let page = LoginPage { error: Some(words), email: form.email.clone(), csrf, next };
+    Ok(finish_answer(&why, (status_of(&why), page).into_response()))
+}
+
+/// Signs out: deletes the session on the server and in the browser.
+async fn sign_out_browser(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    session: Session,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    session.flush().await?;
+    note_way_in(&state, person.id, "person.signed_out").await?;
+    Ok(Redirect::to("/login"))
+}
+
+/// Returns `next` if it is a path of this site, else `/`: browsers resolve `//host` and `/\host`
+/// to other sites.
+pub(crate) fn own_path(next: &str) -> &str {
+    let plain = next.bytes().all(|b| b.is_ascii_alphanumeric() || b"/-_.~".contains(&b));
+    if plain && next.starts_with('/') && !next.starts_with("//") { next } else { "/" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::own_path;
+
+    #[test]
+    fn nobody_is_sent_elsewhere() {
+        assert_eq!(own_path("/sessions/1"), "/sessions/1");
+        for elsewhere in ["//evil.example", "/\\evil.example", "https://evil.example", "", "evil", "/a?b=//c"] {
+            assert_eq!(own_path(elsewhere), "/", "{elsewhere}");
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Certificates of mastered courses.
+
+use acts::error::Error;
+use acts::training::assignments::find_taught_curriculum;
+use acts::training::certificates;
+use askama::Template;
+use axum::extract::{Path, State};
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::response::{IntoResponse, Response};
+use data_encoding::BASE64;
+use model::ids::{PersonId, SchoolId};
+use model::training::certificate::{Certificate, Statement, sign_statement};
+use model::training::certificate_note::CertificateNote;
+use model::training::progress::{Course, Mastery, Progress, StepState};
+use model::{Needed, PersonKey};
+use pages::format;
+use pages::training::certificate::CertificatePage;
+use pages::training::trainee::{needed_in_words, rule_in_words};
+use routes_base::AppState;
+use routes_base::auth::{CsrfForm, NoFields, Visitor};
+use routes_base::error::PageError;
+use store::operations::{logos, schools};
+use store::people;
+use store::training::curricula::TaughtCurriculum;
+use store::training::reports::NamedItem;
+use store::training::{practice, reports};
+use time::OffsetDateTime;
+use words::Language;
+
+use crate::training::standing;
+
+/// Disclaimer on every certificate.
+const SCOPE: &str = "Simulated performance only; no statement about competence with patients.";
+
+/// Issues a certificate if the whole course is mastered.
+pub(super) async fn issue_certificate(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    Path((id, course)): Path<(String, String)>,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Response, PageError> {
+    let id: PersonId = id.parse().map_err(|_| Error::NotFound)?;
+    let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
+    let (curriculum, course) = find_taught_curriculum(&state, person.school_id, &course).await?;
+    let certified = CertifiedCourse { school: person.school_id, curriculum: &curriculum, course };
+    let earned = earned_by_trainee(&state, &trainee, certified).await?;
+    let key = certificates::signing_key(&state.config.keys_dir)?;
+    let certificate = sign_statement(&key, &earned.statement)?;
+    let query = earned.note().signed_query(&key).map_err(anyhow::Error::from)?;
+    let check_href = format!("{}/certificate?{query}", state.config.address());
+    let theirs =
+        people::find_language(state.db.reader(), PersonKey { school_id: person.school_id, person_id: trainee.id })
+            .await?;
+    let language = theirs.unwrap_or_else(words::current);
+    let file = format!("certificate-{}.html", curriculum.curriculum_id);
+    let page = words::within(language, || earned.page(&certificate, check_href))?;
+    certificates::note_issued(&state, &person, trainee.id, &curriculum).await?;
+    let disposition = format!("attachment; filename=\"{file}\"");
+    Ok(([(CONTENT_TYPE, "text/html; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)], page)
+        .into_response())
+}
+
+/// The content of an earned certificate.
+struct Earned {
+    /// The school's logo, as a data URL.
+    logo: Option<String>,
+    statement: Statement,
+    rule: Mastery,
+    needed: Needed,
+    mastered: Vec<(String, OffsetDateTime)>,
+    issued_at: OffsetDateTime,
+}
+
+impl Earned {
+    /// Returns the content of the code on the page.
+    fn note(&self) -> CertificateNote {
+        CertificateNote {
+            note: CertificateNote::VERSION,
+            school: self.statement.school.clone(),
+            trainee: self.statement.trainee.clone(),
+            course: self.statement.course.clone(),
+            issued_at: self.statement.issued_at.clone(),
+        }
+    }
+
+    /// The page, in the language that is spoken here.
+    fn page(self, certificate: &Certificate, check_href: String) -> anyhow::Result<String> {
+        let page = CertificatePage {
+            logo: self.logo,
+            rule: rule_in_words(&self.rule),
+            needed: needed_in_words(self.needed),
+            statement: self.statement,
+            mastered: self.mastered,
+            issued_at: self.issued_at,
+            key: certificate.public_key.clone(),
+            json: certificate.in_page()?,
+            check_href,
+        };
+        Ok(page.render()?)
+    }
+}
+
+/// Returns the logo of a school as a data URL, since the certificate must be self-contained.
+async fn logo_of_school(state: &AppState, school: SchoolId) -> Result<Option<String>, Error> {
+    let logo = logos::find_logo(state.db.reader(), school).await?;
+    Ok(logo.map(|logo| format!("data:{};base64,{}", logo.media_type, BASE64.encode(&logo.bytes))))
+}
+
+/// A course for which a certificate is asked.
+struct CertifiedCourse<'a> {
+    school: SchoolId,
+    curriculum: &'a TaughtCurriculum,
+    course: Course,
+}
+
+async fn earned_by_trainee(
+    state: &AppState,
+    trainee: &NamedItem<PersonId>,
+    CertifiedCourse { school, curriculum, course }: CertifiedCourse<'_>,
+) -> Result<Earned, Error> {
+    let reader = state.db.reader();
+    let attempts = practice::list_trainee_practice(reader, school, trainee.id).await?;
+    let (needed, proved) = standing::proved_attempts(state, school, trainee.id, &attempts).await?;
+    let now = state.clock.now();
+    let progress = Progress::of(&course, &proved, now.to_utc());
+    if !progress.complete() {
+        let why = tr!(
+            "a certificate is issued once every exercise of the course is mastered; the school requires {needed}",
+            needed = needed_in_words(needed)
+        );
+        return Err(Error::Conflict(why));
+    }
+    let mastered = MasteredRevision::of(&course, &progress);
+    let statement = Statement {
+        format: Statement::FORMAT,
+        school: schools::find_school_name(reader, school).await?,
+        trainee: trainee.name.clone(),
+        registrar_id: people::find_registrar_id(reader, school, trainee.id).await?,
+        curriculum_id: curriculum.curriculum_id.clone(),
+        course: curriculum.title.clone(),
+        curriculum_sha256: mastered.sha256.unwrap_or(&curriculum.sha256).to_owned(),
+        rule: words::within(Language::ENGLISH, || rule_in_words(mastered.rule)),
+        attempts: Some(words::within(Language::ENGLISH, || needed_in_words(needed)).to_owned()),
+        exercises: mastered.steps.iter().map(|(title, on)| (title.clone(), format::format_machine_time(on))).collect(),
+        issued_at: now.to_string(),
+        scope: SCOPE.to_owned(),
+    };
+    let logo = logo_of_school(state, school).await?;
+    let MasteredRevision { steps, rule, .. } = mastered;
+    Ok(Earned { logo, statement, rule: *rule, needed, mastered: steps, issued_at: now.to_utc() })
+}
+
+/// The revision of a course that somebody has mastered.
+struct MasteredRevision<'a> {
+    /// SHA-256 of its document, where it is an earlier one.
+    sha256: Option<&'a str>,
+    rule: &'a Mastery,
+    /// Titles of its exercises, and since when each is mastered.
+    steps: Vec<(String, OffsetDateTime)>,
+}
+
+impl<'a> MasteredRevision<'a> {
+    fn of(course: &'a Course, progress: &Progress) -> Self {
+        if let Some(mastery) = &progress.earlier {
+            let earlier = &course.earlier[mastery.revision];
+            let titles = earlier.steps.iter().map(|step| step.title.clone());
+            let steps = titles.zip(mastery.exercises.iter().copied()).collect();
+            return Self { sha256: Some(&earlier.sha256), rule: &earlier.rule, steps };
+        }
+        let mastered = course.steps.iter().zip(&progress.steps).filter_map(|(step, done)| match done.state {
+            StepState::Mastered { on } => Some((step.title.clone(), on)),
+            _ => None,
+        });
+        Self { sha256: None, rule: &course.rule, steps: mastered.collect() }
+    }
+}

@@ -1,0 +1,9 @@
+//! Signing in.
+
+pub mod account_links;
+pub mod passkeys;
+pub mod rate_limits;
+pub mod second_factors;
+pub mod tokens;
+pub mod web_sessions;
+pub mod webauthn_challenges;

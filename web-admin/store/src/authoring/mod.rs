@@ -1,0 +1,5 @@
+//! Writing and publishing documents.
+
+pub mod drafts;
+pub mod exercises;
+pub mod pictures;

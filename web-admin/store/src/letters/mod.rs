@@ -1,0 +1,4 @@
+//! Mail and notices.
+
+pub mod mails;
+pub mod notices;

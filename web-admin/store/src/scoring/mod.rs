@@ -1,0 +1,10 @@
+//! Scores and reviews.
+
+pub mod grades;
+pub mod jobs;
+pub mod ratings;
+pub mod regradings;
+pub mod reviews;
+pub mod scores;
+pub mod segments;
+pub mod supervisions;

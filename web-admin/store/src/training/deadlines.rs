@@ -1,0 +1,183 @@
+//! Deadlines: extensions and reminders for assignments and for tasks to mark pops. Both kinds use
+//! the same statements.
+
+use model::Moment;
+use model::ids::{AssignmentId, CohortId, DatedId, PersonId, SchoolId};
+use sqlx::FromRow;
+
+use crate::{Connection, Executor, Result};
+
+/// Kind of object with a due date.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DeadlineKind {
+    /// An assignment.
+    Assignment,
+    /// A task to mark pops.
+    Segments,
+}
+
+/// An extension of a deadline for one person.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct Extension {
+    /// The person.
+    pub person_id: PersonId,
+    /// Length of the extension, in calendar days.
+    pub days: i64,
+    /// Extended due date.
+    pub due_at: Moment,
+}
+
+/// A reminder to be sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct DueReminder {
+    /// School.
+    pub school_id: SchoolId,
+    /// Recipient.
+    pub person_id: PersonId,
+    /// Id of the assignment or task.
+    pub id: DatedId,
+}
+
+macro_rules! shorten {
+    ($extensions:literal, $of:literal) => {
+        concat!("DELETE FROM ", $extensions, " WHERE school_id = $1 AND ", $of, " = $2 AND person_id = $3")
+    };
+}
+
+macro_rules! lengthen {
+    ($extensions:literal, $of:literal) => {
+        concat!(
+            "INSERT INTO ",
+            $extensions,
+            " (school_id, ",
+            $of,
+            ", person_id, days, due_at) VALUES ($1, $2, $3, $4, $5)"
+        )
+    };
+}
+
+// The CROSS JOIN makes SQLite read the few items that are due soon before the members of their
+// cohorts.
+macro_rules! to_remind {
+    ($dated:literal, $extensions:literal, $of:literal, $and:literal) => {
+        concat!(
+            "SELECT d.school_id, m.person_id, d.id FROM ",
+            $dated,
+            " d CROSS JOIN cohort_members m
+             WHERE m.cohort_id = d.cohort_id AND m.role = 'trainee'
+               AND d.due_at > $1 AND d.due_at <= $2 AND d.withdrawn_at IS NULL
+               AND NOT EXISTS (SELECT 1 FROM mails s WHERE s.assignment_id = d.id AND s.person_id = m.person_id)
+               AND NOT EXISTS (SELECT 1 FROM ",
+            $extensions,
+            " x WHERE x.",
+            $of,
+            " = d.id AND x.person_id = m.person_id)
+             UNION SELECT x.school_id, x.person_id, d.id FROM ",
+            $extensions,
+            " x JOIN ",
+            $dated,
+            " d ON d.id = x.",
+            $of,
+            " WHERE x.due_at > $1 AND x.due_at <= $2 AND d.withdrawn_at IS NULL
+               AND NOT EXISTS (SELECT 1 FROM mails s WHERE s.assignment_id = d.id AND s.person_id = x.person_id) ",
+            $and
+        )
+    };
+}
+
+/// Key of an assignment or task with a due date.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DeadlineKey {
+    /// School.
+    pub school_id: SchoolId,
+    /// Kind of object.
+    pub kind: DeadlineKind,
+    /// Id of the assignment or task.
+    pub id: DatedId,
+}
+
+/// Sets one trainee's extension, or removes it with `None`.
+pub async fn extend_deadline(
+    writer: &mut Connection,
+    deadline: DeadlineKey,
+    person: PersonId,
+    longer: Option<(i64, Moment)>,
+) -> Result<()> {
+    let DeadlineKey { school_id, kind, id } = deadline;
+    let shorten = match kind {
+        DeadlineKind::Assignment => shorten!("assignment_extensions", "assignment_id"),
+        DeadlineKind::Segments => shorten!("segment_extensions", "task_id"),
+    };
+    sqlx::query(shorten).bind(school_id).bind(id).bind(person).execute(&mut *writer).await?;
+    let Some((days, due_at)) = longer else { return Ok(()) };
+    let lengthen = match kind {
+        DeadlineKind::Assignment => lengthen!("assignment_extensions", "assignment_id"),
+        DeadlineKind::Segments => lengthen!("segment_extensions", "task_id"),
+    };
+    sqlx::query(lengthen).bind(school_id).bind(id).bind(person).bind(days).bind(due_at).execute(writer).await.map(drop)
+}
+
+/// Returns people with an item of one kind due between two moments who were not yet reminded of it.
+pub async fn list_due_reminders(
+    executor: impl Executor<'_>,
+    kind: DeadlineKind,
+    from: Moment,
+    to: Moment,
+) -> Result<Vec<DueReminder>> {
+    let due = match kind {
+        DeadlineKind::Assignment => to_remind!(
+            "assignments",
+            "assignment_extensions",
+            "assignment_id",
+            "UNION SELECT a.school_id, a.person_id, a.id FROM assignments a
+             WHERE a.person_id IS NOT NULL AND a.due_at > $1 AND a.due_at <= $2 AND a.withdrawn_at IS NULL
+               AND NOT EXISTS (SELECT 1 FROM mails s WHERE s.assignment_id = a.id AND s.person_id = a.person_id)
+               AND NOT EXISTS (SELECT 1 FROM assignment_extensions x
+                               WHERE x.assignment_id = a.id AND x.person_id = a.person_id)"
+        ),
+        DeadlineKind::Segments => to_remind!("segment_tasks", "segment_extensions", "task_id", ""),
+    };
+    sqlx::query_as(due).bind(from).bind(to).fetch_all(executor).await
+}
+
+/// An extension of one of the assignments of a cohort's trainees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct CohortExtension {
+    /// The assignment.
+    pub assignment_id: AssignmentId,
+    /// The extension.
+    #[sqlx(flatten)]
+    pub extension: Extension,
+}
+
+/// Returns the extensions of assignments for all trainees of a cohort.
+pub async fn list_cohort_extensions(
+    executor: impl Executor<'_>,
+    school: SchoolId,
+    cohort: CohortId,
+) -> Result<Vec<CohortExtension>> {
+    sqlx::query_as(
+        "SELECT x.assignment_id, x.person_id, x.days, x.due_at FROM cohort_members m
+         CROSS JOIN assignment_extensions x
+         WHERE x.school_id = m.school_id AND x.person_id = m.person_id AND m.school_id = $1 AND m.cohort_id = $2
+         AND m.role = 'trainee'",
+    )
+    .bind(school)
+    .bind(cohort)
+    .fetch_all(executor)
+    .await
+}
+
+/// Returns all extensions of an assignment or task.
+pub async fn list_extensions(executor: impl Executor<'_>, deadline: DeadlineKey) -> Result<Vec<Extension>> {
+    let DeadlineKey { school_id, kind, id } = deadline;
+    let longer = match kind {
+        DeadlineKind::Assignment => {
+            "SELECT person_id, days, due_at FROM assignment_extensions WHERE school_id = $1 AND assignment_id = $2"
+        }
+        DeadlineKind::Segments => {
+            "SELECT person_id, days, due_at FROM segment_extensions WHERE school_id = $1 AND task_id = $2"
+        }
+    };
+    sqlx::query_as(longer).bind(school_id).bind(id).fetch_all(executor).await
+}

@@ -1,0 +1,10 @@
+//! Courses, assignments and progress.
+
+pub mod assignments;
+pub mod cohorts;
+pub mod comments;
+pub mod curricula;
+pub mod deadlines;
+pub mod practice;
+pub mod reports;
+pub mod tallies;

@@ -1,0 +1,9 @@
+//! Signing in.
+
+pub(crate) mod answer_times;
+pub(crate) mod initial_passwords;
+pub(crate) mod passkeys;
+pub(crate) mod school_boundaries;
+pub(crate) mod second_factors;
+pub(crate) mod signing_in;
+pub(crate) mod tokens;

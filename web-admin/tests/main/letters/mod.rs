@@ -1,0 +1,4 @@
+//! Mail and notices.
+
+pub(crate) mod notices;
+pub(crate) mod waiting;

@@ -1,0 +1,8 @@
+//! Courses, assignments and progress.
+
+pub(crate) mod assignments;
+pub(crate) mod certificates;
+pub(crate) mod cohorts;
+pub(crate) mod membership;
+pub(crate) mod progress;
+pub(crate) mod replaced_exercises;
