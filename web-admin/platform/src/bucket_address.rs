@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 /// Error message of a program built without the feature `replicas`, with the command that builds
 /// it.
 #[cfg(not(feature = "replicas"))]
-pub(crate) const UNBUILT: &str = "this program is built without buckets: allowed is a path or a file:// URL; one for a s3:// URL is built by \
+pub const UNBUILT: &str = "this program is built without buckets: allowed is a path or a file:// URL; one for a s3:// URL is built by \
                                   `cargo build --release -p web-admin --features replicas`";
 
 /// Prefix of the environment variables that configure access.
