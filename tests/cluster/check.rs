@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use acts::platform::clock;
 use anyhow::Context;
 use data_encoding::HEXLOWER;
+use platform::clock;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use tests::endings::say;

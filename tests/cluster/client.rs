@@ -9,8 +9,8 @@ use std::sync::atomic::Ordering::SeqCst;
 use std::thread;
 use std::time::Duration;
 
-use acts::platform::clock;
 use anyhow::{Context, bail};
+use platform::clock;
 use ureq::http;
 
 use crate::ledger::Ledger;

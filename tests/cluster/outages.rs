@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use acts::platform::clock;
 use anyhow::ensure;
 use clap::Args;
+use platform::clock;
 use tests::endings::say;
 
 use crate::check;

@@ -8,8 +8,8 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use acts::platform::clock;
 use anyhow::{Context, ensure};
+use platform::clock;
 use rustix::process::getuid;
 use tempfile::TempDir;
 use tests::processes::said;

@@ -9,10 +9,10 @@ use std::sync::atomic::Ordering::SeqCst;
 use std::thread;
 use std::time::Duration;
 
-use acts::platform::clock;
-use acts::platform::clock::Clock;
 use anyhow::{Context, anyhow, ensure};
 use clap::Args;
+use platform::clock;
+use platform::clock::Clock;
 use tests::endings::say;
 use tests::processes::free_port;
 

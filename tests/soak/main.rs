@@ -14,11 +14,11 @@ use std::sync::atomic::{AtomicBool, AtomicUsize};
 use std::thread;
 use std::time::Duration;
 
-use acts::platform::clock;
 use anyhow::Context;
 use clap::Parser;
 use lab::{Lab, Serving};
 use network::Network;
+use platform::clock;
 use station::Station;
 use tests::dice::Dice;
 use tests::endings::{conclude, say};

@@ -8,9 +8,9 @@ use std::sync::atomic::Ordering::SeqCst;
 use std::thread;
 use std::time::Duration;
 
-use acts::platform::clock;
 use anyhow::{Context, ensure};
 use data_encoding::HEXLOWER;
+use platform::clock;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use tests::dice::Dice;

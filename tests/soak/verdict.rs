@@ -5,11 +5,11 @@ use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::SeqCst;
 use std::time::Duration;
 
-use acts::platform::clock;
-use acts::platform::config::Config;
-use acts::platform::recording_files::hash_file;
 use anyhow::{Context, bail};
 use model::SessionKey;
+use platform::clock;
+use platform::config::Config;
+use platform::files::hash_file;
 use store::Database;
 use store::operations::schools;
 use store::recordings::sessions;

@@ -21,10 +21,11 @@ struct Source {
 const NOT_SHIPPED: [&str; 6] = ["trials", "bench", "xtask", "tests", "inverse-service", "libhd"];
 
 /// Crates of the service: what its things are known by are types of `model::ids`.
-const SERVICE: [&str; 14] = [
+const SERVICE: [&str; 15] = [
     "words",
     "model",
     "store",
+    "platform",
     "acts",
     "pages",
     "routes-base",

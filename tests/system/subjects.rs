@@ -28,8 +28,8 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("web-admin/model/src", &[]),
     // The driver for both databases.
     ("web-admin/store/src", &["engine"]),
-    // The jobs of the sandboxed helper process; and what knows no school.
-    ("web-admin/acts/src", &["sandbox_jobs", "platform"]),
+    // The jobs of the sandboxed helper process.
+    ("web-admin/acts/src", &["sandbox_jobs"]),
     ("web-admin/pages/src", &["charts", "samples"]),
     ("web-admin/pages/templates", &["parts"]),
     ("web-admin/routes/base/src", &[]),

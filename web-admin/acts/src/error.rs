@@ -3,9 +3,8 @@
 use std::io::ErrorKind;
 
 use model::CurrentPerson;
+use platform::recording_store::StoreError;
 use tower_sessions::{session, session_store};
-
-use crate::platform::recording_store::StoreError;
 
 /// Prefix of the session store's error messages when the database is unavailable. The error type of the
 /// session crate contains only a text, so the prefix is how callers recognize this case.

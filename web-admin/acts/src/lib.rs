@@ -15,7 +15,6 @@ mod leases;
 pub mod letters;
 pub mod operations;
 pub mod people;
-pub mod platform;
 pub mod privacy;
 pub mod recordings;
 pub mod replicas;
@@ -33,10 +32,3 @@ pub use service::Service;
 
 /// Target of the spans exported to a collector; the log omits them.
 pub const SPANS: &str = "spans";
-
-/// Sets the default TLS crypto provider, for dependencies that do not choose one.
-#[cfg(feature = "replicas")]
-pub fn settle_tls() {
-    // Fails only if a provider has been set already, which is fine.
-    let _ = rustls::crypto::ring::default_provider().install_default();
-}

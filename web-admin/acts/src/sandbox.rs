@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use crate::platform::helper::{Helper, HelperExit, run_helper};
+use platform::helper::{Helper, HelperExit, run_helper};
+
 use crate::sandbox_jobs::{SandboxRequest, SandboxResponse, answer};
 use crate::service::Service;
 

@@ -8,18 +8,18 @@ use std::time::Duration;
 
 use anyhow::Context;
 use model::ids::ReplicaId;
+use platform::bounded_queue::BoundedQueue;
+use platform::clock::Clock;
+use platform::config::Config;
+use platform::mailer::Mailer;
+use platform::rate_limit_log::RateLimitLog;
+use platform::recording_store::RecordingStore;
+use platform::relying_party::RelyingParty;
+use platform::upload_locks::UploadLocks;
 use store::{Database, MigrateError};
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 
 use crate::error::Error;
-use crate::platform::bounded_queue::BoundedQueue;
-use crate::platform::clock::Clock;
-use crate::platform::config::Config;
-use crate::platform::mailer::Mailer;
-use crate::platform::rate_limit_log::RateLimitLog;
-use crate::platform::recording_store::RecordingStore;
-use crate::platform::relying_party::RelyingParty;
-use crate::platform::upload_locks::UploadLocks;
 use crate::sandbox_jobs::previews::Previews;
 use crate::sandbox_jobs::{DraftExaminer, leave_unexamined};
 

@@ -2,10 +2,10 @@
 //! times.
 
 use acts::operations::fixtures;
-use acts::platform::secret;
 use anyhow::Context;
 use indicatif::ProgressBar;
 use model::ids::SessionId;
+use platform::secret;
 use routes_base::AppState;
 use store::operations::fixtures::GeneratedCrowd;
 use store::training::practice;

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use acts::operations::backup;
 use acts::operations::key_files::{KEYS, KeyFile};
-use acts::platform::clock::Clock;
 use clap::Args;
+use platform::clock::Clock;
 
 use super::{CommandFailure, StorageArgs, say_line};
 

@@ -2,11 +2,11 @@
 
 use std::thread;
 
-use acts::platform::clock::Clock;
-use acts::platform::config::Config;
-use acts::platform::secret;
 use clap::{Args, value_parser};
 use model::Role;
+use platform::clock::Clock;
+use platform::config::Config;
+use platform::secret;
 
 use super::{CommandFailure, StorageArgs, say_line};
 use crate::demo::{DemoAccount, Demonstration};

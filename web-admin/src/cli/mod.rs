@@ -7,10 +7,10 @@ use std::process::ExitCode;
 use acts::operations::key_files::{KEYS, KeyFile};
 use acts::operations::{key_files, upkeep};
 use acts::people::admin_commands::RegistryError;
-use acts::platform::clock::Clock;
-use acts::platform::config;
-use acts::platform::config::{Config, ConfigError, RecordingsPlace};
 use clap::{Args, Parser, Subcommand};
+use platform::clock::Clock;
+use platform::config;
+use platform::config::{Config, ConfigError, RecordingsPlace};
 
 use crate::AppState;
 

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use acts::operations::moving::{CopiedRecordings, EndLock, MoveReport, SchoolMove};
-use acts::platform::clock::Clock;
-use acts::platform::config::{Config, ConfigError};
 use clap::Args;
+use platform::clock::Clock;
+use platform::config::{Config, ConfigError};
 use store::locks::LockError;
 use store::operations::moving::{CarriedTable, DatabaseMove, MoveError};
 

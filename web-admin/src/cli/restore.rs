@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use acts::operations::backup;
 use acts::operations::backup::{KeysRestored, RestoreRefused, RestoreRequest, RestoreSummary};
-use acts::platform::clock::Clock;
-use acts::platform::locks::DataLock;
 use acts::privacy::erasures::{Erasure, ErasureList};
 use clap::Args;
+use platform::clock::Clock;
+use platform::locks::DataLock;
 
 use super::{CommandFailure, StorageArgs, say_line};
 

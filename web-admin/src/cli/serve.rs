@@ -4,9 +4,9 @@ use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use acts::platform::config::{UploadQuota, origin};
 use anyhow::Context;
 use clap::Args;
+use platform::config::{UploadQuota, origin};
 use store::people;
 use tokio::net::TcpListener;
 

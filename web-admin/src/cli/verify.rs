@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use acts::audit::audit_checkpoints;
 use acts::operations::verification;
 use acts::operations::verification::VerificationReport;
-use acts::platform::config::Config;
-use acts::platform::recording_store::RecordingStore;
 use acts::privacy::erasure_store::ErasureStore;
 use acts::training::certificates;
 use acts::training::certificates::KEY_FILE;
 use anyhow::Context;
 use clap::Args;
+use platform::config::Config;
+use platform::recording_store::RecordingStore;
 use store::{Database, DumpRefused, DumpedDatabase};
 
 use super::{CommandFailure, StorageArgs, say_line};

@@ -7,13 +7,13 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
-use acts::platform::recording_store::LocalRecording;
 use acts::studies::research::ResearchCounts;
 use anyhow::Context;
 use columnar::ParquetTable;
 use columns::{ATTEMPTS, METRICS, SESSION, columns_of_file, describe_columns};
 use model::ids::{SchoolId, SessionId};
 use pages::format;
+use platform::recording_store::LocalRecording;
 use recording::tables::{Cell, Column, Table, TableSink, read_tables};
 use serde_json::json;
 use store::scoring::scores;

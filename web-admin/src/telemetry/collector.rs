@@ -46,7 +46,7 @@ impl Telemetry {
         if named.is_empty() {
             return Ok(None);
         }
-        acts::settle_tls();
+        platform::settle_tls();
         let which =
             || format!("{}: allowed: the address of a collector, such as http://collector:4318", named.join(", "));
         let spans = SpanExporter::builder().with_http().with_protocol(Protocol::HttpBinary).build();

@@ -1,11 +1,11 @@
 //! What programs read. Fails when a range is not the bytes asked for, when a peak is lost in a series, or when
 //! somebody is sent to an exercise whose prerequisites are not mastered.
 
-use acts::platform::clock::Clock;
-use acts::platform::config::Config;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::{Moment, Role};
+use platform::clock::Clock;
+use platform::config::Config;
 use web_admin::worker::work_off_jobs;
 
 use crate::support::App;

@@ -2,10 +2,10 @@
 //! an allowed origin, files in which namesakes stay two. Fails when an answer holds what is not described or lacks what is, when an
 //! attempt is missing between two pages of a list or stands in both, and when a page of any other origin is let in.
 
-use acts::platform::clock::Clock;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::{Moment, Role};
+use platform::clock::Clock;
 use serde_json::{Value, json};
 use time::macros::datetime;
 use web_admin::worker;

@@ -37,11 +37,12 @@ const KNOWN: [&str; 17] = [
 ];
 
 /// Where sentences are said.
-const SAID_IN: [&str; 17] = [
+const SAID_IN: [&str; 18] = [
     "pages/templates",
     "pages/src",
     "../sim/words/src",
     "model/src",
+    "platform/src",
     "acts/src",
     "src",
     "routes",

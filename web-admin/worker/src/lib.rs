@@ -7,12 +7,12 @@ pub mod outbox;
 use std::time::Duration;
 
 use acts::error::is_database_unavailable;
-use acts::platform::clock;
-use acts::platform::fair_scheduler::{FairScheduler, ScorerPool};
 use acts::recordings::duplicate_backfill;
 use acts::replicas::{self, Duty};
 use acts::scoring;
 use acts::scoring::regrading;
+use platform::clock;
+use platform::fair_scheduler::{FairScheduler, ScorerPool};
 use routes_base::AppState;
 use store::operations::schools;
 use store::recordings::parse_attempts;

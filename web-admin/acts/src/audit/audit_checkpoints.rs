@@ -13,11 +13,11 @@ use model::Moment;
 use model::ids::LetterId;
 use model::training::certificate;
 use model::training::certificate::Certificate;
+use platform::mailer::Letter;
 use serde::{Deserialize, Serialize};
 use store::audit;
 
 use crate::audit::checkpoint_store::StatementStore;
-use crate::platform::mailer::Letter;
 use crate::replicas::{self, Duty};
 use crate::service::Service;
 use crate::training::certificates;

@@ -7,9 +7,8 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-
-use crate::platform::config::Config;
-use crate::platform::recording_store::{Bucket, RecordingStore};
+use platform::config::Config;
+use platform::recording_store::{Bucket, RecordingStore};
 
 /// Name of the folder, in the data folder and in a bucket.
 pub(crate) const STATEMENTS: &str = "statements";

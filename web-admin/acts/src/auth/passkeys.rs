@@ -7,6 +7,9 @@ use anyhow::Context;
 use model::auth::passkey::PasskeyQuestion;
 use model::ids::{CeremonyId, PasskeyId};
 use model::{CurrentPerson, PersonKey};
+use platform::relying_party::{
+    AnswerRefused, AssertionRequest, Challenge, CredentialRecord, PasskeyAccount, PasskeyOwner, RelyingParty,
+};
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::auth::passkeys::{KeptPasskey, NewPasskey, PasskeySignature};
@@ -18,9 +21,6 @@ use crate::auth::tokens::checked_name;
 use crate::auth::webauthn_challenges::PasskeyChallenge;
 use crate::auth::{second_factor, webauthn_challenges};
 use crate::error::Error;
-use crate::platform::relying_party::{
-    AnswerRefused, AssertionRequest, Challenge, CredentialRecord, PasskeyAccount, PasskeyOwner, RelyingParty,
-};
 use crate::service::Service;
 
 /// Maximum number of passkeys per person.

@@ -7,8 +7,7 @@ use std::sync::LazyLock;
 use model::auth::password_refused::PasswordRefused;
 use model::limits::MIN_PASSWORD;
 use model::search_key::compose_text;
-
-use crate::platform::secret;
+use platform::secret;
 
 /// Minimum number of characters that must remain after removing guessable parts.
 const LEAST_LEFT: usize = 5;

@@ -6,11 +6,11 @@ use std::net::IpAddr;
 use model::Moment;
 use model::ids::PersonId;
 use model::people::email::normalize_email;
+use platform::secret;
 use store::auth::rate_limits;
 use store::{Connection, Executor};
 
 use crate::error::Error;
-use crate::platform::secret;
 use crate::service::Service;
 
 /// A rate limit: a burst of attempts, then one per period (GCRA).

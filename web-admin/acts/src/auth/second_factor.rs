@@ -5,6 +5,7 @@ use std::net::IpAddr;
 
 use model::letters::mail::MailKind;
 use model::{CurrentPerson, Moment, PersonKey, TotpSecret};
+use platform::{sealing, secret};
 use serde_json::{Value, json};
 use store::audit::{Actor, AuditEntry};
 use store::auth::second_factors;
@@ -14,7 +15,6 @@ use store::{Connection, people};
 
 use crate::auth::rate_limits;
 use crate::error::Error;
-use crate::platform::{sealing, secret};
 use crate::service::Service;
 
 /// Lifetime of an offered secret, in s.

@@ -5,13 +5,13 @@ use std::net::IpAddr;
 use data_encoding::HEXLOWER;
 use model::ids::{PersonId, SchoolId};
 use model::people::email::normalize_email;
+use platform::secret;
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::auth::rate_limits;
 use store::people;
 
 use crate::error::Error;
-use crate::platform::secret;
 use crate::service::Service;
 
 /// Records in the audit log that a person signed in or out.

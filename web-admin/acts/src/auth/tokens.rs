@@ -3,13 +3,13 @@
 use model::ids::TokenId;
 use model::limits::{LONGEST_NAME, TOKEN_LIFETIMES_DAYS};
 use model::{CurrentPerson, Moment, single_line_text};
+use platform::secret;
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::auth::tokens;
 use store::auth::tokens::NewToken;
 
 use crate::error::Error;
-use crate::platform::secret;
 use crate::service::Service;
 
 /// Maximum lifetime of a token created on the command line, in days.

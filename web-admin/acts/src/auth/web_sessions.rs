@@ -3,6 +3,7 @@
 use async_trait::async_trait;
 use model::Moment;
 use model::ids::PersonId;
+use platform::clock::Clock;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use store::auth::web_sessions;
@@ -13,7 +14,6 @@ use tower_sessions::session_store::{Error, Result as StoreResult};
 use tower_sessions::{ExpiredDeletion, SessionStore};
 
 use crate::error::AWAY;
-use crate::platform::clock::Clock;
 
 /// Key of the signed-in person in a session.
 pub const SIGNED_IN_KEY: &str = "person";

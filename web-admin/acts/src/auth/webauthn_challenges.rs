@@ -1,13 +1,13 @@
 //! Pending WebAuthn challenges: each is valid once, and for a limited time.
 
 use model::ids::{CeremonyId, PersonId};
+use platform::relying_party::{AssertionRequest, Challenge};
 use serde::{Deserialize, Serialize};
 use store::Json;
 use store::auth::webauthn_challenges;
 use store::auth::webauthn_challenges::PendingCeremony;
 
 use crate::error::Error;
-use crate::platform::relying_party::{AssertionRequest, Challenge};
 use crate::service::Service;
 
 /// Lifetime of a challenge, in s.
@@ -68,13 +68,13 @@ mod tests {
     use std::path::Path;
 
     use model::{Moment, Role};
+    use platform::clock::Clock;
+    use platform::config::Config;
     use store::operations::schools;
     use store::people;
     use store::people::NewPerson;
 
     use super::*;
-    use crate::platform::clock::Clock;
-    use crate::platform::config::Config;
 
     fn asked_to_make() -> PasskeyChallenge {
         PasskeyChallenge::ToMake { name: "Key".to_owned(), challenge: Challenge::random().unwrap() }

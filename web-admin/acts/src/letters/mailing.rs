@@ -4,6 +4,7 @@
 use model::PersonKey;
 use model::letters::mail::{Mail, RetentionLetter, SurveyLetter};
 use model::surveys::{Identity, PROFESSIONAL, Survey};
+use platform::secret;
 use store::auth::account_links::Purpose;
 use store::letters::mails;
 use store::privacy::retention;
@@ -12,7 +13,6 @@ use store::surveys::{NewResponse, letters};
 
 use crate::error::Error;
 use crate::people::accounts;
-use crate::platform::secret;
 use crate::service::Service;
 use crate::surveys::link_expiry;
 

@@ -9,6 +9,7 @@ use documents::Instrument;
 use model::ids::{SchoolId, SurveyId};
 use model::surveys::{Identity, ResponseState};
 use model::{Moment, Role};
+use platform::secret;
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::operations::fixtures::GeneratedCrowd;
@@ -22,7 +23,6 @@ use store::{Connection, Json, surveys as stored};
 
 use crate::authoring::instruments::publish_text;
 use crate::authoring::publishing::DocumentPublisher;
-use crate::platform::secret;
 use crate::service::Service;
 
 /// A person of a generated school.

@@ -10,10 +10,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context;
+use platform::config::Config;
+use platform::files::remove_if_there;
 use store::{Database, audit};
-
-use crate::platform::config::Config;
-use crate::platform::files::remove_if_there;
 
 /// Advice shown with a finding.
 const ADVICE: &str = "the database is damaged and cannot be served; restore a backup with web-admin restore";

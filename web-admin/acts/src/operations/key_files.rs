@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use crate::platform::sealing;
+use platform::sealing;
+
 use crate::training::certificates;
 
 /// A key file. A backup contains it only sealed with a passphrase.

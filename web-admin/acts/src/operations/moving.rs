@@ -9,6 +9,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::Context;
 use futures::{StreamExt, TryStreamExt};
 use model::Moment;
+use platform::config::Config;
+use platform::fail_points::FailPoint;
+use platform::files::hash_file;
+use platform::locks::{hold_folder, name_holder};
+use platform::recording_store::RecordingStore;
 use store::audit;
 use store::locks::{FileLock, LockError};
 use store::operations::moving::{CarriedTable, DatabaseMove, MoveLock};
@@ -18,11 +23,6 @@ use store::recordings::sessions::RecordingFile;
 use crate::audit::checkpoint_store::STATEMENTS;
 use crate::operations::key_files::KEYS;
 use crate::operations::verification;
-use crate::platform::config::Config;
-use crate::platform::fail_points::FailPoint;
-use crate::platform::locks::{hold_folder, name_holder};
-use crate::platform::recording_files::hash_file;
-use crate::platform::recording_store::RecordingStore;
 use crate::privacy::erasure_store::ErasureStore;
 
 /// Number of recordings copied concurrently, to hide the latency of remote stores.

@@ -4,6 +4,7 @@ use data_encoding::HEXLOWER;
 use model::training::due;
 use model::training::due::DueRefused;
 use model::{CurrentPerson, FactorRule, Needed, single_line_text};
+use platform::mailer::Letter;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use store::Write;
@@ -18,7 +19,6 @@ use store::privacy::retention::Settings;
 use crate::authoring::image_copies::copy_picture;
 use crate::error::Error;
 use crate::letters::mailing::LetterResult;
-use crate::platform::mailer::Letter;
 use crate::recordings::quotas::ensure_database_room;
 use crate::service::Service;
 

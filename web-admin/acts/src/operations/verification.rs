@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 
 use anyhow::Context;
 use model::people::directory::AccountState;
+use platform::config::Config;
+use platform::recording_store::{RecordingStore, StoreError};
 use store::people::directory;
 use store::recordings::sessions;
 use store::recordings::sessions::RecordingFile;
@@ -11,8 +13,6 @@ use store::scoring::{grades, scores};
 use store::{Connection, Database, audit};
 
 use crate::audit::audit_checkpoints::AuditHead;
-use crate::platform::config::Config;
-use crate::platform::recording_store::{RecordingStore, StoreError};
 use crate::privacy::erasure_store::ErasureStore;
 use crate::privacy::erasures::Erasure;
 

@@ -6,6 +6,7 @@ use model::letters::mail::MailKind;
 use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
 use model::people::directory::{AccountState, DirectoryEntry};
 use model::{CurrentPerson, PersonKey, Role};
+use platform::secret;
 use serde_json::json;
 use store::Connection;
 use store::audit::{Actor, AuditEntry};
@@ -20,7 +21,6 @@ use store::training::cohorts::{Attribution, Membership};
 use words::Language;
 
 use crate::error::Error;
-use crate::platform::secret;
 use crate::service::Service;
 
 /// Lifetime of an initial password set by another person, in s. It is valid for the first sign-in

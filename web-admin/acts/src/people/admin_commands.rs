@@ -1,6 +1,7 @@
 //! Administrative commands on schools and people, run on the host.
 
 use model::{Moment, PersonKey, Role};
+use platform::secret;
 use serde_json::json;
 use store::Connection;
 use store::audit::{Actor, AuditEntry};
@@ -14,7 +15,6 @@ use store::training::cohorts::{Attribution, Membership};
 
 use crate::auth::tokens::{TokenRequest, checked_name, end};
 use crate::people::accounts::INITIAL_PASSWORD_S;
-use crate::platform::secret;
 use crate::service::Service;
 
 /// Error of an administrative command.

@@ -7,9 +7,9 @@ use std::path::Path;
 
 use anyhow::ensure;
 use futures::{StreamExt, TryStreamExt};
+use platform::config::Config;
+use platform::recording_store::{Bucket, RecordingStore, StoreError};
 
-use crate::platform::config::Config;
-use crate::platform::recording_store::{Bucket, RecordingStore, StoreError};
 use crate::privacy::erasures::{Erasure, ErasureList, lines_of, read_lines};
 
 /// Prefix of the erasures in a bucket.

@@ -12,9 +12,8 @@ use std::path::{Path, PathBuf};
 
 use model::Moment;
 use model::ids::{PersonId, SchoolId};
+use platform::config::Config;
 use serde::{Deserialize, Serialize};
-
-use crate::platform::config::Config;
 
 /// File name of the list in the data folder and in a backup.
 pub const ERASURES_FILE: &str = "erasures.jsonl";

@@ -10,6 +10,7 @@ use model::ids::{PersonId, SchoolId};
 use model::people::directory::AccountState;
 use model::privacy::retention::{Now, RetentionAction, step};
 use model::{CurrentPerson, PersonKey, count_i64};
+use platform::clock;
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::operations::schools;
@@ -18,7 +19,6 @@ use store::privacy::retention;
 use store::privacy::retention::{Idle, Settings};
 
 use crate::error::Error;
-use crate::platform::clock;
 use crate::privacy::erasing::Eraser;
 use crate::privacy::{erasing, study_retention};
 use crate::replicas::{self, Duty};

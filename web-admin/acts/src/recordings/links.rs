@@ -1,6 +1,7 @@
 //! Short-lived URLs by which the browser's viewer opens a recording without a session.
 
 use model::CurrentPerson;
+use platform::secret;
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::recordings::links;
@@ -8,7 +9,6 @@ use store::recordings::links::NewRecordingLink;
 use store::recordings::sessions::Session;
 
 use crate::error::Error;
-use crate::platform::secret;
 use crate::service::Service;
 
 /// Lifetime of a URL, in s.

@@ -20,6 +20,8 @@ use futures::StreamExt;
 use futures::stream::BoxStream;
 use model::ids::{CommentId, UploadId};
 use model::training::comment::CommentKind;
+use platform::files::{PartFile, hash_file};
+use platform::recording_store::{Bucket, LocalRecording, StoredFile};
 use recording::annotate::Annotation;
 use recording::{ReadError, Recording};
 use sha2::{Digest, Sha256};
@@ -29,12 +31,10 @@ use tokio::io::AsyncWriteExt;
 use uuid::Uuid;
 
 use crate::error::Error;
-use crate::platform::files::PartFile;
-use crate::platform::recording_files::{hash_file, read};
-use crate::platform::recording_store::{Bucket, LocalRecording, StoredFile};
 use crate::recordings::checksum::Checksum;
 use crate::recordings::quotas::{LOOK_BYTES, ensure_room};
 use crate::sandbox;
+use crate::sandbox_jobs::recording_files::read;
 use crate::sandbox_jobs::{AnnotationQuestion, SandboxRequest, SandboxResponse};
 use crate::service::Service;
 

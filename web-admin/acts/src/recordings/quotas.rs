@@ -4,10 +4,10 @@
 use std::path::Path;
 
 use model::{PersonKey, count_i64};
+use platform::config::UploadQuota;
 use store::recordings::{sessions, uploads};
 
 use crate::error::Error;
-use crate::platform::config::UploadQuota;
 use crate::service::Service;
 
 /// Bytes written between two checks of the free space.

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use anyhow::Context;
 use model::recordings::series::Pyramid;
+use platform::recording_store::{LocalRecording, StoreError, StoredFile};
+use platform::replay_files::{PYRAMID, folder_of};
 use store::recordings::sessions::Session;
 
 use crate::error::Error;
-use crate::platform::recording_store::{LocalRecording, StoreError, StoredFile};
-use crate::platform::replay_files::{PYRAMID, folder_of};
 use crate::sandbox_jobs::{Brief, JudgingTask, SandboxRequest, SandboxResponse};
 use crate::service::Service;
 use crate::{recordings, sandbox};

@@ -5,6 +5,8 @@
 mod arrival;
 mod draft;
 pub mod previews;
+pub(crate) mod recording_files;
+mod replay_writing;
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -21,6 +23,7 @@ pub use draft::{DraftQuestion, publishable, same_id};
 use model::authoring::draft::{DraftRemark, DraftVerdict};
 use model::count_i64;
 use model::people::roster::{Unreadable, WorkbookSheet};
+use platform::files::hash_file;
 use recording::annotate::Annotation;
 use recording::{ReadError, Recording};
 use serde::{Deserialize, Serialize};
@@ -28,8 +31,6 @@ use store::authoring::exercises::RevisionBytes;
 use store::recordings::sessions::Verified;
 use tissue::Specimen;
 use words::Language;
-
-use crate::platform::{recording_files, replay_files};
 
 /// A job for the helper.
 #[derive(Debug, Serialize, Deserialize)]
@@ -216,7 +217,7 @@ fn make_of(brief: Brief) -> SandboxResponse {
             }
             Err(why) => SandboxResponse::Permanent(why),
         },
-        JudgingTask::Replay => match replay_files::make(&brief.replay, &recording) {
+        JudgingTask::Replay => match replay_writing::write_replay(&brief.replay, &recording) {
             Ok(()) => SandboxResponse::Replayed,
             Err(error) => SandboxResponse::Passing(format!("{error:#}")),
         },
@@ -226,7 +227,7 @@ fn make_of(brief: Brief) -> SandboxResponse {
 /// Classifies a failure to read a stored recording. If its bytes are still those that could be read
 /// when they arrived, the cause lies in this process, and the recording must not be rejected.
 fn not_read(brief: &Brief, unreadable: ReadError) -> SandboxResponse {
-    match (unreadable, recording_files::hash_file(&brief.recording)) {
+    match (unreadable, hash_file(&brief.recording)) {
         (ReadError::Io(error), _) | (_, Err(error)) => SandboxResponse::Passing(error.to_string()),
         (scarce @ ReadError::OutOfMemory, _) => SandboxResponse::Died(scarce.to_string()),
         (unreadable, Ok((sha256, _))) if sha256 == brief.sha256 => {
@@ -239,7 +240,7 @@ fn not_read(brief: &Brief, unreadable: ReadError) -> SandboxResponse {
 /// Writes the replay. A failure is only logged and does not prevent scoring: the replay is made on
 /// demand.
 fn keep_replay(folder: &Path, recording: &Recording) {
-    if let Err(error) = replay_files::make(folder, recording) {
+    if let Err(error) = replay_writing::write_replay(folder, recording) {
         tracing::warn!(session = %recording.session.session_id, cause = format!("{error:#}"), "replay not stored");
     }
 }

@@ -8,9 +8,9 @@ use std::time::Duration;
 
 use model::authoring::draft::DraftVerdict;
 use model::ids::SchoolId;
+use platform::bounded_queue::{BoundedQueue, QueuePlace};
 
 use crate::error::Error;
-use crate::platform::bounded_queue::{BoundedQueue, QueuePlace};
 
 /// Maximum time in the queue.
 const PATIENCE: Duration = Duration::from_secs(5);

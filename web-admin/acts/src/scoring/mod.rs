@@ -11,6 +11,8 @@ use std::time::Duration;
 use anyhow::Context;
 use futures::FutureExt;
 use model::ids::SchoolId;
+use platform::fail_points::FailPoint;
+use platform::recording_store::StoreError;
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::authoring::exercises;
@@ -23,8 +25,6 @@ use store::training::practice;
 use tracing::Instrument;
 
 use crate::error::{error_chain, is_database_unavailable};
-use crate::platform::fail_points::FailPoint;
-use crate::platform::recording_store::StoreError;
 use crate::recordings::replays;
 use crate::sandbox_jobs::{JudgingOutcome, JudgingTask, SandboxRequest, SandboxResponse};
 use crate::service::Service;

@@ -3,6 +3,7 @@
 
 use model::ids::{PersonId, SchoolId, StationId};
 use model::{CurrentPerson, Moment, PersonKey, Role, single_line_text};
+use platform::{keys, secret};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::auth::tokens;
@@ -13,7 +14,6 @@ use store::stations::{self, PairingCode, WrongCodes, sign_in_codes};
 use store::studies::{self, Study};
 
 use crate::error::Error;
-use crate::platform::{keys, secret};
 use crate::privacy::study_consents::{consent_at_station, revision_of_terms};
 use crate::service::Service;
 

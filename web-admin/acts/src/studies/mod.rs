@@ -6,6 +6,7 @@ pub mod research;
 use model::ids::{PersonId, RevisionId, StudyId};
 use model::surveys::{Identity, ResponseState, Survey};
 use model::{CurrentPerson, Moment, Role};
+use platform::secret;
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::people::directory;
@@ -15,7 +16,6 @@ use store::surveys::{self, NewResponse, NewSurvey, StudyOccasion};
 use store::{Connection, Write, people};
 
 use crate::error::Error;
-use crate::platform::secret;
 use crate::privacy::erasing;
 use crate::privacy::erasing::Eraser;
 use crate::privacy::erasures::ErasureScope;

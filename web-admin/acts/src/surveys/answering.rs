@@ -12,12 +12,12 @@ use model::ids::SessionId;
 use model::surveys::given::GivenAnswers;
 use model::surveys::{ResponseState, Survey};
 use model::{CurrentPerson, Moment};
+use platform::secret;
 use store::audit::{Actor, AuditEntry};
 use store::surveys::{NewResponse, Submission, SurveyResponse};
 use store::{Connection, surveys};
 
 use crate::error::Error;
-use crate::platform::secret;
 use crate::service::Service;
 
 pub(super) const ANSWERED: &str = "these answers were already sent; they can be withdrawn, but not changed";

@@ -4,13 +4,13 @@ use model::ids::{CohortId, RevisionId, SchoolId, SurveyId};
 use model::limits::LETTERS_AN_HOUR;
 use model::surveys::{Identity, PROFESSIONAL, Survey};
 use model::{CurrentPerson, Moment};
+use platform::secret;
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::surveys::{NewResponse, NewSurvey, letters};
 use store::{Executor, surveys};
 
 use crate::error::Error;
-use crate::platform::secret;
 use crate::service::Service;
 
 /// Maximum lifetime of a link, in s; it also ends when the survey closes.

@@ -11,13 +11,13 @@ use documents::Instrument;
 use model::Moment;
 use model::ids::SurveyId;
 use model::surveys::{ResponseState, Survey};
+use platform::secret;
 use store::recordings::sessions::Session;
 use store::surveys::{NewResponse, Practised, SurveyResponse};
 use store::{Connection, Json, people, surveys};
 
 use super::answering::{ANSWERED, Answering};
 use crate::error::Error;
-use crate::platform::secret;
 use crate::service::Service;
 
 /// Length of a secret, in hexadecimal digits: 256 bits, as for secrets created by the service.

@@ -6,12 +6,12 @@ use ed25519_dalek::SigningKey;
 use model::CurrentPerson;
 use model::ids::PersonId;
 use model::training::certificate;
+use platform::sealing;
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::training::curricula::TaughtCurriculum;
 
 use crate::error::Error;
-use crate::platform::sealing;
 use crate::service::Service;
 
 /// File name of the private key in the key folder; 64 hexadecimal digits.

@@ -1,7 +1,6 @@
 //! Authenticates the caller of the API before anything else of a request is read.
 
 use acts::error::{Error, error_chain};
-use acts::platform::secret;
 use acts::stations::CallingStation;
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::header::AUTHORIZATION;
@@ -11,6 +10,7 @@ use axum::middleware::Next;
 use axum::response::Response;
 use model::CurrentPerson;
 use model::ids::SchoolId;
+use platform::secret;
 use routes_base::AppState;
 use routes_base::auth::{asked_by, person_of};
 use routes_base::error::ApiError;

@@ -10,7 +10,6 @@ use std::num::NonZeroU32;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use acts::platform::rate_limit_log::quota;
 use acts::stations::CallingStation;
 use axum::extract::{MatchedPath, Request};
 use axum::http::Method;
@@ -18,6 +17,7 @@ use axum::response::Response;
 use governor::{DefaultKeyedRateLimiter, RateLimiter};
 use model::CurrentPerson;
 use model::ids::{PersonId, StationId};
+use platform::rate_limit_log::quota;
 use uuid::Uuid;
 
 use crate::error::Denied;

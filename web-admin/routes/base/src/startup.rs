@@ -6,9 +6,9 @@ use std::sync::atomic::AtomicBool;
 
 use acts::Service;
 use acts::operations::inspection::Inspection;
-use acts::platform::clock::Clock;
-use acts::platform::config::Config;
 use model::Moment;
+use platform::clock::Clock;
+use platform::config::Config;
 use tokio::sync::Mutex;
 
 use crate::authoring::examining::examine_draft;

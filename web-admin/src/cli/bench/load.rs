@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use acts::platform::clock::Clock;
 use axum::http::StatusCode;
 use indicatif::ProgressBar;
+use platform::clock::Clock;
 use tokio::task::JoinSet;
 use tokio::time::{MissedTickBehavior, interval};
 

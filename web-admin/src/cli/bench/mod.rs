@@ -16,13 +16,13 @@ mod visitor;
 
 use std::path::PathBuf;
 
-use acts::platform::config;
-use acts::platform::config::Config;
 use anyhow::Context;
 use clap::{Args, value_parser};
 use figures::PageFigures;
 use load::RequestPace;
 use pages::Tour;
+use platform::config;
+use platform::config::Config;
 use report::MeasuredSchool;
 use service::BenchService;
 use store::DatabaseAddress;

@@ -5,10 +5,10 @@ use std::fmt::Write;
 
 use acts::operations::fixtures;
 use acts::operations::fixtures::GeneratedSurvey;
-use acts::platform::clock::Clock;
-use acts::platform::config::Config;
 use acts::replicas;
 use anyhow::Context;
+use platform::clock::Clock;
+use platform::config::Config;
 use store::people;
 use store::surveys::{self as stored};
 

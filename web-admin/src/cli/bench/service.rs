@@ -4,10 +4,10 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
-use acts::platform::clock::Clock;
-use acts::platform::config::Config;
 use anyhow::{Context, ensure};
 use axum::http::StatusCode;
+use platform::clock::Clock;
+use platform::config::Config;
 
 use super::visitor::BenchVisitor;
 

@@ -6,10 +6,10 @@ use std::path::Path;
 use std::process::Output;
 
 use acts::audit::audit_checkpoints;
-use acts::platform::clock::Clock;
-use acts::platform::config::MailTo;
 use acts::training::certificates;
 use model::{Moment, Role};
+use platform::clock::Clock;
+use platform::config::MailTo;
 
 use crate::support::database::shrink_audit_log;
 use crate::support::{App, web_admin};

@@ -4,9 +4,9 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use acts::platform::clock::Clock;
 use model::{Moment, Role};
 use pages::audit::{AUDIT_THEMES, describe_act};
+use platform::clock::Clock;
 use store::audit::search::{AuditSearch, find_audit_place, search_audit_log};
 use store::audit::{Actor, AuditEntry};
 

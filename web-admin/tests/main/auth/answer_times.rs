@@ -4,11 +4,11 @@
 
 use std::time::{Duration, Instant};
 
-use acts::platform::clock::Clock;
-use acts::platform::secret::PasswordCost;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::Role;
+use platform::clock::Clock;
+use platform::secret::PasswordCost;
 use store::people;
 
 use crate::support::App;

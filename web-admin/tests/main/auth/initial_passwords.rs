@@ -2,8 +2,8 @@
 //! be, and when one's own is asked to be changed.
 
 use acts::people::accounts;
-use acts::platform::clock::Clock;
 use model::{Moment, Role};
+use platform::clock::Clock;
 use store::people;
 
 use crate::support::client::{Answer, Client, csrf_in};

@@ -1,9 +1,9 @@
 //! Passkeys. Fails when a password alone signs in where a passkey is asked for; when an answer is taken that is another site's,
 //! another question's, somebody else's, late, given before, or of a copied key; and when a passkey outlives its removal.
 
-use acts::platform::clock::Clock;
 use model::ids::SchoolId;
 use model::{Moment, Role};
+use platform::clock::Clock;
 use serde_json::Value;
 use web_admin::outbox;
 

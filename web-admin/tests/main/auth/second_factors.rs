@@ -5,12 +5,12 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::str::FromStr;
 
-use acts::platform::clock::Clock;
-use acts::platform::sealing::KEY_FILE;
 use axum::http::Method;
 use data_encoding::BASE32_NOPAD;
 use model::ids::SchoolId;
 use model::{Moment, Role, TotpSecret};
+use platform::clock::Clock;
+use platform::sealing::KEY_FILE;
 use sqlx::migrate::Migrator;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{Connection, SqliteConnection};

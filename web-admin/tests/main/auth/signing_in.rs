@@ -5,12 +5,12 @@ use std::net::IpAddr;
 
 use acts::auth::rate_limits;
 use acts::operations::upkeep;
-use acts::platform::clock::Clock;
-use acts::platform::secret;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::ids::SchoolId;
 use model::{Moment, Role};
+use platform::clock::Clock;
+use platform::secret;
 use store::people;
 
 use crate::support::client::csrf_in;

@@ -1,9 +1,9 @@
 //! One's own tokens for programs. Fails when one outlives its end or its revocation, is shown twice, is made by a browser that was
 //! left open, or when a token of before stops working.
 
-use acts::platform::clock::Clock;
-use acts::platform::secret;
 use model::{Moment, PersonKey, Role};
+use platform::clock::Clock;
+use platform::secret;
 use store::auth::tokens;
 use store::auth::tokens::NewToken;
 

@@ -5,9 +5,9 @@ use std::io::{Read, Write};
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use acts::platform::clock::Clock;
-use acts::platform::helper::Helper;
 use model::Role;
+use platform::clock::Clock;
+use platform::helper::Helper;
 use tokio::net::TcpListener;
 use web_admin::serving::{self, ConnectionLimits};
 

@@ -2,10 +2,10 @@
 //! assignment is not told of, when somebody is told of their own acts, when what was read stays new, or when mail comes twice a day.
 
 use acts::letters::notices;
-use acts::platform::clock::Clock;
-use acts::platform::config::MailTo;
 use model::ids::SessionId;
 use model::{Moment, Role};
+use platform::clock::Clock;
+use platform::config::MailTo;
 use web_admin::{outbox, worker};
 
 use crate::support::client::{Answer, Client, csrf_in};

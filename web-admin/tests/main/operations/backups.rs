@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 use std::time::Duration;
 
-use acts::platform::clock::Clock;
-use acts::platform::config::Config;
 use model::Role;
+use platform::clock::Clock;
+use platform::config::Config;
 use store::audit;
 use store::recordings::sessions;
 use web_admin::AppState;

@@ -28,7 +28,7 @@ pub async fn crowded() -> App {
     assert_eq!(app.with_token(&trainee.token).upload(&record(&model)).await.status, 201);
     worker::work_off_jobs(&app.state).await.unwrap();
     let password_hash =
-        acts::platform::secret::hash_password(crate::support::PASSWORD, app.state.config.password_cost).unwrap();
+        platform::secret::hash_password(crate::support::PASSWORD, app.state.config.password_cost).unwrap();
     let crowd = GeneratedCrowd {
         school_id,
         trainees: TRAINEES,

@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use acts::platform::clock::Clock;
+use platform::clock::Clock;
 
 use crate::support::client::Client;
 use crate::support::{App, web_admin};

@@ -10,8 +10,8 @@ use std::path::Path;
 use std::process::Output;
 use std::time::Duration;
 
-use acts::platform::fail_points::{FailPoint, VARIABLE};
 use model::SessionKey;
+use platform::fail_points::{FailPoint, VARIABLE};
 use store::Database;
 use store::recordings::sessions;
 use store::scoring::scores;

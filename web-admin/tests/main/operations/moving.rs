@@ -8,7 +8,7 @@ use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use acts::platform::fail_points::{FailPoint, VARIABLE};
+use platform::fail_points::{FailPoint, VARIABLE};
 use sqlx::{AssertSqlSafe, Connection, SqliteConnection};
 use store::Database;
 use tempfile::TempDir;
@@ -173,7 +173,7 @@ async fn what_was_moved_is_served_and_found_whole() {
     verify.arg("verify").envs(removal.bucket.environment()).env("STYLET_RECORDINGS", removal.bucket.url());
     assert!(succeeds(&mut verify).contains(" 0 findings"));
     let bucket = &removal.bucket;
-    let moved = App::in_folder(server, acts::platform::clock::Clock::system(), |config| bucket.keep(config)).await;
+    let moved = App::in_folder(server, platform::clock::Clock::system(), |config| bucket.keep(config)).await;
     for path in ["/", "/people", "/progress", "/review", "/cohorts"] {
         let mut before = removal.app.signed_in("admin@north.example").await;
         let mut after = moved.signed_in("admin@north.example").await;

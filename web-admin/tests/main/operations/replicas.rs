@@ -6,11 +6,11 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use acts::auth::rate_limits;
-use acts::platform::config::Config;
-use acts::platform::locks::DataLock;
 use acts::replicas::{self, Colleagues, Duty};
 use acts::scoring;
 use model::Role;
+use platform::config::Config;
+use platform::locks::DataLock;
 use serde_json::Value;
 use store::locks::LockError;
 use store::scoring::jobs;

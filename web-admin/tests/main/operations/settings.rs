@@ -1,11 +1,11 @@
 //! What a school settles for itself. Fails when a value is lost or taken that cannot be had, when a letter goes out that the school does
 //! not send, or in another language than it has chosen, and when a test letter that was not taken is said to be sent.
 
-use acts::platform::clock::Clock;
-use acts::platform::config::MailTo;
 use model::ids::{AssignmentId, DatedId, SchoolId, SessionId};
 use model::letters::mail::MailKind;
 use model::{Moment, Role};
+use platform::clock::Clock;
+use platform::config::MailTo;
 use store::letters::mails;
 use store::letters::mails::NewMail;
 use store::operations::schools;

@@ -6,12 +6,12 @@ pub(crate) mod bulk;
 pub(crate) mod language;
 pub(crate) mod rosters;
 
-use acts::platform::clock::Clock;
-use acts::platform::config::{Config, MailTo};
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::ids::{PersonId, SchoolId};
 use model::{Moment, Role};
+use platform::clock::Clock;
+use platform::config::{Config, MailTo};
 use store::people;
 use web_admin::outbox;
 

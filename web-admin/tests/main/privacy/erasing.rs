@@ -4,11 +4,11 @@
 use std::path::PathBuf;
 use std::process::Output;
 
-use acts::platform::clock::Clock;
 use acts::privacy::erasures::ERASURES_FILE;
 use model::Role;
 use model::ids::SessionId;
 use model::privacy::texts::TextCounts;
+use platform::clock::Clock;
 use store::EngineKind;
 use store::privacy::texts;
 use store::privacy::texts::TextOwner;

@@ -4,10 +4,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use acts::platform::clock::Clock;
 use acts::privacy::erasing;
 use acts::privacy::erasures::{ERASURES_FILE, Erasure, ErasureList, ErasureScope};
 use model::Role;
+use platform::clock::Clock;
 use store::people;
 use web_admin::AppState;
 

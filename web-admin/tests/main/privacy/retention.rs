@@ -5,11 +5,11 @@
 use std::time::Duration;
 
 use acts::people::accounts;
-use acts::platform::clock::Clock;
-use acts::platform::config::MailTo;
 use acts::privacy::retention;
 use model::ids::SchoolId;
 use model::{Moment, Role};
+use platform::clock::Clock;
+use platform::config::MailTo;
 use store::{audit, people};
 use web_admin::outbox;
 
@@ -42,7 +42,7 @@ impl School {
         Self::with_mail(|_| {}).await
     }
 
-    async fn with_mail(change: impl FnOnce(&mut acts::platform::config::Config)) -> Self {
+    async fn with_mail(change: impl FnOnce(&mut platform::config::Config)) -> Self {
         let app = App::with(Clock::fixed(NOW), change).await;
         let id = app.school("North").await;
         for (name, role) in PEOPLE {

@@ -8,7 +8,6 @@ use std::time::Duration;
 use acts::audit::audit_checkpoints;
 use acts::audit::checkpoint_store::StatementStore;
 use acts::operations::verification;
-use acts::platform::clock::Clock;
 use acts::privacy::erasing;
 use acts::privacy::erasing::Eraser;
 use acts::privacy::erasure_store::ErasureStore;
@@ -19,6 +18,7 @@ use axum::body::Body;
 use axum::http::{Method, Request};
 use model::Role;
 use model::people::directory::AccountState;
+use platform::clock::Clock;
 use store::audit::Actor;
 use store::people::directory;
 use store::recordings::parse_attempts;
@@ -137,10 +137,8 @@ async fn a_large_recording_is_sent_in_parts_and_arrives_byte_for_byte() {
     let file = app.folder.path().join("large");
     let bytes: Vec<u8> = (0..40_000_000_u32).map(|n| (n ^ (n >> 9)) as u8).collect();
     std::fs::write(&file, &bytes).unwrap();
-    let acts::platform::recording_store::RecordingStore::Bucket(kept) = &app.state.recordings else {
-        panic!("a bucket")
-    };
-    let (sha256, _) = acts::platform::recording_files::hash_file(&file).unwrap();
+    let platform::recording_store::RecordingStore::Bucket(kept) = &app.state.recordings else { panic!("a bucket") };
+    let (sha256, _) = platform::files::hash_file(&file).unwrap();
     kept.keep_recording(&file, "a/b.mcap", &sha256).await.unwrap();
     let copy = app.state.recordings.fetch("a/b.mcap").await.unwrap();
     assert!(std::fs::read(copy.path()).unwrap() == bytes);

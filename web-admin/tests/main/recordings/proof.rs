@@ -1,11 +1,11 @@
 //! What an attempt proves, and what it does not. Fails when a forged exercise, somebody else's recording, a copy under
 //! another id or a date that cannot be is counted, or when a certificate asks for less than the school does.
 
-use acts::platform::clock::Clock;
 use data_encoding::HEXLOWER;
 use ed25519_dalek::SigningKey;
 use model::ids::{SchoolId, SessionId, StationId};
 use model::{CurrentPerson, Moment, Role, SessionKey};
+use platform::clock::Clock;
 use serde_json::json;
 use store::recordings::{proofs, sessions};
 use store::training::{practice, tallies};

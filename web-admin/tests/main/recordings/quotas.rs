@@ -1,12 +1,12 @@
 //! What recordings may take of a disk. Fails when one trainee can bring more than a share, when room is promised twice, or when a recording
 //! carries what no document of its attempt names.
 
-use acts::platform::clock::Clock;
-use acts::platform::config::UploadQuota;
 use acts::recordings::uploads;
 use axum::body::Body;
 use axum::http::Request;
 use model::{Moment, Role};
+use platform::clock::Clock;
+use platform::config::UploadQuota;
 
 use crate::support::App;
 use crate::support::client::Client;

@@ -1,11 +1,11 @@
 //! A replay and what is said about it, through the front door. Fails when the first picture would need the recording,
 //! a comment lands outside the attempt or in another one, or somebody takes back what another has said.
 
-use acts::platform::clock::Clock;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::ids::SessionId;
 use model::{Moment, Role};
+use platform::clock::Clock;
 use web_admin::worker;
 
 use crate::support::client::{Client, csrf_in};

@@ -7,13 +7,13 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use acts::platform::clock::Clock;
-use acts::platform::scanning::{ScanVerdict, Scanner};
 use acts::recordings::uploads;
 use axum::body::Body;
 use axum::http::Request;
 use data_encoding::HEXLOWER;
 use model::Role;
+use platform::clock::Clock;
+use platform::scanning::{ScanVerdict, Scanner};
 use tempfile::TempDir;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{UnixListener, UnixStream};

@@ -1,14 +1,14 @@
 //! Uploads in pieces. Fails when a byte that was acknowledged is lost, when one that was not is counted, when an upload
 //! becomes two attempts or none, or when the protocol's words are not tus 1.0.0's.
 
-use acts::platform::clock::Clock;
-use acts::platform::config::UploadQuota;
 use acts::recordings::uploads;
 use axum::body::Body;
 use axum::http::request::Builder;
 use axum::http::{Method, Request};
 use data_encoding::BASE64;
 use model::{Moment, Role};
+use platform::clock::Clock;
+use platform::config::UploadQuota;
 use sha1::Sha1;
 use sha2::{Digest, Sha256};
 use store::recordings::uploads as rows;

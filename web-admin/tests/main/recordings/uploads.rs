@@ -85,7 +85,7 @@ async fn one_school_neither_sees_nor_blocks_an_id_of_another() {
 
 #[tokio::test]
 async fn too_large_a_body_is_refused_announced_or_not() {
-    let app = App::with(acts::platform::clock::Clock::system(), |config| config.max_upload_bytes = 1000).await;
+    let app = App::with(platform::clock::Clock::system(), |config| config.max_upload_bytes = 1000).await;
     let mut ada = app.with_token(&trainee(&app).await.token);
     let announced = Request::post("/api/v1/sessions")
         .header(header::CONTENT_TYPE, "application/octet-stream")
@@ -119,7 +119,7 @@ async fn what_is_no_recording_is_refused_with_the_reason() {
 #[tokio::test]
 async fn a_body_that_breaks_off_or_falls_silent_leaves_nothing() {
     let silence = std::time::Duration::from_millis(50);
-    let app = App::with(acts::platform::clock::Clock::system(), |config| config.upload_silence = silence).await;
+    let app = App::with(platform::clock::Clock::system(), |config| config.upload_silence = silence).await;
     let mut ada = app.with_token(&trainee(&app).await.token);
     let start = vec![Ok(record(&Attempt::default())[..1000].to_vec())];
     let broken = start.into_iter().chain([Err(std::io::Error::other("gone"))]);
@@ -135,7 +135,7 @@ async fn a_body_that_breaks_off_or_falls_silent_leaves_nothing() {
 #[tokio::test]
 async fn half_a_body_is_waited_for_nowhere() {
     let silence = std::time::Duration::from_millis(20);
-    let app = App::with(acts::platform::clock::Clock::system(), |config| config.upload_silence = silence).await;
+    let app = App::with(platform::clock::Clock::system(), |config| config.upload_silence = silence).await;
     let half = futures::stream::iter([Ok::<_, std::io::Error>("{\"code\":")]).chain(futures::stream::pending());
     let body = Body::from_stream(half);
     let request = Request::post("/api/v1/stations/pair").header(header::CONTENT_TYPE, "application/json").body(body);

@@ -5,10 +5,10 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::time::Duration;
 
-use acts::platform::clock::Clock;
-use acts::platform::helper::Helper;
 use model::ids::{SchoolId, SessionId};
 use model::{Role, SessionKey};
+use platform::clock::Clock;
+use platform::helper::Helper;
 use store::recordings::sessions;
 use store::recordings::sessions::SessionState;
 use web_admin::worker;

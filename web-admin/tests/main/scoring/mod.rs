@@ -10,9 +10,9 @@ pub(crate) mod segments;
 
 use std::fs;
 
-use acts::platform::clock::Clock;
 use model::ids::SessionId;
 use model::{Moment, Role, SessionKey};
+use platform::clock::Clock;
 use serde_json::Value;
 use store::recordings::sessions;
 use store::scoring::{grades, jobs, scores};

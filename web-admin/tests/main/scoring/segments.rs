@@ -1,12 +1,12 @@
 //! Marking pops, through the front door. Fails when a trainee can learn the pops before sending marks, from the page or
 //! from any route; when they are given an attempt of their own; when sent marks change; and when results are wrong.
 
-use acts::platform::clock::Clock;
-use acts::platform::config::MailTo;
 use acts::training::deadlines;
 use model::ids::{CohortId, PersonId, SchoolId, SessionId};
 use model::scoring::segments::pops;
 use model::{Moment, Role, SessionKey};
+use platform::clock::Clock;
+use platform::config::MailTo;
 use store::scoring::scores;
 use web_admin::{outbox, worker};
 

@@ -1,10 +1,10 @@
 //! Stations join by a code and trainees sign in at them. Fails when a code works twice, too late or at another school,
 //! when guessing is not braked, when a revoked station is let in, or when what was done is not in the audit log.
 
-use acts::platform::clock::Clock;
 use axum::body::Body;
 use axum::http::Request;
 use model::{Moment, Role};
+use platform::clock::Clock;
 use serde_json::{Value, json};
 use store::{audit, people};
 use web_admin::worker;

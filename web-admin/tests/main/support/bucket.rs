@@ -7,9 +7,9 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::LazyLock;
 
-use acts::platform::bucket_address::BucketAddress;
-use acts::platform::clock::Clock;
-use acts::platform::config::{Config, RecordingsPlace};
+use platform::bucket_address::BucketAddress;
+use platform::clock::Clock;
+use platform::config::{Config, RecordingsPlace};
 use tempfile::TempDir;
 use uuid::Uuid;
 

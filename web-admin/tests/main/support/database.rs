@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use acts::platform::config::Config;
+use platform::config::Config;
 use sqlx::{AssertSqlSafe, Connection as _};
 use store::{Connection, Database, DatabaseAddress, EngineKind};
 

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use acts::platform::config::MailTo;
+use platform::config::MailTo;
 use store::surveys::{self as stored, letters};
 use web_admin::outbox;
 
@@ -150,7 +150,7 @@ async fn a_letter_under_way_when_the_service_dies_is_not_sent_again() {
     ask(&mut teacher, &survey, "Dr Ek <ek@example.org>").await;
     let state = &school.app.state;
     let due = letters::list_due_survey_letters(state.db.reader(), state.clock.now(), 10).await.unwrap();
-    let token = acts::platform::secret::token_sha256(link.trim_start_matches("/survey/"));
+    let token = platform::secret::token_sha256(link.trim_start_matches("/survey/"));
     let response = stored::by_token(state.db.reader(), &token).await.unwrap().unwrap();
     school.app.write(async |tx| letters::claim_survey_letter(tx, &due[0], response.id).await.unwrap()).await;
     state.clock.advance(7 * 24 * 3600);

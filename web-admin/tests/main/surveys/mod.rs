@@ -6,11 +6,11 @@ pub(crate) mod letters;
 pub(crate) mod station_surveys;
 
 use acts::authoring::instruments;
-use acts::platform::clock::Clock;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::ids::{CohortId, SchoolId, SessionId, SurveyId};
 use model::{Moment, Role};
+use platform::clock::Clock;
 use time::macros::datetime;
 use web_admin::worker;
 

@@ -1,11 +1,11 @@
 //! Assignments through the front door. Fails when a trainee does not see what is due, when the clocks move a deadline,
 //! when another school's cohort can be told from none, or when somebody is reminded twice or for nothing.
 
-use acts::platform::clock::Clock;
-use acts::platform::config::MailTo;
 use acts::training::deadlines;
 use model::ids::{CohortId, PersonId, SchoolId, SessionId};
 use model::{Moment, Role};
+use platform::clock::Clock;
+use platform::config::MailTo;
 use store::training::cohorts;
 use time::macros::datetime;
 use uuid::Uuid;

@@ -2,7 +2,6 @@
 //! Fails when one is issued for less, in another's language, or when what is printed or signed is not what was earned.
 
 use acts::authoring::publishing;
-use acts::platform::clock::Clock;
 use acts::training::certificates;
 use data_encoding::HEXLOWER;
 use model::ids::SessionId;
@@ -10,6 +9,7 @@ use model::training::certificate::check_certificate;
 use model::training::certificate_note::CertificateNote;
 use model::{Moment, PersonKey, Role};
 use pages::training::qr::draw_qr_code;
+use platform::clock::Clock;
 use sha2::{Digest, Sha256};
 use store::people;
 use web_admin::worker;

@@ -1,9 +1,9 @@
 //! A cohort through the front door, as large as a year of students. Fails when a roster by itself calls for help, when somebody of a
 //! long list cannot be reached, or when a page grows with the cohort.
 
-use acts::platform::clock::Clock;
 use model::ids::{CohortId, SchoolId};
 use model::{Moment, Role};
+use platform::clock::Clock;
 use store::people::{self, NewPerson};
 use store::training::cohorts;
 use store::training::cohorts::{Attribution, Membership};

@@ -1,8 +1,8 @@
 //! Exercises that a school has replaced. Fails when an attempt at an earlier revision counts or certifies after the grace, or one that was
 //! made in time is lost.
 
-use acts::platform::clock::Clock;
 use model::{Moment, Role};
+use platform::clock::Clock;
 use time::OffsetDateTime;
 use web_admin::worker;
 

@@ -5,7 +5,6 @@
 use acts::error::{Error, error_chain};
 use acts::letters::mailing;
 use acts::people::accounts;
-use acts::platform::mailer::Letter;
 use acts::replicas::{self, Duty};
 use acts::training::assignments;
 use model::PersonKey;
@@ -14,6 +13,7 @@ use model::letters::mail::{Mail, MailKind};
 use model::training::assignment::{AssignmentStage, AssignmentStanding};
 use pages::letters::news::NewsItem;
 use pages::letters::{self, Reminded};
+use platform::mailer::Letter;
 use routes_base::AppState;
 use store::auth::account_links::Purpose;
 use store::letters::{mails, notices};

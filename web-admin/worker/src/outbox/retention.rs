@@ -3,10 +3,10 @@
 
 use acts::error::Error;
 use acts::letters::mailing;
-use acts::platform::mailer::Letter;
 use acts::replicas::{self, Duty};
 use model::letters::mail::RetentionLetter;
 use pages::letters;
+use platform::mailer::Letter;
 use routes_base::AppState;
 use store::privacy::retention;
 use words::Language;

@@ -2,10 +2,10 @@
 
 use acts::error::Error;
 use acts::letters::mailing;
-use acts::platform::mailer::Letter;
 use acts::surveys::{instrument_of, link_expiry};
 use model::letters::mail::SurveyLetter;
 use pages::letters;
+use platform::mailer::Letter;
 use routes_base::AppState;
 use store::surveys;
 

@@ -7,12 +7,12 @@ use std::path::Path;
 
 use anyhow::{Context, bail, ensure};
 use data_encoding::HEXLOWER;
+use platform::recording_store::RecordingStore;
 use sha2::{Digest, Sha256};
 use store::recordings::sessions::RecordingFile;
 use tar::{Archive, Builder, EntryType, Header, HeaderMode};
 
 use super::{DATABASE, MANIFEST, Manifest, RECORDINGS, SMALL};
-use crate::platform::recording_store::RecordingStore;
 
 /// Size limit for a manifest, in bytes; real ones are far smaller.
 const MOST_MANIFEST_BYTES: u64 = 1 << 16;

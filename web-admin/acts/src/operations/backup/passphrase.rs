@@ -5,10 +5,9 @@ use anyhow::Context;
 use chacha20poly1305::aead::{Aead, KeyInit};
 use chacha20poly1305::{XChaCha20Poly1305, XNonce};
 use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
+use platform::secret;
+use platform::secret::PasswordCost;
 use serde::{Deserialize, Serialize};
-
-use crate::platform::secret;
-use crate::platform::secret::PasswordCost;
 
 /// Minimum length of a passphrase, in characters.
 pub const MIN_PASSPHRASE: usize = 12;

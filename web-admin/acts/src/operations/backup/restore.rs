@@ -3,18 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use platform::clock::Clock;
+use platform::config::Config;
+use platform::fail_points::FailPoint;
+use platform::files::hash_file;
+use platform::recording_store::{Bucket, RecordingStore};
+use platform::sealing;
 use store::{Database, DatabaseAddress};
 
 use super::{DATABASE, FORMAT, KNOWN, MANIFEST, Manifest, RECORDINGS, RestoreRefused, Scratch, archive, passphrase};
 use crate::operations::key_files::KEYS;
 use crate::operations::verification;
 use crate::operations::verification::VerificationReport;
-use crate::platform::clock::Clock;
-use crate::platform::config::Config;
-use crate::platform::fail_points::FailPoint;
-use crate::platform::recording_files::hash_file;
-use crate::platform::recording_store::{Bucket, RecordingStore};
-use crate::platform::sealing;
 use crate::privacy::erasing;
 use crate::privacy::erasure_store::ErasureStore;
 use crate::privacy::erasures::{ERASURES_FILE, Erasure, ErasureList};

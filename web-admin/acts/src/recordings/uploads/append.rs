@@ -3,15 +3,15 @@
 use bytes::Bytes;
 use futures::StreamExt;
 use model::ids::UploadId;
+use platform::fail_points::FailPoint;
+use platform::files::PartFile;
+use platform::upload_locks::UploadLock;
 use store::recordings::uploads::{Upload, UploadOwner};
 use tokio::fs::File;
 use tokio::io::{AsyncSeekExt, AsyncWriteExt};
 
 use super::{LOOKS, complete, look, pieces, take_over};
 use crate::error::Error;
-use crate::platform::fail_points::FailPoint;
-use crate::platform::files::PartFile;
-use crate::platform::upload_locks::UploadLock;
 use crate::recordings::checksum::Checksum;
 use crate::recordings::quotas::LOOK_BYTES;
 use crate::recordings::{Chunks, quotas};

@@ -5,6 +5,8 @@ use std::io::SeekFrom;
 use std::path::{Path, PathBuf};
 
 use model::ids::UploadId;
+use platform::files::PartFile;
+use platform::recording_store::RecordingStore;
 use store::recordings::uploads;
 use store::recordings::uploads::Upload;
 use tokio::fs::File;
@@ -12,8 +14,6 @@ use tokio::io::AsyncSeekExt;
 use uuid::Uuid;
 
 use crate::error::Error;
-use crate::platform::files::PartFile;
-use crate::platform::recording_store::RecordingStore;
 use crate::recordings::Received;
 use crate::service::Service;
 

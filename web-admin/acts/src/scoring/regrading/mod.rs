@@ -13,6 +13,7 @@ use data_encoding::HEXLOWER;
 use documents::{Exercise, ExerciseBundle};
 use model::ids::{RevisionId, SchoolId, ScoreId};
 use model::{Moment, SessionKey};
+use platform::secret;
 use serde_json::json;
 use store::Connection;
 use store::audit::{Actor, AuditEntry};
@@ -23,7 +24,6 @@ use store::scoring::{regradings, scores};
 use store::training::practice;
 
 use crate::error::Error;
-use crate::platform::secret;
 use crate::recordings;
 use crate::service::Service;
 

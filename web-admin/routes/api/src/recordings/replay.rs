@@ -1,7 +1,6 @@
 //! The data of a replay: the stage, the frames, and the series plotted over time.
 
 use acts::error::Error;
-use acts::platform::replay_files;
 use acts::recordings::replays;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
@@ -12,6 +11,7 @@ use model::ids::SessionId;
 use model::recordings::replay::ReplayStage;
 use model::recordings::series;
 use model::recordings::series::{AttemptStretch, TimeSpan};
+use platform::replay_files;
 use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
 use routes_base::recordings::stored_files::serve_stored;

@@ -2,12 +2,12 @@
 //! visitors, in a cookie.
 
 use acts::error::Error;
-use acts::platform::secret;
 use axum::body::{Body, Bytes};
 use axum::extract::{FromRequest, FromRequestParts, RawForm, Request};
 use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
 use axum_extra::extract::Form;
+use platform::secret;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use tower_sessions::Session;

@@ -4,12 +4,12 @@
 use std::sync::{Arc, OnceLock};
 
 use acts::error::Error;
-use acts::platform::secret;
 use axum::extract::{Request, State};
 use axum::http::header::{COOKIE, SET_COOKIE};
 use axum::http::{HeaderMap, HeaderValue};
 use axum::middleware::Next;
 use axum::response::Response;
+use platform::secret;
 use tower_sessions::cookie::{Cookie, SameSite};
 
 use crate::AppState;

@@ -4,11 +4,11 @@ use std::ops::Range;
 use std::path::Path;
 
 use acts::error::Error;
-use acts::platform::recording_store::{StoredFile, StoredObject};
 use axum::body::Body;
 use axum::extract::Request;
 use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use platform::recording_store::{StoredFile, StoredObject};
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 

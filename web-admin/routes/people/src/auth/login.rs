@@ -6,11 +6,11 @@ use acts::auth::rate_limits;
 use acts::auth::signing_in::{note_refused_sign_in, note_way_in};
 use acts::error::Error;
 use acts::people::accounts;
-use acts::platform::secret;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use pages::auth::login::LoginPage;
+use platform::secret;
 use routes_base::auth::{
     CheckedForm, ClientAddress, Csrf, CsrfForm, NoFields, SignInStanding, Visitor, person_of, refuse_form, standing_of,
 };

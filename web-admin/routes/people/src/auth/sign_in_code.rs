@@ -3,7 +3,6 @@
 //! must not contain a readable code.
 
 use acts::error::Error;
-use acts::platform::sealing;
 use acts::stations;
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
@@ -12,6 +11,7 @@ use model::Moment;
 use model::ids::PersonId;
 use pages::training::trainee::SignInCodePage;
 use pages::{NavPlace, Shell};
+use platform::sealing;
 use routes_base::AppState;
 use routes_base::auth::{Csrf, CsrfForm, NoFields, Visitor};
 use routes_base::error::PageError;

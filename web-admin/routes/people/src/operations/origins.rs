@@ -2,11 +2,11 @@
 
 use acts::error::Error;
 use acts::operations::schools;
-use acts::platform::config;
 use axum::extract::State;
 use pages::form::FilledForm;
 use pages::operations::origins::{OriginsForm, OriginsPage};
 use pages::{NavPlace, Shell};
+use platform::config;
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf, CsrfForm, Visit};
 use routes_base::error::PageError;

@@ -2,8 +2,6 @@
 
 use acts::error::Error;
 use acts::operations::schools as settling;
-use acts::platform::config::MailTo;
-use acts::platform::mailer::Letter;
 use axum::extract::{Query, State};
 use axum::response::Redirect;
 use model::Needed;
@@ -12,6 +10,8 @@ use pages::form::FilledForm;
 use pages::letters::MailWay;
 use pages::operations::settings::{SettingsForm, SettingsPage};
 use pages::{NavPlace, Shell, letters};
+use platform::config::MailTo;
+use platform::mailer::Letter;
 use routes_base::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};

@@ -2,7 +2,6 @@
 //! those viewers.
 
 use acts::error::Error;
-use acts::platform::secret;
 use acts::recordings;
 use acts::recordings::links;
 use acts::recordings::links::LINK_LIFETIME_S;
@@ -12,6 +11,7 @@ use axum::response::{IntoResponse, Response};
 use model::ids::SessionId;
 use pages::recordings::links::RecordingLinksPage;
 use pages::{NavPlace, Shell};
+use platform::secret;
 use routes_base::AppState;
 use routes_base::addresses::{PathId, encode_in_query, own_address};
 use routes_base::auth::{CsrfForm, NoFields, PageHead, Visitor};

@@ -5,7 +5,7 @@ use model::Moment;
 use store::locks::{FileLock, LockError};
 use store::{Database, DatabaseAddress, DatabaseLock};
 
-use crate::platform::config::Config;
+use crate::config::Config;
 
 /// Lock on database and recordings, held until dropped. A recordings folder is locked by a file; a
 /// bucket is protected by the lock of its database.
@@ -60,12 +60,12 @@ impl DataLock {
 }
 
 /// Describes the lock holder to other processes: purpose, process id, and start time.
-pub(crate) fn name_holder(purpose: &str, now: Moment) -> String {
+pub fn name_holder(purpose: &str, now: Moment) -> String {
     format!("{purpose} (process {}, since {now})", std::process::id())
 }
 
 /// Takes an exclusive lock on the recordings folder of a configuration.
-pub(crate) fn hold_folder(config: &Config, holder: &str) -> Result<FileLock, LockError> {
+pub fn hold_folder(config: &Config, holder: &str) -> Result<FileLock, LockError> {
     FileLock::take(&config.recordings_dir.with_extension("lock"), holder)
 }
 

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use url::Url;
 
-use crate::platform::config::Config;
-use crate::platform::secret;
+use crate::config::Config;
+use crate::secret;
 
 mod authenticator_data;
 mod base64url;

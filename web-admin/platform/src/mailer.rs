@@ -12,7 +12,7 @@ use model::Moment;
 use model::ids::LetterId;
 use model::people::email::email_in_ascii;
 
-use crate::platform::config::{Config, MailTo};
+use crate::config::{Config, MailTo};
 
 /// A mail ready to be sent.
 #[derive(Clone, Debug, PartialEq, Eq)]

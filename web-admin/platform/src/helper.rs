@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use crate::platform::bucket_address::BucketAddress;
-use crate::platform::clock;
+use crate::bucket_address::BucketAddress;
+use crate::clock;
 
 /// Interval for polling whether a helper has exited.
 const LOOK_EVERY: Duration = Duration::from_millis(10);

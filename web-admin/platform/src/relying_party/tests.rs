@@ -374,7 +374,7 @@ fn a_counter_that_goes_back_is_a_copy_and_nonsense_is_no_answer() {
 
 #[test]
 fn records_in_the_form_of_webauthn_rs_are_read_written_and_used() {
-    let golden = include_str!("../../../../../tests/data/passkeys/form-of-webauthn-rs-0.6.2.json");
+    let golden = include_str!("../../../../tests/data/passkeys/form-of-webauthn-rs-0.6.2.json");
     let golden: Vec<Value> = serde_json::from_str(golden).unwrap();
     assert_eq!(golden.len(), 4, "ES256 with and without a statement, ES384 and RS256");
     for case in golden {
@@ -392,7 +392,7 @@ fn records_in_the_form_of_webauthn_rs_are_read_written_and_used() {
 
 #[test]
 fn a_new_record_has_the_members_of_the_others() {
-    let golden = include_str!("../../../../../tests/data/passkeys/form-of-webauthn-rs-0.6.2.json");
+    let golden = include_str!("../../../../tests/data/passkeys/form-of-webauthn-rs-0.6.2.json");
     let golden: Vec<Value> = serde_json::from_str(golden).unwrap();
     let (_, record) = credential(&ECDSA_P256_SHA256_ASN1_SIGNING);
     let written: Value = serde_json::from_str(&record.to_json().unwrap()).unwrap();

@@ -18,10 +18,9 @@ use store::privacy::texts::ErasedRecording;
 pub use stored::{StoredFile, StoredObject};
 use uuid::Uuid;
 
-use crate::platform::config::Config;
-use crate::platform::files::{PartFile, remove_folder, remove_if_there};
-use crate::platform::recording_files::hash_file;
-use crate::platform::replay_files;
+use crate::config::Config;
+use crate::files::{PartFile, hash_file, remove_folder, remove_if_there};
+use crate::replay_files;
 
 /// Prefix of the recordings in a bucket.
 const RECORDINGS: &str = "recordings";
@@ -243,7 +242,7 @@ impl Bucket {
 
     /// Concatenates the chunks of an upload into a file. Returns it with its SHA-256, lower-case
     /// hexadecimal.
-    pub(crate) async fn join_pieces(&self, pieces: &[String]) -> Result<(PartFile, String), StoreError> {
+    pub async fn join_pieces(&self, pieces: &[String]) -> Result<(PartFile, String), StoreError> {
         self.join(pieces).await
     }
 

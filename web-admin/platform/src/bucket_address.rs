@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 /// Error message of a program built without the feature `replicas`, with the command that builds
 /// it.
 #[cfg(not(feature = "replicas"))]
-pub(crate) const UNBUILT: &str = "this program is built without bucket support: allowed: a path or a file:// URL; for s3:// URLs, build with `cargo build --release -p web-admin --features replicas`";
+pub const UNBUILT: &str = "this program is built without bucket support: allowed: a path or a file:// URL; for s3:// URLs, build with `cargo build --release -p web-admin --features replicas`";
 
 /// Prefix of the environment variables that configure access.
 const VARIABLES: &str = "AWS_";

@@ -10,8 +10,8 @@ use bytes::Bytes;
 use futures::stream::BoxStream;
 
 use super::StoreError;
-use crate::platform::bucket_address::{BucketAddress, UNBUILT};
-use crate::platform::files::PartFile;
+use crate::bucket_address::{BucketAddress, UNBUILT};
+use crate::files::PartFile;
 
 /// An uninhabited stand-in for a bucket.
 #[derive(Clone, Debug)]
@@ -60,23 +60,23 @@ impl Bucket {
         match self.0 {}
     }
 
-    pub(crate) async fn put(&self, _name: &str, _bytes: Vec<u8>) -> Result<(), StoreError> {
+    pub async fn put(&self, _name: &str, _bytes: Vec<u8>) -> Result<(), StoreError> {
         match self.0 {}
     }
 
-    pub(crate) async fn read_whole(&self, _name: &str) -> Result<Option<Vec<u8>>, StoreError> {
+    pub async fn read_whole(&self, _name: &str) -> Result<Option<Vec<u8>>, StoreError> {
         match self.0 {}
     }
 
-    pub(crate) async fn check(&self) -> Result<(), StoreError> {
+    pub async fn check(&self) -> Result<(), StoreError> {
         match self.0 {}
     }
 
-    pub(crate) async fn list(&self, _folder: &str) -> Result<Vec<String>, StoreError> {
+    pub async fn list(&self, _folder: &str) -> Result<Vec<String>, StoreError> {
         match self.0 {}
     }
 
-    pub(crate) async fn remove(&self, _names: Vec<String>) -> Result<(), StoreError> {
+    pub async fn remove(&self, _names: Vec<String>) -> Result<(), StoreError> {
         match self.0 {}
     }
 }

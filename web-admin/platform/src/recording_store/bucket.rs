@@ -22,8 +22,8 @@ use tokio::sync::Semaphore;
 use uuid::Uuid;
 
 use super::StoreError;
-use crate::platform::bucket_address::BucketAddress;
-use crate::platform::files::PartFile;
+use crate::bucket_address::BucketAddress;
+use crate::files::PartFile;
 
 /// Size of a part of a multipart upload, in bytes; also the memory used per upload. S3 requires at
 /// least 5 MiB per part and at most 10 000 parts.
@@ -184,12 +184,12 @@ impl Bucket {
     }
 
     /// Writes a small object.
-    pub(crate) async fn put(&self, name: &str, bytes: Vec<u8>) -> Result<(), StoreError> {
+    pub async fn put(&self, name: &str, bytes: Vec<u8>) -> Result<(), StoreError> {
         self.objects.put(&self.full_name(name), bytes.into()).await.map(drop).map_err(StoreError::of_writing)
     }
 
     /// Reads a small object; returns `None` if it does not exist.
-    pub(crate) async fn read_whole(&self, name: &str) -> Result<Option<Vec<u8>>, StoreError> {
+    pub async fn read_whole(&self, name: &str) -> Result<Option<Vec<u8>>, StoreError> {
         let found = match self.objects.get(&self.full_name(name)).await.map_err(StoreError::from) {
             Err(StoreError::Missing) => return Ok(None),
             found => found?,
@@ -198,13 +198,13 @@ impl Bucket {
     }
 
     /// Checks that the bucket exists and responds.
-    pub(crate) async fn check(&self) -> Result<(), StoreError> {
+    pub async fn check(&self) -> Result<(), StoreError> {
         let name = ObjectName::from(self.address.prefix.as_str());
         self.objects.list_with_delimiter(Some(&name)).await.map(drop).map_err(StoreError::of_writing)
     }
 
     /// Lists the names below a prefix, relative to it.
-    pub(crate) async fn list(&self, folder: &str) -> Result<Vec<String>, StoreError> {
+    pub async fn list(&self, folder: &str) -> Result<Vec<String>, StoreError> {
         let (folder, below) = (self.full_name(folder), format!("{}/", self.address.name_within(folder)));
         let names = self.objects.list(Some(&folder)).map_ok(|object| object.location.to_string());
         let names: Vec<String> = names.try_collect().await.map_err(StoreError::of_writing)?;
@@ -212,7 +212,7 @@ impl Bucket {
     }
 
     /// Deletes objects; a missing object is not an error.
-    pub(crate) async fn remove(&self, names: Vec<String>) -> Result<(), StoreError> {
+    pub async fn remove(&self, names: Vec<String>) -> Result<(), StoreError> {
         let names: Vec<_> = names.iter().map(|name| Ok(self.full_name(name))).collect();
         let mut gone = self.objects.delete_stream(futures::stream::iter(names).boxed());
         while let Some(one) = gone.next().await {

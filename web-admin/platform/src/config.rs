@@ -8,10 +8,10 @@ use http::Uri;
 use model::people::email::is_email;
 use store::{AddressRefused, DatabaseAddress};
 
-use crate::platform::bucket_address::BucketAddress;
-use crate::platform::helper::Helper;
-use crate::platform::scanning::Scanner;
-use crate::platform::secret::PasswordCost;
+use crate::bucket_address::BucketAddress;
+use crate::helper::Helper;
+use crate::scanning::Scanner;
+use crate::secret::PasswordCost;
 
 /// Destination of outgoing mail.
 #[derive(Clone, PartialEq, Eq)]
@@ -276,7 +276,7 @@ pub fn recordings_place(
     const ALLOWED: &str =
         "allowed: a path, a file:// URL, or s3://BUCKET/PREFIX of letters, digits, \"-\", \"_\", \".\" and \"/\"";
     #[cfg(not(feature = "replicas"))]
-    const ALLOWED: &str = crate::platform::bucket_address::UNBUILT;
+    const ALLOWED: &str = crate::bucket_address::UNBUILT;
     let refused = |scheme| ConfigError { option: "--recordings", value: format!("{scheme}://…"), allowed: ALLOWED };
     match given.split_once("://") {
         Some(("file", path)) => Ok(RecordingsPlace::Folder(PathBuf::from(path))),

@@ -11,7 +11,7 @@ use chacha20poly1305::aead::{Aead, Payload};
 use chacha20poly1305::{ChaCha20Poly1305, KeyInit, Nonce};
 use data_encoding::HEXLOWER_PERMISSIVE;
 
-use crate::platform::secret;
+use crate::secret;
 
 /// File name of the key in the key folder; 64 hexadecimal digits.
 pub const KEY_FILE: &str = "second-factor-key";
