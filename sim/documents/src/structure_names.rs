@@ -3,10 +3,10 @@
 //! A scene's author names them in one language. The names in the shipped scenes are translated; all
 //! other names are the same in every language.
 
-use phrase::{Phrase, sentence};
+use phrase::{Phrase, phrase, sentence};
 
 /// Names in the shipped scenes.
-pub const SHIPPED_STRUCTURE_NAMES: [&str; 26] = [
+pub const SHIPPED_STRUCTURE_NAMES: [&str; 31] = [
     sentence!("skin"),
     sentence!("fat"),
     sentence!("fascia"),
@@ -33,11 +33,22 @@ pub const SHIPPED_STRUCTURE_NAMES: [&str; 26] = [
     sentence!("vertebra L3"),
     sentence!("vertebra L4"),
     sentence!("vertebra L5"),
+    sentence!("introducer"),
+    sentence!("anterior epidural space"),
+    sentence!("ligament"),
+    sentence!("kidney"),
+    sentence!("calyx"),
 ];
 
-/// Returns the name of a layer or structure, translated if it is a shipped one.
+/// Returns the name of a layer or structure, translated if it is a shipped one, also with a number:
+/// a body's second layer of the dura is `dura 2`.
 #[must_use]
 pub fn name_structure(name: &str) -> Phrase {
-    let shipped = SHIPPED_STRUCTURE_NAMES.into_iter().find(|shipped| *shipped == name);
-    shipped.map_or_else(|| Phrase::data(name), Phrase::sentence)
+    let shipped = |name: &str| SHIPPED_STRUCTURE_NAMES.into_iter().find(|shipped| *shipped == name);
+    let numbered = name.rsplit_once(' ').and_then(|(own, number)| Some((shipped(own)?, number.parse::<u32>().ok()?)));
+    match (shipped(name), numbered) {
+        (Some(name), _) => Phrase::sentence(name),
+        (None, Some((own, number))) => phrase!("{layer} {number}", layer = Phrase::sentence(own), number = number),
+        (None, None) => Phrase::data(name),
+    }
 }

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use documents::{NeedleFamily, Scene};
+use phrase::sentence;
 
-use crate::compare::{Agreement, DossierLine, WAY_M, compare_scene};
+use crate::compare::{Agreement, DossierLine, WAY_M};
 use crate::insertion::{ProbeInsertion, ProbeMoment, insert_to, insertion_speed_m_per_s, layers_alone};
 use crate::quantity::MeasuredQuantity;
 use crate::words::{say_range, say_value};
@@ -45,21 +46,34 @@ pub fn profile_force_n(depth_mm: f64) -> f64 {
     })
 }
 
+/// The words of a plot, in the reader's language.
+#[derive(Clone, Copy)]
+pub struct CurveWords<'a> {
+    /// Labels of the axes: displacement and force.
+    pub axes: [&'a str; 2],
+    /// Name of a layer.
+    pub name_layer: &'a dyn Fn(&str) -> String,
+    /// Translation of a figure's title.
+    pub say: &'a dyn Fn(&'static str) -> &'static str,
+}
+
+/// The labels of the axes, as sentences.
+pub const CURVE_AXES: [&str; 2] = [sentence!("displacement of the tip, mm"), sentence!("axial force, N")];
+
 /// Draws the force of a scene's layers against the tip's displacement: its needle enters
 /// perpendicularly. Published ranges of forces are drawn where the scene's value is taken, the
-/// published slope as a wedge.
+/// published slope as a wedge. `lines` is the scene's comparison.
 ///
 /// # Panics
 /// Never for a scene that was read: reading checks the law's requirements.
 #[must_use]
 #[expect(clippy::expect_used, reason = "reading a scene checks what the law asks")]
-pub fn draw_force_curve(scene: &Scene) -> String {
+pub fn draw_force_curve(scene: &Scene, lines: &[DossierLine], words: &CurveWords<'_>) -> String {
     let params = layers_alone(scene).expect("a scene that was read makes a law");
     let whole_m: f64 = scene.layers.iter().rev().skip(1).map(|layer| layer.thickness_mm / 1e3).sum();
     let least_m = if scene.needle.family == Some(NeedleFamily::RenalAccess) { WAY_M } else { LEAST_M };
     let end_m = (whole_m + BEYOND_M).clamp(least_m, MOST_M).min(params.spec().needle_length_m);
     let way = insert_to(&params, insertion_speed_m_per_s(scene), end_m);
-    let lines = compare_scene(scene);
     let most_n = way.moments.iter().map(|moment| moment.force_n).fold(0.0, f64::max);
     let bands: Vec<(f64, [f64; 2], &DossierLine)> = lines
         .iter()
@@ -67,12 +81,12 @@ pub fn draw_force_curve(scene: &Scene) -> String {
         .collect();
     let profiled_n = if scene.id == PROFILED { 12.2 } else { 0.0 };
     let top_n = bands.iter().map(|(_, [_, high], _)| *high).fold(1.08 * most_n.max(profiled_n), f64::max);
-    let plot = Plot { end_m, top_n };
+    let plot = Plot { end_m, top_n, words };
     let mut svg = format!(
         "<svg width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" xmlns=\"http://www.w3.org/2000/svg\" \
-         font-family=\"sans-serif\" font-size=\"12\" role=\"img\" aria-label=\"{}: force against depth\">\n<rect width=\"{WIDTH}\" \
+         font-family=\"sans-serif\" font-size=\"12\" role=\"img\" aria-label=\"{}\">\n<rect width=\"{WIDTH}\" \
          height=\"{HEIGHT}\" fill=\"#FFFFFF\"/>\n",
-        scene.id
+        words.axes.join(" – ")
     );
     plot.draw_layers(&mut svg, scene);
     plot.draw_axes(&mut svg);
@@ -104,13 +118,14 @@ fn place_of(line: &DossierLine, scene: &Scene, way: &ProbeInsertion) -> Option<f
     Some(way.moments[at].x_m)
 }
 
-/// The scales of a plot.
-struct Plot {
+/// The scales and the words of a plot.
+struct Plot<'a> {
     end_m: f64,
     top_n: f64,
+    words: &'a CurveWords<'a>,
 }
 
-impl Plot {
+impl Plot<'_> {
     fn x(&self, way_m: f64) -> f64 {
         FRAME[0] + (FRAME[2] - FRAME[0]) * way_m / self.end_m
     }
@@ -119,26 +134,32 @@ impl Plot {
         FRAME[3] - (FRAME[3] - FRAME[1]) * force_n / self.top_n
     }
 
+    /// Describes what was published and the scene's value, for a pointer that rests on it.
+    fn describe(&self, line: &DossierLine) -> String {
+        let value = say_value(&line.figure.quantity, line.value.unwrap_or_default());
+        escape(&format!("{}: {value} ({})", (self.words.say)(line.figure.title), say_range(line.figure)))
+    }
+
     /// Draws the undeformed layers as stripes with their names.
     fn draw_layers(&self, svg: &mut String, scene: &Scene) {
         let mut top_m = 0.0;
         for (at, layer) in scene.layers.iter().enumerate() {
             let end_m = if at + 1 == scene.layers.len() { self.end_m } else { top_m + layer.thickness_mm / 1e3 };
+            let name = escape(&(self.words.name_layer)(&layer.name));
             let (from, to) = (self.x(top_m), self.x(end_m.min(self.end_m)));
             let (shade, width, height) = (["#F4F0EA", "#E9E3DA"][at % 2], to - from, FRAME[3] - FRAME[1]);
             if width > 0.0 {
                 let _ = writeln!(
                     svg,
-                    "<rect x=\"{from:.1}\" y=\"{}\" width=\"{width:.1}\" height=\"{height}\" fill=\"{shade}\"><title>{}</title></rect>",
-                    FRAME[1], layer.name
+                    "<rect x=\"{from:.1}\" y=\"{}\" width=\"{width:.1}\" height=\"{height}\" fill=\"{shade}\"><title>{name}</title></rect>",
+                    FRAME[1]
                 );
-                if width > 7.0 * layer.name.chars().count() as f64 {
+                if width > 7.0 * name.chars().count() as f64 {
                     let _ = writeln!(
                         svg,
-                        "<text x=\"{:.1}\" y=\"{}\" text-anchor=\"middle\" fill=\"#6B6257\" font-size=\"11\">{}</text>",
+                        "<text x=\"{:.1}\" y=\"{}\" text-anchor=\"middle\" fill=\"#6B6257\" font-size=\"11\">{name}</text>",
                         0.5 * (from + to),
-                        FRAME[1] - 6.0,
-                        layer.name
+                        FRAME[1] - 6.0
                     );
                 }
             }
@@ -162,13 +183,15 @@ impl Plot {
         let middle = 0.5 * (left + right);
         let _ = writeln!(
             svg,
-            "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">displacement of the tip, mm</text>",
-            bottom + 36.0
+            "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            bottom + 36.0,
+            escape(self.words.axes[0])
         );
         let _ = writeln!(
             svg,
-            "<text x=\"14\" y=\"{0}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {0})\">axial force, N</text>",
-            0.5 * (FRAME[1] + bottom)
+            "<text x=\"14\" y=\"{0}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {0})\">{1}</text>",
+            0.5 * (FRAME[1] + bottom),
+            escape(self.words.axes[1])
         );
     }
 
@@ -184,9 +207,8 @@ impl Plot {
         let _ = writeln!(
             svg,
             "<path d=\"M{origin_x:.1} {origin_y:.1}L{high_x:.1} {high_y:.1}L{right:.1} {high_y:.1}L{low_x:.1} {low_y:.1}Z\" fill=\"#0072B2\" \
-             fill-opacity=\"0.13\"><title>published slope {}; scene {}</title></path>",
-            say_range(line.figure),
-            say_value(&line.figure.quantity, line.value.unwrap_or_default())
+             fill-opacity=\"0.13\"><title>{}</title></path>",
+            self.describe(line)
         );
     }
 
@@ -197,12 +219,10 @@ impl Plot {
         let _ = writeln!(
             svg,
             "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"12\" height=\"{:.1}\" fill=\"{colour}\" fill-opacity=\"0.35\" stroke=\"{colour}\">\
-             <title>{}: {}; scene {}</title></rect>",
+             <title>{}</title></rect>",
             x - 6.0,
             bottom - top,
-            line.figure.title,
-            say_range(line.figure),
-            say_value(&line.figure.quantity, line.value.unwrap_or_default())
+            self.describe(line)
         );
     }
 
@@ -215,8 +235,7 @@ impl Plot {
             .collect();
         let _ = writeln!(
             svg,
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"#D55E00\" stroke-width=\"1.5\" stroke-dasharray=\"5 4\"><title>published \
-             profile</title></polyline>",
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"#D55E00\" stroke-width=\"1.5\" stroke-dasharray=\"5 4\"/>",
             points.trim_end()
         );
     }
@@ -244,4 +263,9 @@ impl Plot {
             points.trim_end()
         );
     }
+}
+
+/// Escapes a text for an element of SVG.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }

@@ -20,7 +20,7 @@ mod words;
 pub use compare::{
     Agreement, DossierLine, Incomparable, SceneDossier, compare_scene, count_inside, make_dossiers, measure_scene,
 };
-pub use curve::{draw_force_curve, profile_force_n};
+pub use curve::{CURVE_AXES, CurveWords, draw_force_curve, profile_force_n};
 pub use figures::{FIGURES, PublishedFigure, PublishedRange};
 pub use insertion::insertion_speed_m_per_s;
 pub use picture::draw_dossier;

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use documents::{NeedleFamily, Scene, SceneFibres};
 use dossier::{
-    Agreement, DossierLine, FIGURES, Incomparable, MeasuredQuantity, PublishedRange, compare_scene, count_inside,
-    draw_force_curve, make_dossiers, measure_scene, profile_force_n, read_shipped_scenes,
+    Agreement, CURVE_AXES, CurveWords, DossierLine, FIGURES, Incomparable, MeasuredQuantity, PublishedRange,
+    compare_scene, count_inside, draw_force_curve, make_dossiers, measure_scene, profile_force_n, read_shipped_scenes,
 };
 
 fn scene(name: &str) -> Scene {
@@ -140,10 +140,15 @@ fn profile_is_the_sampled_curve() {
 
 #[test]
 fn force_curve_shows_what_is_published() {
-    let training = draw_force_curve(&scene("lower-back-training"));
-    assert!(training.contains("published slope 35 N/m to 59 N/m") && training.contains("means 2.75 N to 2.80 N"));
-    let epidural = draw_force_curve(&scene("epidural-71kg"));
-    assert!(epidural.contains("published profile") && !training.contains("published profile"));
+    let draw = |name: &str| {
+        let scene = scene(name);
+        let words = CurveWords { axes: CURVE_AXES, name_layer: &str::to_uppercase, say: &|title| title };
+        draw_force_curve(&scene, &compare_scene(&scene), &words)
+    };
+    let training = draw("lower-back-training");
+    assert!(training.contains("35 N/m to 59 N/m") && training.contains("means 2.75 N to 2.80 N"));
+    assert!(training.contains(">MUSCLE<") && training.contains(CURVE_AXES[1]));
+    assert!(draw("epidural-71kg").contains("stroke-dasharray") && !training.contains("stroke-dasharray"));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use askama::Template;
 use askama_web::WebTemplate;
-use documents::{Exercise, ExerciseBundle, SceneStructure};
+use documents::{ClassCounts, Exercise, ExerciseBundle, SceneStructure};
 use law::structures::Shape;
 use nalgebra::{Point3, Vector3};
 
@@ -44,6 +44,10 @@ pub struct ExerciseTeaching {
     pub courses: Vec<SelectOption>,
     /// Parameters of its scene compared with published measurements.
     pub measured: Vec<MeasuredLine>,
+    /// Numbers of its scene's layers by class.
+    pub classes: ClassCounts,
+    /// The scene's force against depth, as SVG.
+    pub curve: String,
 }
 
 /// Place of an exercise in a course.
@@ -343,7 +347,7 @@ mod tests {
     #[test]
     fn once_published_it_leads_to_a_course_and_to_an_assignment() {
         let courses = vec![SelectOption { value: "c".to_owned(), label: "A course".to_owned(), chosen: false }];
-        let teaching = Some(ExerciseTeaching { published: true, courses, measured: Vec::new() });
+        let teaching = Some(ExerciseTeaching { published: true, courses, ..ExerciseTeaching::default() });
         let page = ExercisePage { own: false, teaching, ..samples::exercise_page() };
         let html = samples::keep_page("exercise-published", &page);
         for wanted in ["Published", "value=\"c\">A course", "/assignments?task=exercise:"] {

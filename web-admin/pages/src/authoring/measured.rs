@@ -1,8 +1,9 @@
 //! Comparison of a scene with published measurements.
 
-use dossier::{Agreement, DossierLine, MeasuredQuantity, PublishedRange};
+use documents::Scene;
+use dossier::{Agreement, CURVE_AXES, CurveWords, DossierLine, MeasuredQuantity, PublishedRange, draw_force_curve};
 
-use crate::format;
+use crate::{anatomy, format};
 
 /// A published figure, and the scene's value.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,6 +30,14 @@ pub struct MeasuredLine {
 #[must_use]
 pub fn list_measured_lines(lines: &[DossierLine]) -> Vec<MeasuredLine> {
     lines.iter().filter_map(make_measured_line).collect()
+}
+
+/// Draws the force of a scene's layers against depth, with the published ranges, in the reader's
+/// language. `lines` is the scene's comparison.
+#[must_use]
+pub fn draw_scene_curve(scene: &Scene, lines: &[DossierLine]) -> String {
+    let axes = CURVE_AXES.map(words::say);
+    draw_force_curve(scene, lines, &CurveWords { axes, name_layer: &anatomy::say_structure, say: &words::say })
 }
 
 fn make_measured_line(line: &DossierLine) -> Option<MeasuredLine> {

@@ -3,11 +3,11 @@
 use acts::error::Error;
 use axum::extract::{Path, Query, State};
 use documents::ExerciseBundle;
-use dossier::compare_scene;
+use dossier::{DossierLine, compare_scene};
 use model::training::progress::{CourseStep, Progress, StepState};
 use model::{CurrentPerson, Role};
 use pages::authoring::exercise::{Context, ExerciseFacts, ExercisePage, ExerciseTeaching};
-use pages::authoring::measured::{MeasuredLine, list_measured_lines};
+use pages::authoring::measured::{draw_scene_curve, list_measured_lines};
 use pages::form::SelectOption;
 use pages::training::addresses::exercise_href;
 use pages::training::curricula::{CourseCard, CurriculaPage, ExerciseLine};
@@ -56,7 +56,7 @@ pub(super) async fn show_exercise(
     let courses = visited_exercise(&state, &person).await?;
     let listed = reports::latest_at(state.db.reader(), &person, &id).await?;
     let own = person.role == Role::Trainee;
-    let measured = if own { Vec::new() } else { measure_scene(&bundle).await? };
+    let lines = if own { Vec::new() } else { measure_scene(&bundle).await? };
     Ok(ExercisePage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
         contexts: courses.iter().filter_map(|visited| context_in_course(visited, &id)).collect(),
@@ -66,7 +66,9 @@ pub(super) async fn show_exercise(
         teaching: (!own).then(|| ExerciseTeaching {
             published: shown.published.is_some(),
             courses: courses.iter().filter_map(|(taught, _)| course_without(taught, &id)).collect(),
-            measured,
+            measured: list_measured_lines(&lines),
+            classes: bundle.scene.count_classes(),
+            curve: draw_scene_curve(&bundle.scene, &lines),
         }),
         own,
     })
@@ -74,10 +76,9 @@ pub(super) async fn show_exercise(
 
 /// Compares the exercise's scene with published measurements, by simulating some insertions, which
 /// takes milliseconds.
-async fn measure_scene(bundle: &ExerciseBundle) -> Result<Vec<MeasuredLine>, Error> {
+async fn measure_scene(bundle: &ExerciseBundle) -> Result<Vec<DossierLine>, Error> {
     let scene = bundle.scene.clone();
-    let lines = tokio::task::spawn_blocking(move || compare_scene(&scene)).await?;
-    Ok(list_measured_lines(&lines))
+    Ok(tokio::task::spawn_blocking(move || compare_scene(&scene)).await?)
 }
 
 /// Returns a course as an option if it does not contain the exercise yet.
