@@ -7,6 +7,7 @@ use phrase::{Phrase, phrase, sentence};
 
 /// Names in the shipped scenes.
 pub const SHIPPED_STRUCTURE_NAMES: [&str; 31] = [
+pub const SHIPPED_STRUCTURE_NAMES: [&str; 36] = [
     sentence!("skin"),
     sentence!("fat"),
     sentence!("fascia"),
@@ -38,6 +39,16 @@ pub const SHIPPED_STRUCTURE_NAMES: [&str; 31] = [
     sentence!("ligament"),
     sentence!("kidney"),
     sentence!("calyx"),
+    sentence!("incised skin"),
+    sentence!("subcutaneous fat"),
+    sentence!("preperitoneal fat"),
+    sentence!("peritoneum"),
+    sentence!("abdominal cavity"),
+    sentence!("small bowel"),
+    sentence!("cranial loop of bowel"),
+    sentence!("caudal loop of bowel"),
+    sentence!("aorta"),
+    sentence!("vena cava"),
 ];
 
 /// Returns the name of a layer or structure, translated if it is a shipped one, also with a number:

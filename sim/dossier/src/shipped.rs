@@ -5,7 +5,7 @@ use std::path::Path;
 use documents::{DocumentError, Scene};
 
 /// The text of every shipped scene.
-pub const SHIPPED_SCENES: [&str; 15] = [
+pub const SHIPPED_SCENES: [&str; 17] = [
     include_str!("../../../curricula/scenes/lower-back-paper.toml"),
     include_str!("../../../curricula/scenes/lower-back-training.toml"),
     include_str!("../../../curricula/scenes/epidural-71kg.toml"),
@@ -21,6 +21,8 @@ pub const SHIPPED_SCENES: [&str; 15] = [
     include_str!("../../../curricula/scenes/lumbar-puncture.toml"),
     include_str!("../../../curricula/scenes/lumbar-puncture-25g.toml"),
     include_str!("../../../curricula/scenes/kidney-lower-pole.toml"),
+    include_str!("../../../curricula/scenes/abdomen-veress.toml"),
+    include_str!("../../../curricula/scenes/abdomen-trocar-12mm.toml"),
 ];
 
 /// Reads every shipped scene.

@@ -18,7 +18,7 @@ const BODY: &str = SHIPPED_SCENES[10];
 const MIDLINE: &str = include_str!("../../../../curricula/lumbar-epidural-on-a-body/1-midline.toml");
 
 /// Every shipped exercise with the index of its scene in [`SHIPPED_SCENES`].
-const EXERCISES: [(&str, usize); 14] = [
+const EXERCISES: [(&str, usize); 16] = [
     (include_str!("../../../../curricula/experiments/paper-insertion.toml"), 0),
     (include_str!("../../../../curricula/lower-back-basics/1-feel-the-layers.toml"), 1),
     (include_str!("../../../../curricula/lower-back-basics/2-stop-in-the-fat.toml"), 1),
@@ -33,6 +33,8 @@ const EXERCISES: [(&str, usize); 14] = [
     (include_str!("../../../../curricula/lumbar-epidural-on-a-body/3-paramedian.toml"), 12),
     (include_str!("../../../../curricula/lumbar-puncture/1-reach-the-fluid.toml"), 13),
     (include_str!("../../../../curricula/percutaneous-kidney-access/1-lower-pole.toml"), 14),
+    (include_str!("../../../../curricula/laparoscopic-entry/1-veress-needle.toml"), 15),
+    (include_str!("../../../../curricula/laparoscopic-entry/2-primary-trocar.toml"), 16),
 ];
 
 /// Reads the paper's scene and the training scene, each with the measured exercise.

@@ -101,6 +101,7 @@ fn cutting_is_as_steady_through_an_encoder_as_without_one() {
             "epidural-71kg" | "epidural-midline" | "epidural-off-bone" | "epidural-paramedian" => 0.053,
             "lumbar-puncture" => 0.058,
             "kidney-lower-pole" => 0.082,
+            "abdomen-trocar-12mm" => 0.052,
             "lower-back-obese" => 0.05,
             "lower-back-thick-needle" => 0.027,
             _ => 0.035,
