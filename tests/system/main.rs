@@ -8,6 +8,7 @@ mod benchmark;
 mod browser;
 mod cluster;
 mod commands;
+mod decoders;
 mod deploy;
 mod documents;
 mod every_page;

@@ -91,8 +91,8 @@ pub(crate) mod samples {
 
     use model::ids::CeremonyId;
 
+    use super::*;
     use crate::samples::NOW;
-    use crate::*;
 
     pub(crate) fn question() -> PasskeyQuestion {
         let options = "{\"publicKey\":{\"challenge\":\"AAAA\",\"rpId\":\"localhost\"}}".to_owned();

@@ -225,7 +225,8 @@ pub(crate) mod tests {
     use model::Moment;
     use model::training::assignment::{Assigned, MasteredShare};
 
-    use crate::{samples, *};
+    use super::*;
+    use crate::samples;
 
     fn standing(stage: AssignmentStage, overdue: bool) -> AssignmentStanding {
         let assigned = Assigned {

@@ -1,7 +1,7 @@
 //! Instruments written in forms. Fails when a form changes what nobody has changed, when an error does not stand at its field, when an author
 //! cannot get from a title to answers in two languages, or when publishing changes what somebody has answered already.
 
-use acts::surveys as published;
+use acts::authoring::instruments::documents_in;
 use documents::Instrument;
 
 use crate::authoring::draft_forms::{FormWriter, unix};
@@ -41,7 +41,7 @@ fn tick(writer: &mut FormWriter, field: &str) {
 async fn a_form_that_is_saved_as_it_is_changes_no_byte_of_any_shipped_instrument() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
-    let files = published::documents_in(course_folder().parent().unwrap()).unwrap();
+    let files = documents_in(course_folder().parent().unwrap()).unwrap();
     assert!(files.len() >= 6);
     for file in files {
         let text = std::fs::read_to_string(&file).unwrap();
