@@ -92,8 +92,8 @@ const MEASURED_FEELS: [TissueFeel; 15] = [
         &["cutting_n"],
     ),
     relaxing(
-        feel("epidural space", "fat", LOWER_FACE, [3150.0, 31.0, 1.43, 1.8, 3.0, 0.0, 950.0]),
-        MaxwellBranch { share: 1.2, time_s: 0.8 },
+        feel("epidural space", "fat", LOWER_FACE, [3150.0, 31.0, 1.3, 1.6, 3.0, 0.0, 950.0]),
+        MaxwellBranch { share: 0.8, time_s: 0.8 },
     ),
     feel("dura", "fascia", DURA, [1100.0, 31.0, 2.2, 2.8, 1.0, 0.05, 1130.0]),
     feel("cerebrospinal fluid", "fluid", UNMEASURED, [100.0, 20.0, 0.1, 0.12, 1.0, 0.0, 1010.0]),

@@ -6,8 +6,7 @@
 use phrase::{Phrase, phrase, sentence};
 
 /// Names in the shipped scenes.
-pub const SHIPPED_STRUCTURE_NAMES: [&str; 31] = [
-pub const SHIPPED_STRUCTURE_NAMES: [&str; 36] = [
+pub const SHIPPED_STRUCTURE_NAMES: [&str; 41] = [
     sentence!("skin"),
     sentence!("fat"),
     sentence!("fascia"),
