@@ -118,7 +118,7 @@ async fn what_is_typed_in_one_view_stands_in_the_other_and_errors_stand_at_their
     writer.set("x.rubric[1].metric", "stop_time_s.skin.rim@2");
     assert_eq!(writer.act("toml").await.status, 303);
     let text = unix(writer.value("document"));
-    let changed = before.replace("depth_mm = 8\n", "depth_mm = 8.50\n");
+    let changed = before.replace("depth_mm = 9.5\n", "depth_mm = 8.50\n");
     let changed = changed.replacen(
         "metric = \"overshoot_mm\"\nfull = 0.5\nzero = 5\nweight = 3\n",
         "metric = \"stop_time_s.skin.rim\"\nfull = 0.5\nzero = 5\nweight = 3\nversion = 2\n",
