@@ -42,9 +42,9 @@ pub(crate) const NOW: OffsetDateTime = datetime!(2026-05-20 09:30 UTC);
 /// Renders a page and checks it. If `STYLET_KEEP_PAGES` is set, writes it to `target/pages` for
 /// viewing in a browser.
 pub(crate) fn keep_page(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
-    crate::samples::untranslated_text::check_page(name, page);
+    untranslated_text::check_page(name, page);
     let html = page.render().expect("the page renders");
-    crate::samples::markup::check_markup(name, &html);
+    markup::check_markup(name, &html);
     let scripts = html.replace("<script src=\"/assets/", "").replace("<script type=\"module\" src=\"/assets/", "");
     let inline = html.contains("style=") || html.contains("<style") || scripts.contains("<script");
     assert!(!inline, "the policy forbids it");

@@ -12,6 +12,7 @@ pub mod auth;
 pub mod authoring;
 pub mod column_names;
 pub mod error;
+mod examining;
 pub mod export;
 pub mod forms;
 pub mod language;
@@ -22,6 +23,6 @@ pub mod refusals;
 pub mod startup;
 pub mod surveys;
 
-pub use authoring::examining::examine_draft;
+pub use examining::examine_draft;
 pub use listed::{Routes, get, post};
 pub use startup::AppState;

@@ -11,7 +11,7 @@ use platform::clock::Clock;
 use platform::config::Config;
 use tokio::sync::Mutex;
 
-use crate::authoring::examining::examine_draft;
+use crate::examining::examine_draft;
 use crate::operations::monitoring::{Counters, Pulse};
 use crate::refusals::RefusalLog;
 

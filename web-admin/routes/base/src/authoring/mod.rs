@@ -1,5 +1,4 @@
 //! Writing and publishing documents.
 
-pub(crate) mod examining;
 pub mod exercises;
 pub mod pictures;
