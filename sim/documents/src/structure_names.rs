@@ -58,7 +58,9 @@ pub fn name_structure(name: &str) -> Phrase {
     let numbered = name.rsplit_once(' ').and_then(|(own, number)| Some((shipped(own)?, number.parse::<u32>().ok()?)));
     match (shipped(name), numbered) {
         (Some(name), _) => Phrase::sentence(name),
-        (None, Some((own, number))) => phrase!("{layer} {number}", layer = Phrase::sentence(own), number = f64::from(number)),
+        (None, Some((own, number))) => {
+            phrase!("{layer} {number}", layer = Phrase::sentence(own), number = f64::from(number))
+        }
         (None, None) => Phrase::data(name),
     }
 }

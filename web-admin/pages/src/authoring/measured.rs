@@ -104,12 +104,12 @@ mod tests {
     fn a_figure_says_what_was_published_and_how_the_scene_stands_to_it() {
         let line = |id: &str, value: f64, agreement: Agreement| {
             let figure = FIGURES.iter().find(|figure| figure.id == id).expect("it is published");
-            DossierLine { figure, value: Some(value), agreement, fitted: id == "epidural_skin_depth" }
+            DossierLine { figure, value: Some(value), agreement, fitted: id == "epidural_skin_depth", excepted: None }
         };
         let said = list_measured_lines(&[
             line("skin_peak", 1.0, Agreement::Outside),
-            line("epidural_skin_depth", 13.9e-3, Agreement::Beside { ratio: 0.998 }),
-            line("tearing_share", 0.81, Agreement::Beside { ratio: 1.33 }),
+            line("epidural_skin_depth", 13.9e-3, Agreement::SingleValue { ratio: 0.998 }),
+            line("tearing_share", 0.81, Agreement::SingleValue { ratio: 1.33 }),
         ]);
         let cells: Vec<_> = said.iter().map(|line| [&*line.published, &*line.value, &*line.verdict]).collect();
         assert_eq!(cells[0], ["means 2.75\u{a0}N to 2.80\u{a0}N, ± 25 %", "1.00\u{a0}N", "outside"]);
