@@ -12,9 +12,8 @@ use crate::support::curricula;
 
 /// The profile: depth in m, force in N.
 const PROFILE: &str = include_str!("../../../../tests/data/calibrate/epidural-71kg.csv");
-/// Where resistance is lost, and where the dura lies, in mm.
+/// Where resistance is lost, in mm.
 const LOSS_MM: f64 = 48.38;
-const DURA_MM: f64 = 56.98;
 
 fn epidural() -> Scene {
     match read_document(&curricula().join("scenes/epidural-71kg.toml")).unwrap() {
