@@ -83,7 +83,7 @@ pub fn draw_force_curve(scene: &Scene, lines: &[DossierLine], words: &CurveWords
     let top_n = bands.iter().map(|(_, [_, high], _)| *high).fold(1.08 * most_n.max(profiled_n), f64::max);
     let plot = Plot { end_m, top_n, words };
     let mut svg = format!(
-        "<svg width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" xmlns=\"http://www.w3.org/2000/svg\" \
+        "<svg class=\"force-curve\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" xmlns=\"http://www.w3.org/2000/svg\" \
          font-family=\"sans-serif\" font-size=\"12\" role=\"img\" aria-label=\"{}\">\n<rect width=\"{WIDTH}\" \
          height=\"{HEIGHT}\" fill=\"#FFFFFF\"/>\n",
         words.axes.join(" – ")

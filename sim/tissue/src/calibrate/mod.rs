@@ -28,7 +28,7 @@ mod uncertainty;
 mod verdict;
 mod words;
 
-use law::axial::{AxialSpec, ForceLaw};
+use law::axial::{AxialSpec, ForceLaw, LayerOptions};
 
 pub use curve::{Curve, MIN_SAMPLES};
 pub use fit::{AskedFit, Fit, Start, fit};
@@ -40,13 +40,16 @@ pub use uncertainty::{Interval, ParameterEstimate, ParameterStanding};
 pub use verdict::Misfit;
 
 /// Whether a start needs a timed curve: those of laws 3 and 4, and later ones with an option of a
-/// layer or of the needle.
+/// layer or of the needle other than stiffening, which keeps its value.
 #[must_use]
 pub fn needs_times(start: &AxialSpec) -> bool {
     match start.law {
         ForceLaw::Version1 | ForceLaw::Version2 => false,
         ForceLaw::Version3 | ForceLaw::Version4 => true,
-        ForceLaw::Version5 => start.has_options(),
+        ForceLaw::Version5 => {
+            let plain = |options: &LayerOptions| LayerOptions { stiffening_n_per_m2: 0.0, ..options.clone() };
+            start.breakaway.is_some() || start.layers.iter().any(|layer| !plain(&layer.options).is_empty())
+        }
     }
 }
 
@@ -107,7 +110,7 @@ pub enum CalibrateError {
     /// the fitted parameters.
     #[error(
         "the starting scene has options of law 3, which a curve without times cannot distinguish from stiffness and \
-         thresholds; allowed: law = 2 or 5 without options, or a column t_s"
+         thresholds; allowed: law = 2 or 5 without options but stiffening, or a column t_s"
     )]
     LawOfOptions,
     /// A time does not increase.
