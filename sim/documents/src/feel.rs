@@ -71,34 +71,34 @@ const MEASURED_FEELS: [TissueFeel; 15] = [
     TissueFeel {
         stiffening_n_per_m2: 60_000.0,
         ..derived(
-            feel("skin", "skin", RENAL_SKIN, [150.0, 94.0, 3.31, 3.65, 94.0, 0.31, 1090.0]),
+            feel("skin", "skin", RENAL_SKIN, [150.0, 300.0, 3.31, 3.65, 94.0, 0.31, 1090.0]),
             &["tip_rupture_n", "rim_rupture_n"],
         )
     },
-    derived(feel("fat", "fat", RENAL_WAY, [120.0, 31.0, 0.16, 0.19, 39.0, 0.16, 950.0]), &["friction_n_per_m"]),
-    feel("fascia", "fascia", UNMEASURED, [1102.0, 94.0, 2.36, 2.83, 94.0, 0.47, 1130.0]),
-    derived(feel("muscle", "muscle", RENAL_WAY, [394.0, 94.0, 1.42, 1.73, 98.0, 0.55, 1050.0]), &["friction_n_per_m"]),
-    feel("ligament", "fascia", UNMEASURED, [1100.0, 94.0, 1.8, 2.3, 60.0, 1.5, 1120.0]),
+    derived(feel("fat", "fat", RENAL_WAY, [120.0, 100.0, 0.16, 0.19, 39.0, 0.16, 950.0]), &["friction_n_per_m"]),
+    feel("fascia", "fascia", UNMEASURED, [1102.0, 300.0, 2.36, 2.83, 94.0, 0.47, 1130.0]),
+    derived(feel("muscle", "muscle", RENAL_WAY, [394.0, 300.0, 1.42, 1.73, 98.0, 0.55, 1050.0]), &["friction_n_per_m"]),
+    feel("ligament", "fascia", UNMEASURED, [1100.0, 300.0, 1.8, 2.3, 60.0, 1.5, 1120.0]),
     derived(
-        feel("supraspinous ligament", "fascia", PROFILE, [2362.0, 94.0, 0.86, 1.1, 24.0, 2.43, 1130.0]),
+        feel("supraspinous ligament", "fascia", PROFILE, [2362.0, 300.0, 0.86, 1.1, 24.0, 2.43, 1130.0]),
         &["cutting_n"],
     ),
     derived(
-        feel("interspinous ligament", "fascia", PROFILE, [2362.0, 94.0, 0.43, 0.55, 24.0, 4.72, 1130.0]),
+        feel("interspinous ligament", "fascia", PROFILE, [2362.0, 300.0, 0.43, 0.55, 24.0, 4.72, 1130.0]),
         &["cutting_n"],
     ),
     derived(
-        feel("ligamentum flavum", "fascia", PROFILE, [2362.0, 94.0, 0.43, 0.55, 24.0, 5.4, 1130.0]),
+        feel("ligamentum flavum", "fascia", PROFILE, [2362.0, 300.0, 0.43, 0.55, 24.0, 5.4, 1130.0]),
         &["cutting_n"],
     ),
     relaxing(
-        feel("epidural space", "fat", LOWER_FACE, [3150.0, 31.0, 1.3, 1.6, 3.0, 0.0, 950.0]),
+        feel("epidural space", "fat", LOWER_FACE, [3150.0, 100.0, 1.3, 1.6, 3.0, 0.0, 950.0]),
         MaxwellBranch { share: 0.8, time_s: 0.8 },
     ),
-    feel("dura", "fascia", DURA, [1100.0, 31.0, 2.2, 2.8, 1.0, 0.05, 1130.0]),
+    feel("dura", "fascia", DURA, [1100.0, 100.0, 2.2, 2.8, 1.0, 0.05, 1130.0]),
     feel("cerebrospinal fluid", "fluid", UNMEASURED, [100.0, 20.0, 0.1, 0.12, 1.0, 0.0, 1010.0]),
-    feel("anterior epidural space", "fat", UNMEASURED, [120.0, 31.0, 0.16, 0.19, 3.0, 0.05, 950.0]),
-    feel("kidney", "muscle", CAPSULE, [394.0, 94.0, 1.57, 2.05, 63.0, 0.47, 1050.0]),
+    feel("anterior epidural space", "fat", UNMEASURED, [120.0, 100.0, 0.16, 0.19, 3.0, 0.05, 950.0]),
+    feel("kidney", "muscle", CAPSULE, [394.0, 300.0, 1.57, 2.05, 63.0, 0.47, 1050.0]),
     feel("calyx", "fluid", UNMEASURED, [630.0, 20.0, 0.47, 0.6, 10.0, 0.0, 1010.0]),
     feel("introducer", "tissue", INTRODUCER, [1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 1050.0]),
 ];

@@ -104,7 +104,7 @@ fn what_is_no_map_of_labels_is_refused_in_words() {
             refusal(|bytes| bytes[108..112].copy_from_slice(&1e30_f32.to_le_bytes())),
             "vox_offset = 1000000015047466200000000000000",
         ),
-        (refusal(|bytes| bytes[112..116].copy_from_slice(&0.3003_f32.to_le_bytes())), "voxel [1, 0, 0] holds 300.3"),
+        (refusal(|bytes| bytes[112..116].copy_from_slice(&0.3003_f32.to_le_bytes())), "voxel [1, 0, 0] = 300.3"),
     ];
     for (found, wanted) in refused {
         assert!(found.contains(wanted), "{wanted:?} is not in {found:?}");

@@ -66,6 +66,10 @@ fn every_boundary_of_every_shipped_exercise_tents_up_to_each_of_its_pops() {
         for boundary in 0..bundle.scene.layers.len() {
             let what = format!("boundary {boundary} of {}", bundle.exercise.id);
             let tip = ruptures(&recording, EventKind::TipRupture, boundary);
+            // What opens at once, an incised skin or an introducer, is pushed by nothing.
+            if specimen.spec().axial.layers[boundary].tip_rupture_n <= 0.0 {
+                continue;
+            }
             // What opens in the tick of a boundary above it, in a cascade, is never pushed by itself.
             let above = recording.events.iter().take_while(|event| *event != tip);
             if above.filter(|event| event.kind == EventKind::TipRupture).any(|event| event.t_s >= tip.t_s) {

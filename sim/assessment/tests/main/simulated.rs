@@ -75,7 +75,7 @@ fn allowed(metric: &Metric, size: f64, from: usize) -> f64 {
         // A quick hand tents by another tenth of a newton between the last sample and the rupture.
         id if id.starts_with("peak_force") => 0.1,
         // A layer ends up to 4 ms after the last sample in it, and the needle bends on.
-        id if id.starts_with("max_lateral_force_n") => 0.003,
+        id if id.starts_with("max_lateral_force_n") => 0.006,
         // A hand that comes to rest still goes at 1 mm/s when it confirms, up to 4 ms before the next sample.
         "depth_error_mm" | "overshoot_mm" | "tip_error_mm" => 0.004,
         _ => 0.0,

@@ -18,8 +18,8 @@ use trials::needle::{DT, DrivenNeedle};
 
 const SPEED_M_PER_S: f64 = 0.002;
 /// Plotted range, in m: from the end of the fat to beyond the fascia.
-const FROM_M: f64 = 0.007;
-const TO_M: f64 = 0.0125;
+const FROM_M: f64 = 0.010;
+const TO_M: f64 = 0.0165;
 /// Angles of the edge to the fibres, in degrees.
 const ANGLES_DEG: [f64; 3] = [0.0, 45.0, 90.0];
 /// Tensions of the sheet, in N/m.

@@ -14,11 +14,11 @@ const EXERCISE: &str = include_str!("../../../../curricula/lower-back-basics/3-r
 const PAPER: &str = SHIPPED_SCENES[0];
 const TRAINING: &str = SHIPPED_SCENES[1];
 const VESSEL: &str = SHIPPED_SCENES[6];
-const BODY: &str = SHIPPED_SCENES[10];
+const BODY: &str = SHIPPED_SCENES[9];
 const MIDLINE: &str = include_str!("../../../../curricula/lumbar-epidural-on-a-body/1-midline.toml");
 
 /// Every shipped exercise with the index of its scene in [`SHIPPED_SCENES`].
-const EXERCISES: [(&str, usize); 16] = [
+const EXERCISES: [(&str, usize); 17] = [
     (include_str!("../../../../curricula/experiments/paper-insertion.toml"), 0),
     (include_str!("../../../../curricula/lower-back-basics/1-feel-the-layers.toml"), 1),
     (include_str!("../../../../curricula/lower-back-basics/2-stop-in-the-fat.toml"), 1),
@@ -28,10 +28,11 @@ const EXERCISES: [(&str, usize); 16] = [
     (include_str!("../../../../curricula/lower-back-basics/6-avoid-the-vessel.toml"), 6),
     (include_str!("../../../../curricula/lower-back-basics/7-thick-fat.toml"), 4),
     (include_str!("../../../../curricula/lumbar-epidural/1-stop-in-the-epidural-space.toml"), 2),
-    (MIDLINE, 10),
-    (include_str!("../../../../curricula/lumbar-epidural-on-a-body/2-off-the-bone.toml"), 11),
-    (include_str!("../../../../curricula/lumbar-epidural-on-a-body/3-paramedian.toml"), 12),
-    (include_str!("../../../../curricula/lumbar-puncture/1-reach-the-fluid.toml"), 13),
+    (MIDLINE, 9),
+    (include_str!("../../../../curricula/lumbar-epidural-on-a-body/2-off-the-bone.toml"), 10),
+    (include_str!("../../../../curricula/lumbar-epidural-on-a-body/3-paramedian.toml"), 11),
+    (include_str!("../../../../curricula/lumbar-puncture/1-reach-the-fluid.toml"), 12),
+    (include_str!("../../../../curricula/lumbar-puncture/2-pencil-point.toml"), 13),
     (include_str!("../../../../curricula/percutaneous-kidney-access/1-lower-pole.toml"), 14),
     (include_str!("../../../../curricula/laparoscopic-entry/1-veress-needle.toml"), 15),
     (include_str!("../../../../curricula/laparoscopic-entry/2-primary-trocar.toml"), 16),

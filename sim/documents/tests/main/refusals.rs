@@ -65,7 +65,7 @@ fn a_number_out_of_range_is_shown_with_its_unit_and_the_range() {
     );
     says(
         &error(SCENE, "diameter_mm = 2.0", "diameter_mm = 2000"),
-        &["needle.diameter_mm: 2000 mm", "from 0.1 to 10 mm"],
+        &["needle.diameter_mm: 2000 mm", "from 0.1 to 15 mm"],
     );
 }
 

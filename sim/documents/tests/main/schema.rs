@@ -69,7 +69,7 @@ fn what_the_reader_refuses_on_a_field_the_schema_refuses_too() {
 fn the_schema_gives_unit_range_and_default() {
     let schema = document_schema(DocumentKind::Scene);
     let diameter = &schema["properties"]["needle"]["properties"]["diameter_mm"];
-    assert_eq!((diameter["minimum"].as_f64(), diameter["maximum"].as_f64()), (Some(0.1), Some(10.0)));
+    assert_eq!((diameter["minimum"].as_f64(), diameter["maximum"].as_f64()), (Some(0.1), Some(15.0)));
     assert_eq!(diameter["default"].as_f64(), Some(2.0));
     assert!(diameter["description"].as_str().unwrap().contains("in mm"));
 }

@@ -20,7 +20,7 @@ use crate::inverse3::{opened, until};
 use crate::support::{PERIOD_S, RATE_HZ, Rig, reading, shipped};
 
 /// Every shipped scene but the paper's, in which nothing cuts and speed is taken between two samples, as the paper has it.
-const SCENES: [&str; 10] = [
+const SCENES: [&str; 9] = [
     "lower-back-training",
     "epidural-71kg",
     "epidural-midline",
@@ -28,7 +28,6 @@ const SCENES: [&str; 10] = [
     "lower-back-obese",
     "lower-back-thick-needle",
     "lower-back-vessel",
-    "lower-back-measured-skin",
     "liver-18g",
     "heart-18g",
 ];

@@ -262,7 +262,7 @@ fn metadata_that_is_not_what_it_should_be_is_named() {
 #[test]
 fn time_that_does_not_increase_is_damage() {
     for (second, why) in [
-        (0.0, "after one at 0 s"),
+        (0.0, "follows one at 0 s"),
         (-1.0, "allowed: 0 to"),
         (f64::NAN, "allowed: 0 to"),
         (f64::INFINITY, "allowed: 0 to"),
