@@ -142,7 +142,7 @@ impl School<'_> {
         link[link.find("/join/").expect("a path")..].to_owned()
     }
 
-    /// Assigns the first exercise to her cohort.
+    /// Assigns a course to her cohort.
     async fn assigns(&self) {
         sign_in(self.browser, self.url, INSTRUCTOR).await;
         self.open("/cohorts", "the cohorts").await;
@@ -152,6 +152,7 @@ impl School<'_> {
         self.open(&format!("{cohort}/people"), "the people of a cohort").await;
         self.open("/curricula", "the curricula").await;
         self.open("/assignments", "assignments").await;
+        self.choose("#task", "course:lower-back-basics").await;
         self.choose("#cohort", cohort.trim_start_matches("/cohorts/")).await;
         self.send("/assignments", "/assignments/").await;
         inspect(self.browser, "an assignment").await;

@@ -63,7 +63,7 @@ pub use model::{
 };
 pub use patient::Patient;
 pub use planned::PlannedNeedle;
-pub use provenance::{ClassCounts, NumberClass, NumberProvenance};
+pub use provenance::ClassCounts;
 pub use schema::document_schema;
 pub use segmentation::{SegmentationEntry, SegmentationLabel, SegmentationLabels};
 pub use source::{MOST_BYTES, list_named_texts};

@@ -18,12 +18,14 @@ const STEP_M: f64 = 0.1e-3;
 const MISTAKEN: f64 = 0.5;
 
 impl Scene {
-    /// Returns the fall of the force behind the rupture of each boundary that a slow needle opens
-    /// perpendicularly, in N, with the boundary's index, in the order of the way.
+    /// Returns the fall of the force behind each place at which a slow needle opens boundaries
+    /// perpendicularly, in N, with the index of the first of them, in the order of the way.
     #[must_use]
     pub fn list_falls_n(&self) -> Vec<(usize, f64)> {
         let spec = self.axial_spec(&Patient::nominal(self));
-        let ruptures = predict_ruptures(&spec).into_iter().filter(|rupture| rupture.contactor == Contactor::Tip);
+        let predicted = predict_ruptures(&spec);
+        let by_tip: Vec<_> = predicted.iter().filter(|rupture| rupture.contactor == Contactor::Tip).collect();
+        let cascades = by_tip.chunk_by(|one, next| one.x_m.total_cmp(&next.x_m).is_eq());
         let fall = |x_m: f64| {
             let steps = (BEHIND_M / STEP_M) as u32;
             let lead = (0..).map(|step| f64::from(step) * STEP_M).take_while(|at_m| *at_m < x_m);
@@ -34,7 +36,7 @@ impl Scene {
             let last_n = before.last().copied().unwrap_or_default();
             last_n - after.iter().copied().fold(last_n, f64::min)
         };
-        ruptures.map(|rupture| (rupture.boundary, fall(rupture.x_m))).collect()
+        cascades.filter_map(|cascade| cascade.first()).map(|first| (first.boundary, fall(first.x_m))).collect()
     }
 
     /// Returns a remark if a syringe's needle loses more than half of the greatest loss before it. The

@@ -4,11 +4,57 @@ use law::Skin;
 use law::axial::ForceLaw;
 use law::structures::{StructureKind, StructureSpec};
 use nalgebra::Point3;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use tissue::volumetric::Material;
 
-use crate::provenance::NumberProvenance;
 use crate::tip::NeedleScaling;
+
+/// Class of a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NumberClass {
+    /// Measured, with a published range.
+    Measured,
+    /// Derived from a measurement by a stated scaling.
+    Derived,
+    /// A choice: no measurement was found.
+    Choice,
+}
+
+impl NumberClass {
+    /// The words for the classes in a document.
+    pub(crate) const WORDS: [&str; 3] = ["measured", "derived", "choice"];
+}
+
+/// Where one number of a layer comes from.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct NumberProvenance {
+    /// Key of the number, for example `thickness_mm`.
+    pub key: String,
+    /// Its class.
+    pub class: NumberClass,
+    /// The publication, the scaling or the reason of the choice.
+    #[serde(default)]
+    pub source: String,
+    /// Lower end of the published range, in the number's unit.
+    pub low: Option<f64>,
+    /// Upper end of the published range, in the number's unit.
+    pub high: Option<f64>,
+}
+
+/// Keys of a layer's numbers that have a class.
+pub(crate) const NUMBER_KEYS: [&str; 10] = [
+    "thickness_mm",
+    "stiffness_n_per_m",
+    "stiffening_n_per_m2",
+    "damping_n_s_per_m2",
+    "tip_rupture_n",
+    "rim_rupture_n",
+    "friction_n_per_m",
+    "cutting_n",
+    "density_kg_per_m3",
+    "poisson_ratio",
+];
 
 /// A layer as in the document: for 2.0 mm diameter, diamond tip, lubrication 1, toughness 1.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -1,46 +1,12 @@
 //! Provenance of a layer's numbers: measured, derived from a measurement, or chosen.
 
 use phrase::{Phrase, phrase};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use serde_json::Value;
 
-use crate::describe::measure;
 use crate::error::Remark;
-use crate::model::{Scene, SceneLayer};
+use crate::model::{NUMBER_KEYS, NumberClass, NumberProvenance, Scene, SceneLayer};
 use crate::walk::Walked;
-
-/// Class of a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum NumberClass {
-    /// Measured, with a published range.
-    Measured,
-    /// Derived from a measurement by a stated scaling.
-    Derived,
-    /// A choice: no measurement was found.
-    Choice,
-}
-
-impl NumberClass {
-    /// The words for the classes in a document.
-    pub(crate) const WORDS: [&str; 3] = ["measured", "derived", "choice"];
-}
-
-/// Where one number of a layer comes from.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct NumberProvenance {
-    /// Key of the number, for example `thickness_mm`.
-    pub key: String,
-    /// Its class.
-    pub class: NumberClass,
-    /// The publication, the scaling or the reason of the choice.
-    #[serde(default)]
-    pub source: String,
-    /// Lower end of the published range, in the number's unit.
-    pub low: Option<f64>,
-    /// Upper end of the published range, in the number's unit.
-    pub high: Option<f64>,
-}
 
 /// Numbers of a scene by class.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -52,20 +18,6 @@ pub struct ClassCounts {
     /// Choices; a number without provenance is one.
     pub choices: usize,
 }
-
-/// Keys of a layer's numbers that have a class.
-pub(crate) const NUMBER_KEYS: [&str; 10] = [
-    "thickness_mm",
-    "stiffness_n_per_m",
-    "stiffening_n_per_m2",
-    "damping_n_s_per_m2",
-    "tip_rupture_n",
-    "rim_rupture_n",
-    "friction_n_per_m",
-    "cutting_n",
-    "density_kg_per_m3",
-    "poisson_ratio",
-];
 
 impl SceneLayer {
     /// Returns a number by its key; `None` for a key without a class.
@@ -155,6 +107,6 @@ fn refuse_range(doc: &mut Walked, place: &dyn Fn(&str) -> String, number: &Value
     }
     if let Some((low, high)) = low.zip(high).filter(|(low, high)| low > high) {
         let allowed = phrase!("allowed: at most high, {high}", high = high);
-        doc.refuse(&place("low"), Phrase::Data(measure(low, "")), allowed);
+        doc.refuse(&place("low"), Phrase::number(low, 4), allowed);
     }
 }

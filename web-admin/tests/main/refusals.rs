@@ -39,7 +39,7 @@ impl World {
 fn refusals(log: &Path) -> Vec<Value> {
     let text = std::fs::read_to_string(log).unwrap();
     let entries = text.lines().map(|line| serde_json::from_str::<Value>(line).expect(line));
-    entries.filter(|entry| entry["message"].as_str().unwrap().starts_with("refused")).collect()
+    entries.filter(|entry| entry["message"].as_str().unwrap().starts_with("request refused")).collect()
 }
 
 #[tokio::test]

@@ -2,8 +2,7 @@
 
 use super::{DescribedField, DescribedTable, FieldKind, Presence, Text};
 use crate::mesh::Axes;
-use crate::model::NeedleFamily;
-use crate::provenance::{NUMBER_KEYS, NumberClass};
+use crate::model::{NUMBER_KEYS, NeedleFamily, NumberClass};
 use crate::tip::TIP_WORDS;
 use anatomy::{AGES_YEARS, WEIGHTS_KG};
 use law::axial::MAX_BRANCHES;

@@ -129,7 +129,7 @@ mod tests {
             refused: Some(PasswordRefused::WrongOld),
         };
         let html = samples::keep_page("account", &page);
-        assert!(html.contains("/account/cohorts/") && html.contains("asked to have you in Spring"), "{html}");
+        assert!(html.contains("/account/cohorts/") && html.contains("asked for a place in Spring for you"), "{html}");
         assert!(html.contains("/account/export") && html.contains("not your current password"), "{html}");
         let page = JoinPage {
             csrf: "c".to_owned(),

@@ -113,7 +113,7 @@ mod tests {
         ]);
         let cells: Vec<_> = said.iter().map(|line| [&*line.published, &*line.value, &*line.verdict]).collect();
         assert_eq!(cells[0], ["means 2.75\u{a0}N to 2.80\u{a0}N, ± 25 %", "1.00\u{a0}N", "outside"]);
-        assert_eq!(cells[1], ["13.9\u{a0}mm", "13.9\u{a0}mm", "1.00 times it; the scene was fitted to it"]);
+        assert_eq!(cells[1], ["13.9\u{a0}mm", "13.9\u{a0}mm", "1.00 times the value; the scene was fitted to it"]);
         assert_eq!(cells[2][1..], ["81\u{a0}%", "1.33 times the value"]);
         assert_eq!(said[0].href.as_deref(), Some("https://doi.org/10.1089/end.2016.0342"));
         let silent = DossierLine { value: None, ..line("skin_peak", 1.0, Agreement::Outside) };

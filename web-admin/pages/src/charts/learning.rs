@@ -99,7 +99,7 @@ mod tests {
         let rule = Rule::new(&params, Some(30)).expect("a rule");
         let failures: Vec<bool> = (0..40).map(|i| i > 30).collect();
         let drawn = draw_learning_curve(&learning_curve(&rule, &failures).points, &rule, "x", "Curve");
-        assert!(drawn.contains("point pass") && drawn.contains("point fail") && drawn.contains(">too many fail<"));
+        assert!(drawn.contains("point pass") && drawn.contains("point fail") && drawn.contains(">too many failures<"));
         let empty = draw_learning_curve(&[], &rule, "x", "Curve");
         assert!(!empty.contains("NaN") && !empty.contains("polyline") && !empty.contains(">acceptable<"), "{empty}");
     }

@@ -349,7 +349,7 @@ mod tests {
     fn who_is_asked_has_not_agreed_and_gets_no_links() {
         let asked = ParticipantRow { agreed_at: None, ..row(Some("Ana Ek"), None) };
         let html = samples::keep_page("study-asked", &study(vec![asked], true));
-        assert!(html.contains("0 participants") && html.contains("asked"), "{html}");
+        assert!(html.contains("0 participants") && html.contains("invited, no answer yet"), "{html}");
         assert!(!html.contains("/participants/2/links"), "{html}");
         let guest = samples::keep_page("study-guest", &study(vec![row(None, None)], true));
         assert!(guest.contains("/participants/2/links"), "{guest}");

@@ -56,7 +56,7 @@ fn the_form_asks_in_both_languages_and_escapes_what_was_typed() {
             let german = || keep_page(&format!("survey-{}-{page}-de", instrument.id), &form(&instrument, "de", page));
             let german = words::within(Language::named("de").expect("German"), german);
             assert!(english.contains("<html lang=\"en\">") && german.contains("<html lang=\"de\">"));
-            assert!(german.contains("Aufhören") && !german.contains("Save and go on"), "{german}");
+            assert!(german.contains("Abbrechen, ohne zu senden") && !german.contains("Save and go on"), "{german}");
             assert!(!english.contains("<b>9"), "{english}");
         }
     }
@@ -82,8 +82,8 @@ fn terms_of(identity: Identity) -> Terms {
 #[test]
 fn a_guest_at_a_station_is_not_sent_to_a_page_that_they_do_not_have() {
     let [own, guest] = [false, true].map(|guest| terms_of(Identity::Pseudonymous).at_a_station(guest).join("\n"));
-    assert!(own.contains("page of your school") && !own.contains("runs the study"), "{own}");
-    assert!(guest.contains("runs the study") && !guest.contains("page of your school"), "{guest}");
+    assert!(own.contains("page of your school") && !own.contains("study team"), "{own}");
+    assert!(guest.contains("study team") && !guest.contains("page of your school"), "{guest}");
     assert_eq!(own.lines().count(), guest.lines().count(), "the same is told, paragraph by paragraph");
 }
 
@@ -182,8 +182,8 @@ fn lists_and_the_page_of_a_survey() {
         mailed: Some((2, 1)),
     };
     let html = keep_page("survey-manage", &page);
-    assert!(html.contains("shown once") && html.contains("1 had been written to before"), "{html}");
-    for words in ["Sent", "Waits", "no such mailbox &#60;x&#62;", "It may have gone out"] {
+    assert!(html.contains("shown once") && html.contains("1 already received an email"), "{html}");
+    for words in ["Sent", "Waiting", "no such mailbox &#60;x&#62;", "It may have been sent"] {
         assert!(html.contains(words), "{words}: {html}");
     }
     let links = vec![("Dr <A>".to_owned(), "https://x.example/survey/abc".to_owned())];

@@ -84,5 +84,5 @@ async fn a_school_may_ask_everybody_for_a_second_factor() {
         assert_eq!([ada.status.as_u16(), head.status.as_u16()], [of_ada, of_head], "{rule}");
     }
     let page = app.signed_in("head@example.org").await.get("/admin/settings").await.text();
-    assert!(page.contains("Of everybody, trainees among them"), "{page}");
+    assert!(page.contains("Everybody, including trainees"), "{page}");
 }

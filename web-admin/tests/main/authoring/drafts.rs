@@ -108,7 +108,7 @@ async fn a_draft_is_nobodys_until_it_is_published_and_attempts_keep_their_revisi
     writer.replace("Feel the layers", "Feel every layer");
     let saved = writer.act("save").await;
     assert_eq!(saved.status, 200, "{}", saved.text());
-    assert!(saved.text().contains("<svg") && saved.text().contains("Tissue&#39;s error"), "{}", saved.text());
+    assert!(saved.text().contains("<svg") && saved.text().contains("Tissue model error"), "{}", saved.text());
     let typed = [("csrf", writer.csrf.as_str()), ("document", "id = 1"), ("scene", &writer.scene)];
     let preview = writer.client.form(&format!("{}/preview", writer.draft), &typed).await.text();
     assert!(preview.contains("Document, line 1") && !preview.contains("<html"), "{preview}");
@@ -170,8 +170,8 @@ async fn what_is_wrong_is_saved_named_and_not_published() {
     assert!(!refused.contains("<script>alert"), "{refused}");
     writer.document = whole;
     // Skin that gives way to something much stiffer and tougher.
-    let tougher = writer.scene.replace("stiffness_n_per_m = 83", "stiffness_n_per_m = 1500");
-    writer.scene = tougher.replace("tip_rupture_n = 0.5", "tip_rupture_n = 6");
+    let tougher = writer.scene.replace("stiffness_n_per_m = 39\n", "stiffness_n_per_m = 1500\n");
+    writer.scene = tougher.replace("tip_rupture_n = 0.24", "tip_rupture_n = 6");
     let unsound = writer.act("publish").await;
     assert_eq!(unsound.status, 422, "a scene that would push the hand is not published");
     assert!(unsound.text().contains("unsound"), "{}", unsound.text());

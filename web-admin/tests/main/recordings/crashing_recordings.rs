@@ -62,7 +62,7 @@ async fn a_recording_that_kills_its_judge_is_set_aside_told_and_tried_again_only
     drop(service);
     disk.mend();
     let retried = web_admin(folder.path(), &["retry"]);
-    assert!(String::from_utf8_lossy(&retried.stdout).starts_with("1 recordings"), "{retried:?}");
+    assert!(String::from_utf8_lossy(&retried.stdout).starts_with("released 1 recordings"), "{retried:?}");
     let service = Service::start(folder.path());
     assert!(within_a_minute(|| state(&service) == "scored"), "a judge with memory scores it");
 }

@@ -74,7 +74,7 @@ async fn a_consent_keeps_its_words_and_its_history() {
     assert_eq!(send(&mut head, &format!("{path}/withdraw"), &[]).await.status, 303);
     assert_eq!(send(&mut head, &path, &GOOD).await.status, 303, "and given once more");
     let page = head.get(&path).await.text();
-    assert_eq!(page.matches("data-label=\"Words\"").count(), 2, "{page}");
+    assert_eq!(page.matches("data-label=\"Text\"").count(), 2, "{page}");
     assert_eq!(head.get(&format!("/people/{}/consent", ada.person.id)).await.status, 409, "a trainee is no expert");
     let acts = "SELECT action FROM audit_log WHERE object = $1 AND action LIKE 'expert.%' ORDER BY seq";
     let acts: Vec<String> =

@@ -54,7 +54,7 @@ impl Default for Attempt {
             session_id: SessionId::random(),
             trainee: String::new(),
             seed: 7,
-            depth_mm: 18.0,
+            depth_mm: 20.0,
             hand: None,
             started_at: time::macros::datetime!(2026-03-04 05:06:07 UTC),
             bundle: &EXERCISE,

@@ -125,9 +125,9 @@ async fn what_cannot_be_assigned_is_refused_and_what_was_typed_stays() {
         (task, &cohort, "2026-02-01T12:00", 422, "in the past"),
         (task, &cohort, "soon", 422, "“soon”"),
         (task, "", "", 422, "Choose a cohort"),
-        (task, &abroad, "", 404, "othing was found"),
-        (task, &nobody, "", 404, "othing was found"),
-        ("exercise:none", &cohort, "", 404, "othing was found"),
+        (task, &abroad, "", 404, "Not found"),
+        (task, &nobody, "", 404, "Not found"),
+        ("exercise:none", &cohort, "", 404, "Not found"),
     ] {
         let refused = world.post("/assignments", &[("task", task), ("cohort", cohort), ("due", due)]).await;
         assert_eq!(refused.status, status, "{due} {}", refused.text());

@@ -85,7 +85,7 @@ async fn nobody_reaches_a_trainee_by_typing_an_address() {
     let yes = format!("/cohorts/{}/people/{}/answer", world.cohort, world.ada.person.id);
     assert_eq!(press(&mut world.eve, &yes, &[("answer", "yes")]).await.status, 403, "not by whoever asks");
     let mut ada = world.app.signed_in("ada@example.org").await;
-    assert!(ada.get("/").await.text().contains("asks to have you in the cohort Mine"));
+    assert!(ada.get("/").await.text().contains("asks for a place in the cohort Mine for you"));
     assert_eq!(press(&mut ada, &world.answer_of_ada(), &[("answer", "perhaps")]).await.status, 400);
     assert_eq!(press(&mut ada, &world.answer_of_ada(), &[("answer", "no")]).await.status, 303);
     assert_eq!(world.reach().await, [404; 4]);
@@ -105,7 +105,9 @@ async fn who_has_agreed_is_seen_and_sees_what_was_done() {
     assert_eq!(press(&mut world.eve, &remove, &[]).await.status, 303);
     assert_eq!(world.reach().await, [404; 4]);
     let page = ada.get("/account").await.text();
-    for told in ["has asked to have you in Mine", "has agreed that you are in Mine", "has taken you out of Mine"] {
+    for told in
+        ["has asked for a place in Mine for you", "has agreed to your place in Mine", "has removed you from Mine"]
+    {
         assert!(page.contains(told), "{told}: {page}");
     }
     assert_eq!(world.log().await, ["cohort.asked", "cohort.joined", "cohort.left"], "asked for once");

@@ -332,7 +332,7 @@ mod tests {
             let hub = told.hub(sample);
             let blood = told.punctures().first().map_or(0.0, |wound| wound.blood(sample.t_s) as f32);
             let open = f32::from(u8::from(hub.open));
-            let shown = [row[11], row[12], row[13], row[14], row[15], row[COLUMNS.len() + 8]];
+            let shown = [row[11], row[12], row[13], row[14], row[15], row[row.len() - 1]];
             let wanted = [open, hub.blood, hub.plunger, hub.drop, hub.fallen_m * 1e3, blood];
             assert!(shown.iter().zip(wanted).all(|(shown, wanted)| (shown - wanted).abs() < 1e-6), "{row:?} {hub:?}");
             if row[15] > 0.0 && before_mm <= 0.0 {
