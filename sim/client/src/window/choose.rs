@@ -475,7 +475,7 @@ mod tests {
             let here = ExerciseChoice { shelf: &shelf, history: &history, listing: Listing::Here };
             let [told, next] = [0, 1].map(|at| here.facts(&shelf.exercises[at]));
             assert_eq!(told.contains(" · mastered"), case["mastered"] == true, "{case}: {told}");
-            assert_eq!(!next.contains(" · first: "), case["opens"] == true, "{case}: {next}");
+            assert_eq!(!next.contains(" · complete first: "), case["opens"] == true, "{case}: {next}");
         }
     }
 
