@@ -15,10 +15,10 @@ const SPEED_M_PER_S: f64 = 0.002;
 const TICK_S: f64 = 1e-3;
 /// Range in which the forces are compared: in the muscle of the training scene, after its last pop
 /// and before the target.
-const FROM_M: f64 = 0.0165;
-const TO_M: f64 = 0.025;
+const FROM_M: f64 = 0.0185;
+const TO_M: f64 = 0.027;
 /// End of the plotted range.
-const DRAWN_TO_M: f64 = 0.0185;
+const DRAWN_TO_M: f64 = 0.0205;
 /// Resolution of the position, in µm: ideal, a fine encoder, a Phantom Omni.
 const STEPS_UM: [f64; 3] = [0.0, 10.0, 55.0];
 /// Change of force between two ticks that a hand feels, in N.

@@ -80,7 +80,7 @@ fn a_released_handle_gains_no_energy_from_any_boundary() {
 fn a_thrown_handle_is_not_driven_on_by_viscosity_that_lags() {
     for scene in SCENES {
         for info in devices() {
-            for (delay, allowed) in [(0, 0.0), (1, 0.05)] {
+            for (delay, allowed) in [(0, 0.0), (1, 0.06)] {
                 let Gain { later, .. } = worst(&shipped(scene), &info, delay, 0.1, true);
                 assert!(later <= allowed, "{scene} on {} with {delay} ms more keeps {later}", info.name);
             }
@@ -105,7 +105,7 @@ fn no_option_of_the_law_gives_a_released_or_a_thrown_handle_energy() {
         for info in devices() {
             // With a millisecond more, a handle without any damping swings on the presliding spring of a shaft that is held by a fifth more
             // than the shipped scenes' friction, in version 2 as in version 3: docs/physics.md, section 9.
-            for (delay, static_factor, allowed, kept) in [(0, 1.6, 0.03, 0.0), (1, 1.15, 0.3, 0.1)] {
+            for (delay, static_factor, allowed, kept) in [(0, 1.6, 0.03, 0.0), (1, 1.15, 0.3, 0.13)] {
                 let spec = optioned(scene, options, static_factor);
                 let [released, thrown] = [0.0, 0.1].map(|speed| worst(&spec, &info, delay, speed, true));
                 let case = format!("{scene}, {options:?} on {} with {delay} ms more", info.name);

@@ -135,7 +135,7 @@ fn the_law_gives_a_thrown_handle_nothing_at_any_depth() {
 
 /// The same scene by version 4 of the law, with the window that scenes had then.
 fn lagging(scene: &PunctureSpec) -> AxialSpec {
-    AxialSpec { law: ForceLaw::Version4, damping_time_s: 0.0, speed_window_s: 0.015, ..scene.axial.clone() }
+    AxialSpec { law: ForceLaw::Version4, damping_time_s: 0.0, speed_window_s: 0.02, ..scene.axial.clone() }
 }
 
 #[test]
