@@ -210,6 +210,7 @@ fn the_operators_report_tells_hands_apart_at_every_shipped_exercise() {
     let rows: Vec<_> = reader.records().map(|row| row.expect("a row")).collect();
     let number = |row: &csv::StringRecord, name: &str| row[column(name)].parse::<f64>().expect("a number");
     assert_eq!(rows.len(), 51, "{table}");
+    let mut without_fault = 0.0;
     for presets in rows.chunks(3) {
         // An incised skin and an introducer do not give way, so that nobody overshoots them.
         let over_mm: Vec<f64> = presets
@@ -226,8 +227,11 @@ fn the_operators_report_tells_hands_apart_at_every_shipped_exercise() {
         let score: Vec<f64> = presets.iter().map(|row| number(row, "score_median")).collect();
         assert!(score[0] < score[1] && score[1] < score[2], "novice, intermediate, expert: {presets:?}");
         let (passed, perfect) = (number(&presets[2], "passed"), number(&presets[2], "perfect"));
-        assert!(passed >= 4.0 && perfect <= 3.0, "of five experts nearly all pass, with room above them: {presets:?}");
+        assert!(passed >= 4.0, "of five experts nearly all pass: {presets:?}");
+        without_fault += perfect;
     }
+    let experts = 5.0 * rows.len() as f64 / 3.0;
+    assert!(without_fault < 0.6 * experts, "there is room above {without_fault} of {experts} experts");
     let report = fs::read_to_string(folder.path().join("operators.md")).expect("a report");
     assert!(report.contains("| stop-in-the-epidural-space | novice |"), "{report}");
 }

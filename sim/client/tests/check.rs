@@ -216,7 +216,7 @@ fn exercise_with(changes: &[(&str, &str)]) -> Run {
     stylet(&["check", text(&file)])
 }
 
-const REQUIRED: &str = "reached = \"fat\"\nwithin_mm = 2.5\nconfirmed = true\nwithdrawn = true\n";
+const REQUIRED: &str = "reached = \"fat\"\nwithin_mm = 1.4\nconfirmed = true\nwithdrawn = true\n";
 
 #[test]
 fn a_rubric_that_pays_for_nothing_or_does_not_care_is_found() {

@@ -107,6 +107,6 @@ fn refuse_range(doc: &mut Walked, place: &dyn Fn(&str) -> String, number: &Value
     }
     if let Some((low, high)) = low.zip(high).filter(|(low, high)| low > high) {
         let allowed = phrase!("allowed: at most high, {high}", high = high);
-        doc.refuse(&place("low"), Phrase::number(low, 4), allowed);
+        doc.refuse(&place("low"), Phrase::data(low.to_string()), allowed);
     }
 }

@@ -135,7 +135,7 @@ fn the_law_gives_a_thrown_handle_nothing_at_any_depth() {
 
 /// The same scene by version 4 of the law, with the window that scenes had then.
 fn lagging(scene: &PunctureSpec) -> AxialSpec {
-    AxialSpec { law: ForceLaw::Version4, damping_time_s: 0.0, speed_window_s: 0.02, ..scene.axial.clone() }
+    AxialSpec { law: ForceLaw::Version4, damping_time_s: 0.0, speed_window_s: 0.015, ..scene.axial.clone() }
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn damping_that_lags_would_drive_it() {
     for name in ["lower-back-training", "kidney-lower-pole", "epidural-midline"] {
         let (scene, mut worst) = (shipped(name), 0.0_f64);
         throw_everywhere(&scene, lagging(&scene), [5e-5, 0.0], |_, energy| worst = worst.max(energy.later));
-        assert!(worst > 2.0, "{name}: {worst} times its energy");
+        assert!(worst > 1.3, "{name}: {worst} times its energy");
     }
 }
 
