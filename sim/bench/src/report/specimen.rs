@@ -2,7 +2,7 @@
 
 use ::recording::Session;
 use documents::{ExerciseBundle, Patient, Scene};
-use dossier::SHIPPED_SCENES;
+use dossier::find_shipped_scene;
 use law::axial::AxialSpec;
 use time::OffsetDateTime;
 use tissue::Specimen;
@@ -11,31 +11,27 @@ use uuid::Uuid;
 use crate::error::BenchError;
 
 const EXERCISE: &str = include_str!("../../../../curricula/lower-back-basics/3-reach-the-muscle.toml");
-const PAPER: &str = SHIPPED_SCENES[0];
-const TRAINING: &str = SHIPPED_SCENES[1];
-const VESSEL: &str = SHIPPED_SCENES[6];
-const BODY: &str = SHIPPED_SCENES[9];
 const MIDLINE: &str = include_str!("../../../../curricula/lumbar-epidural-on-a-body/1-midline.toml");
 
-/// Every shipped exercise with the index of its scene in [`SHIPPED_SCENES`].
-const EXERCISES: [(&str, usize); 17] = [
-    (include_str!("../../../../curricula/experiments/paper-insertion.toml"), 0),
-    (include_str!("../../../../curricula/lower-back-basics/1-feel-the-layers.toml"), 1),
-    (include_str!("../../../../curricula/lower-back-basics/2-stop-in-the-fat.toml"), 1),
-    (EXERCISE, 1),
-    (include_str!("../../../../curricula/lower-back-basics/4-thicker-needle.toml"), 5),
-    (include_str!("../../../../curricula/lower-back-basics/5-oblique-approach.toml"), 1),
-    (include_str!("../../../../curricula/lower-back-basics/6-avoid-the-vessel.toml"), 6),
-    (include_str!("../../../../curricula/lower-back-basics/7-thick-fat.toml"), 4),
-    (include_str!("../../../../curricula/lumbar-epidural/1-stop-in-the-epidural-space.toml"), 2),
-    (MIDLINE, 9),
-    (include_str!("../../../../curricula/lumbar-epidural-on-a-body/2-off-the-bone.toml"), 10),
-    (include_str!("../../../../curricula/lumbar-epidural-on-a-body/3-paramedian.toml"), 11),
-    (include_str!("../../../../curricula/lumbar-puncture/1-reach-the-fluid.toml"), 12),
-    (include_str!("../../../../curricula/lumbar-puncture/2-pencil-point.toml"), 13),
-    (include_str!("../../../../curricula/percutaneous-kidney-access/1-lower-pole.toml"), 14),
-    (include_str!("../../../../curricula/laparoscopic-entry/1-veress-needle.toml"), 15),
-    (include_str!("../../../../curricula/laparoscopic-entry/2-primary-trocar.toml"), 16),
+/// Every shipped exercise.
+const EXERCISES: [&str; 17] = [
+    include_str!("../../../../curricula/experiments/paper-insertion.toml"),
+    include_str!("../../../../curricula/lower-back-basics/1-feel-the-layers.toml"),
+    include_str!("../../../../curricula/lower-back-basics/2-stop-in-the-fat.toml"),
+    EXERCISE,
+    include_str!("../../../../curricula/lower-back-basics/4-thicker-needle.toml"),
+    include_str!("../../../../curricula/lower-back-basics/5-oblique-approach.toml"),
+    include_str!("../../../../curricula/lower-back-basics/6-avoid-the-vessel.toml"),
+    include_str!("../../../../curricula/lower-back-basics/7-thick-fat.toml"),
+    include_str!("../../../../curricula/lumbar-epidural/1-stop-in-the-epidural-space.toml"),
+    MIDLINE,
+    include_str!("../../../../curricula/lumbar-epidural-on-a-body/2-off-the-bone.toml"),
+    include_str!("../../../../curricula/lumbar-epidural-on-a-body/3-paramedian.toml"),
+    include_str!("../../../../curricula/lumbar-puncture/1-reach-the-fluid.toml"),
+    include_str!("../../../../curricula/lumbar-puncture/2-pencil-point.toml"),
+    include_str!("../../../../curricula/percutaneous-kidney-access/1-lower-pole.toml"),
+    include_str!("../../../../curricula/laparoscopic-entry/1-veress-needle.toml"),
+    include_str!("../../../../curricula/laparoscopic-entry/2-primary-trocar.toml"),
 ];
 
 /// Reads the paper's scene and the training scene, each with the measured exercise.
@@ -43,7 +39,7 @@ const EXERCISES: [(&str, usize); 17] = [
 /// # Errors
 /// If the embedded documents are refused; a test excludes this.
 pub fn read_both_exercises() -> Result<[ExerciseBundle; 2], BenchError> {
-    Ok([bundle(PAPER)?, read_training_exercise()?])
+    Ok([bundle("lower-back-paper")?, read_training_exercise()?])
 }
 
 /// Reads the training scene with the measured exercise.
@@ -51,7 +47,7 @@ pub fn read_both_exercises() -> Result<[ExerciseBundle; 2], BenchError> {
 /// # Errors
 /// If the embedded documents are refused.
 pub fn read_training_exercise() -> Result<ExerciseBundle, BenchError> {
-    bundle(TRAINING)
+    bundle("lower-back-training")
 }
 
 /// Reads the scene with the most structures, which is the most expensive to draw, with the measured
@@ -60,7 +56,7 @@ pub fn read_training_exercise() -> Result<ExerciseBundle, BenchError> {
 /// # Errors
 /// If the embedded documents are refused.
 pub fn read_anatomy_exercise() -> Result<ExerciseBundle, BenchError> {
-    bundle(VESSEL)
+    bundle("lower-back-vessel")
 }
 
 /// Reads a scene that is expanded from an anatomy, with its exercise.
@@ -68,7 +64,7 @@ pub fn read_anatomy_exercise() -> Result<ExerciseBundle, BenchError> {
 /// # Errors
 /// If the embedded documents are refused.
 pub fn read_body_exercise() -> Result<ExerciseBundle, BenchError> {
-    Ok(ExerciseBundle::from_texts(MIDLINE, BODY)?)
+    read_in_own_scene(MIDLINE)
 }
 
 /// Reads every shipped exercise with its scene.
@@ -76,10 +72,18 @@ pub fn read_body_exercise() -> Result<ExerciseBundle, BenchError> {
 /// # Errors
 /// If an embedded document is refused.
 pub fn read_shipped_exercises() -> Result<Vec<ExerciseBundle>, BenchError> {
-    let bundle = |(text, scene): &(&str, usize)| -> Result<ExerciseBundle, BenchError> {
-        Ok(ExerciseBundle::from_texts(text, SHIPPED_SCENES[*scene])?)
-    };
-    EXERCISES.iter().map(bundle).collect()
+    EXERCISES.into_iter().map(read_in_own_scene).collect()
+}
+
+/// Reads a shipped exercise with the scene that it names.
+fn read_in_own_scene(text: &str) -> Result<ExerciseBundle, BenchError> {
+    let file = text.lines().find_map(|line| line.strip_prefix("scene = \"../scenes/")?.strip_suffix(".toml\""));
+    Ok(ExerciseBundle::from_texts(text, scene(file.unwrap_or_default())?)?)
+}
+
+/// Returns the text of a shipped scene.
+fn scene(id: &str) -> Result<&'static str, BenchError> {
+    find_shipped_scene(id).ok_or_else(|| BenchError::work(format_args!("{id} is not shipped")))
 }
 
 /// Returns the axial law of a scene's nominal patient.
@@ -95,8 +99,9 @@ pub fn make_nominal_specimen(bundle: &ExerciseBundle) -> Result<Specimen, BenchE
     Specimen::new(bundle.specimen_spec(&Patient::nominal(&bundle.scene))).map_err(BenchError::work)
 }
 
-fn bundle(scene: &str) -> Result<ExerciseBundle, BenchError> {
-    Ok(ExerciseBundle::from_parts(EXERCISE.as_bytes(), scene.as_bytes(), &[])?)
+/// Reads the measured exercise in a shipped scene.
+fn bundle(id: &str) -> Result<ExerciseBundle, BenchError> {
+    Ok(ExerciseBundle::from_parts(EXERCISE.as_bytes(), scene(id)?.as_bytes(), &[])?)
 }
 
 /// Returns the same session every time, at a tick rate in Hz: measurements must not depend on the
@@ -126,6 +131,8 @@ mod tests {
     use std::collections::BTreeSet;
     use std::fs;
     use std::path::Path;
+
+    use dossier::SHIPPED_SCENES;
 
     use super::*;
 
