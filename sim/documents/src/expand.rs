@@ -267,10 +267,7 @@ fn name_tissue(tissue: Tissue) -> Option<&'static str> {
 
 impl MetLayer {
     fn new(tissue: &'static str, thickness_mm: f64, scaling: NeedleScaling) -> Self {
-        let feel = match (tissue, scaling) {
-            ("skin", NeedleScaling::Version1) => TissueFeel::of("skin of the back", scaling),
-            _ => TissueFeel::of(tissue, scaling),
-        };
+        let feel = TissueFeel::of(tissue, scaling);
         Self { name: tissue.to_owned(), tissue, feel, thickness_mm, rupture_n: [feel.tip_n, feel.rim_n] }
     }
 

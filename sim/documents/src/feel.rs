@@ -41,7 +41,6 @@ pub struct TissueFeel {
 }
 
 const TRAINING: &str = "As in lower-back-training: stiffness from the paper's Table I, all else our choice for training; density from the literature.";
-const FASCIA: &str = "As in lower-back-training: our choice; density from the literature.";
 const CHOICE: &str = "Our choice for training, between that scene's fascia and muscle in stiffness.";
 const EPIDURAL: &str = "Thresholds, damping, friction and cutting as in epidural-71kg, which is fitted to a profile of the literature. Stiffness: our choice, higher \
                         than fitted there, for the layers of a body lie where they are and have no room for tents of a centimetre.";
@@ -110,15 +109,13 @@ const fn derived(feel: TissueFeel, keys: &'static [&'static str]) -> TissueFeel 
     TissueFeel { derived: keys, ..feel }
 }
 
-/// The tissues of version 1 of the scaling: skin, fat, fascia and muscle of the training scene as it
-/// was, and a ligament between the last two; then the tissues on the path to the epidural space.
-const FEELS: [TissueFeel; 13] = [
-    feel("skin", "skin", TRAINING, [331.0, 300.0, 1.0, 1.3, 100.0, 0.3, 1090.0]),
+/// The tissues of version 1 of the scaling: fat and muscle of the training scene as it was; then the
+/// tissues on the path to the epidural space.
+const FEELS: [TissueFeel; 11] = [
     feel("fat", "fat", TRAINING, [83.0, 100.0, 0.5, 0.6, 15.0, 0.1, 950.0]),
-    feel("fascia", "fascia", FASCIA, [800.0, 300.0, 1.2, 1.5, 100.0, 0.3, 1130.0]),
     feel("muscle", "muscle", TRAINING, [497.0, 300.0, 1.5, 1.9, 40.0, 0.3, 1050.0]),
     feel("ligament", "fascia", CHOICE, [650.0, 300.0, 1.8, 2.3, 60.0, 0.4, 1120.0]),
-    feel("skin of the back", "skin", EPIDURAL, [900.0, 300.0, 8.9, 11.1, 30.0, 0.1, 1090.0]),
+    feel("skin", "skin", EPIDURAL, [900.0, 300.0, 8.9, 11.1, 30.0, 0.1, 1090.0]),
     feel("supraspinous ligament", "fascia", EPIDURAL, [1700.0, 300.0, 6.15, 7.7, 25.0, 0.1, 1130.0]),
     feel("interspinous ligament", "fascia", EPIDURAL, [3000.0, 300.0, 10.9, 13.6, 25.0, 0.1, 1130.0]),
     relaxing(
@@ -163,7 +160,8 @@ impl TissueFeel {
             NeedleScaling::Version1 => &FEELS,
             NeedleScaling::Version2 => &MEASURED_FEELS,
         };
-        feels.iter().find(|feel| feel.tissue == tissue).unwrap_or(&feels[3])
+        let find = |name: &str| feels.iter().find(|feel| feel.tissue == name);
+        find(tissue).or_else(|| find("muscle")).unwrap_or(&feels[0])
     }
 }
 

@@ -12,6 +12,8 @@ use crate::patient::Patient;
 /// Way behind a rupture within which the force has fallen, in m: friction and cutting give way over
 /// their presliding length.
 const BEHIND_M: f64 = 3e-3;
+/// Distance in front of a rupture at which the force before it is taken, in m.
+const JUST_M: f64 = 1e-9;
 /// Distance of the samples behind a rupture, in m.
 const STEP_M: f64 = 0.1e-3;
 /// Share of the loss above which an earlier fall is mistaken for it.
@@ -28,13 +30,11 @@ impl Scene {
         let cascades = by_tip.chunk_by(|one, next| one.x_m.total_cmp(&next.x_m).is_eq());
         let fall = |x_m: f64| {
             let steps = (BEHIND_M / STEP_M) as u32;
-            let lead = (0..).map(|step| f64::from(step) * STEP_M).take_while(|at_m| *at_m < x_m);
+            // From the skin in one step: the walk goes from event to event, and is exact at any spacing.
             let behind = (1..=steps).map(|step| x_m + f64::from(step) * STEP_M);
-            let track: Vec<f64> = lead.chain([x_m - 1e-9]).chain(behind).collect();
-            let forces = quasistatic_forces_n(&spec, &track);
-            let (before, after) = forces.split_at(forces.len() - steps as usize);
-            let last_n = before.last().copied().unwrap_or_default();
-            last_n - after.iter().copied().fold(last_n, f64::min)
+            let track: Vec<f64> = [0.0, x_m - JUST_M].into_iter().chain(behind).collect();
+            let forces_n = &quasistatic_forces_n(&spec, &track)[1..];
+            forces_n[0] - forces_n.iter().copied().fold(f64::INFINITY, f64::min)
         };
         cascades.filter_map(|cascade| cascade.first()).map(|first| (first.boundary, fall(first.x_m))).collect()
     }

@@ -42,19 +42,33 @@ pub struct NumberProvenance {
     pub high: Option<f64>,
 }
 
-/// Keys of a layer's numbers that have a class.
-pub(crate) const NUMBER_KEYS: [&str; 10] = [
-    "thickness_mm",
-    "stiffness_n_per_m",
-    "stiffening_n_per_m2",
-    "damping_n_s_per_m2",
-    "tip_rupture_n",
-    "rim_rupture_n",
-    "friction_n_per_m",
-    "cutting_n",
-    "density_kg_per_m3",
-    "poisson_ratio",
+/// A number of a layer, by its key.
+pub(crate) type LayerNumber = (&'static str, fn(&SceneLayer) -> f64);
+
+/// A layer's numbers that have a class.
+pub(crate) const NUMBERS: [LayerNumber; 10] = [
+    ("thickness_mm", |layer| layer.thickness_mm),
+    ("stiffness_n_per_m", |layer| layer.stiffness_n_per_m),
+    ("stiffening_n_per_m2", |layer| layer.options.stiffening_n_per_m2),
+    ("damping_n_s_per_m2", |layer| layer.damping_n_s_per_m2),
+    ("tip_rupture_n", |layer| layer.tip_rupture_n),
+    ("rim_rupture_n", |layer| layer.rim_rupture_n),
+    ("friction_n_per_m", |layer| layer.friction_n_per_m),
+    ("cutting_n", |layer| layer.cutting_n),
+    ("density_kg_per_m3", |layer| layer.density_kg_per_m3),
+    ("poisson_ratio", |layer| layer.poisson_ratio),
 ];
+
+/// Their keys.
+pub(crate) const NUMBER_KEYS: [&str; NUMBERS.len()] = {
+    let mut keys = [""; NUMBERS.len()];
+    let mut at = 0;
+    while at < keys.len() {
+        keys[at] = NUMBERS[at].0;
+        at += 1;
+    }
+    keys
+};
 
 /// A layer as in the document: for 2.0 mm diameter, diamond tip, lubrication 1, toughness 1.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -5,7 +5,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::Remark;
-use crate::model::{NUMBER_KEYS, NumberClass, NumberProvenance, Scene, SceneLayer};
+use crate::model::{NUMBERS, NumberClass, NumberProvenance, Scene, SceneLayer};
 use crate::walk::Walked;
 
 /// Numbers of a scene by class.
@@ -20,24 +20,6 @@ pub struct ClassCounts {
 }
 
 impl SceneLayer {
-    /// Returns a number by its key; `None` for a key without a class.
-    fn number(&self, key: &str) -> Option<f64> {
-        let at = NUMBER_KEYS.iter().position(|known| *known == key)?;
-        let numbers = [
-            self.thickness_mm,
-            self.stiffness_n_per_m,
-            self.options.stiffening_n_per_m2,
-            self.damping_n_s_per_m2,
-            self.tip_rupture_n,
-            self.rim_rupture_n,
-            self.friction_n_per_m,
-            self.cutting_n,
-            self.density_kg_per_m3,
-            self.poisson_ratio,
-        ];
-        Some(numbers[at])
-    }
-
     /// Returns the class of a number, a choice if nothing is stated.
     fn class_of(&self, key: &str) -> NumberClass {
         self.provenance.iter().find(|number| number.key == key).map_or(NumberClass::Choice, |number| number.class)
@@ -50,7 +32,7 @@ impl Scene {
     pub fn count_classes(&self) -> ClassCounts {
         let mut counts = ClassCounts::default();
         for layer in &self.layers {
-            for key in NUMBER_KEYS.into_iter().filter(|key| layer.number(key).is_some_and(|number| number > 0.0)) {
+            for (key, _) in NUMBERS.into_iter().filter(|(_, number)| number(layer) > 0.0) {
                 match layer.class_of(key) {
                     NumberClass::Measured => counts.measured += 1,
                     NumberClass::Derived => counts.derived += 1,
@@ -67,7 +49,8 @@ impl Scene {
         let layers = self.layers.iter().enumerate();
         let numbers = layers.flat_map(|(at, layer)| layer.provenance.iter().map(move |number| (at, layer, number)));
         let departed = numbers.filter_map(|(at, layer, NumberProvenance { key, low, high, .. })| {
-            let value = layer.number(key)?;
+            let (_, number) = NUMBERS.iter().find(|(known, _)| known == key)?;
+            let value = number(layer);
             let (low, high) = (low.unwrap_or(f64::MIN), high.unwrap_or(f64::MAX));
             let is_inside = (low..=high).contains(&value);
             (!is_inside).then(|| Remark {
