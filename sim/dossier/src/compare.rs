@@ -119,12 +119,11 @@ pub fn compare_scene(scene: &Scene) -> Vec<DossierLine> {
     FIGURES.iter().map(line).collect()
 }
 
-/// Returns a scene's value of a quantity, in the quantity's unit.
-///
-/// # Errors
-/// If the scene has no such value, with the reason.
-pub fn measure_scene(scene: &Scene, quantity: &MeasuredQuantity) -> Result<f64, Incomparable> {
-    ProbedScene::new(scene).measure(quantity)
+/// Returns a scene's value of each quantity, in the quantity's unit, or the reason why it has none.
+#[must_use]
+pub fn measure_scene(scene: &Scene, quantities: &[MeasuredQuantity]) -> Vec<Result<f64, Incomparable>> {
+    let probed = ProbedScene::new(scene);
+    quantities.iter().map(|quantity| probed.measure(quantity)).collect()
 }
 
 fn judge(value: f64, range: &PublishedRange) -> Agreement {

@@ -8,7 +8,6 @@ use phrase::sentence;
 use crate::compare::{Agreement, DossierLine, WAY_M};
 use crate::insertion::{ProbeInsertion, ProbeMoment, insert_to, insertion_speed_m_per_s, layers_alone};
 use crate::quantity::MeasuredQuantity;
-use crate::words::{say_range, say_value};
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 300.0;
@@ -53,8 +52,8 @@ pub struct CurveWords<'a> {
     pub axes: [&'a str; 2],
     /// Name of a layer.
     pub name_layer: &'a dyn Fn(&str) -> String,
-    /// Translation of a figure's title.
-    pub say: &'a dyn Fn(&'static str) -> &'static str,
+    /// What was published and the scene's value, for a pointer that rests on a range.
+    pub describe: &'a dyn Fn(&DossierLine) -> String,
 }
 
 /// The labels of the axes, as sentences.
@@ -134,12 +133,6 @@ impl Plot<'_> {
         FRAME[3] - (FRAME[3] - FRAME[1]) * force_n / self.top_n
     }
 
-    /// Describes what was published and the scene's value, for a pointer that rests on it.
-    fn describe(&self, line: &DossierLine) -> String {
-        let value = say_value(&line.figure.quantity, line.value.unwrap_or_default());
-        escape(&format!("{}: {value} ({})", (self.words.say)(line.figure.title), say_range(line.figure)))
-    }
-
     /// Draws the undeformed layers as stripes with their names.
     fn draw_layers(&self, svg: &mut String, scene: &Scene) {
         let mut top_m = 0.0;
@@ -208,7 +201,7 @@ impl Plot<'_> {
             svg,
             "<path d=\"M{origin_x:.1} {origin_y:.1}L{high_x:.1} {high_y:.1}L{right:.1} {high_y:.1}L{low_x:.1} {low_y:.1}Z\" fill=\"#0072B2\" \
              fill-opacity=\"0.13\"><title>{}</title></path>",
-            self.describe(line)
+            escape(&(self.words.describe)(line))
         );
     }
 
@@ -222,7 +215,7 @@ impl Plot<'_> {
              <title>{}</title></rect>",
             x - 6.0,
             bottom - top,
-            self.describe(line)
+            escape(&(self.words.describe)(line))
         );
     }
 

@@ -25,6 +25,13 @@ pub const SHIPPED_SCENES: [&str; 17] = [
     include_str!("../../../curricula/scenes/abdomen-trocar-12mm.toml"),
 ];
 
+/// Returns the text of the shipped scene with an id.
+#[must_use]
+pub fn find_shipped_scene(id: &str) -> Option<&'static str> {
+    let named = format!("id = \"{id}\"");
+    SHIPPED_SCENES.into_iter().find(|text| text.lines().any(|line| line == named))
+}
+
 /// Reads every shipped scene.
 ///
 /// # Errors

@@ -76,3 +76,10 @@ pub(crate) fn say_verdict(line: &DossierLine) -> String {
     };
     if line.fitted { format!("{verdict}, fitted to it") } else { verdict }
 }
+
+/// Describes a line in one sentence: title, the scene's value and what was published.
+#[must_use]
+pub fn describe_line(line: &DossierLine) -> String {
+    let value = say_value(&line.figure.quantity, line.value.unwrap_or_default());
+    format!("{}: {value} ({})", line.figure.title, say_range(line.figure))
+}

@@ -8,7 +8,8 @@ use std::path::Path;
 use documents::{NeedleFamily, Scene, SceneFibres};
 use dossier::{
     Agreement, CURVE_AXES, CurveWords, DossierLine, FIGURES, Incomparable, MeasuredQuantity, PublishedRange,
-    compare_scene, count_inside, draw_force_curve, make_dossiers, measure_scene, profile_force_n, read_shipped_scenes,
+    compare_scene, count_inside, describe_line, draw_force_curve, make_dossiers, measure_scene, profile_force_n,
+    read_shipped_scenes,
 };
 
 fn scene(name: &str) -> Scene {
@@ -82,7 +83,7 @@ fn figure_judges_its_own_family_of_needles_alone() {
 #[test]
 fn slope_is_taken_over_the_whole_way() {
     let training = scene("lower-back-training");
-    let slope = |scene: &Scene| measure_scene(scene, &MeasuredQuantity::WaySlope).expect("every scene has one");
+    let slope = |scene: &Scene| measure_scene(scene, &[MeasuredQuantity::WaySlope])[0].expect("every scene has one");
     let mut slippery = training.clone();
     for layer in &mut slippery.layers {
         layer.friction_n_per_m = 0.0;
@@ -103,7 +104,7 @@ fn undetectable_rise_is_outside() {
 fn thicker_needle_needs_more_force() {
     let skin = MeasuredQuantity::PeakUntilThrough { layer: "skin" };
     let [thin_n, thick_n] = ["lower-back-training", "lower-back-thick-needle"]
-        .map(|name| measure_scene(&scene(name), &skin).expect("it opens"));
+        .map(|name| measure_scene(&scene(name), &[skin])[0].expect("it opens"));
     assert!((thick_n / thin_n - 3.0 / 1.27).abs() < 0.05, "{thin_n} N and {thick_n} N");
 }
 
@@ -137,7 +138,7 @@ fn profile_is_the_sampled_curve() {
 fn force_curve_shows_what_is_published() {
     let draw = |name: &str| {
         let scene = scene(name);
-        let words = CurveWords { axes: CURVE_AXES, name_layer: &str::to_uppercase, say: &|title| title };
+        let words = CurveWords { axes: CURVE_AXES, name_layer: &str::to_uppercase, describe: &describe_line };
         draw_force_curve(&scene, &compare_scene(&scene), &words)
     };
     let training = draw("lower-back-training");

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use documents::Scene;
 use dossier::{
-    CURVE_AXES, CurveWords, draw_dossier, draw_force_curve, make_dossiers, read_shipped_scenes, write_dossier_table,
-    write_dossier_text,
+    CURVE_AXES, CurveWords, describe_line, draw_dossier, draw_force_curve, make_dossiers, read_shipped_scenes,
+    write_dossier_table, write_dossier_text,
 };
 
 use crate::exit::{Failure, Outcome};
@@ -47,13 +47,13 @@ pub fn run(args: &ValidateArgs) -> Outcome {
     fs::create_dir_all(folder).map_err(|error| Failure::refused(folder, format_args!("cannot be created: {error}")))?;
     let mut text = format!("{}\n## Force against depth\n\n", write_dossier_text(&dossiers));
     text.push_str("Green and orange bars: the accepted range of a force, inside and outside; blue wedge: the published slope.\n\n");
-    let words = CurveWords { axes: CURVE_AXES, name_layer: &str::to_owned, say: &|title| title };
+    let words = CurveWords { axes: CURVE_AXES, name_layer: &str::to_owned, describe: &describe_line };
     for (scene, dossier) in scenes.iter().zip(&dossiers) {
         let name = format!("force-{}.svg", scene.id);
         write_file(&folder.join(&name), draw_force_curve(scene, &dossier.lines, &words))?;
         text.push_str(&format!("### {}\n\n![Force against depth of {}]({name})\n\n", scene.title, scene.id));
     }
-    text.push_str("## All scenes\n\n![The scenes' values, relative to what is published](dossier.svg)\n");
+    text.push_str("## All scenes\n\n![The scenes' values relative to the published ranges](dossier.svg)\n");
     write_file(&folder.join("dossier.md"), text)?;
     write_file(&folder.join("dossier.csv"), write_dossier_table(&dossiers).map_err(Failure::work)?)?;
     write_file(&folder.join("dossier.svg"), draw_dossier(&dossiers))

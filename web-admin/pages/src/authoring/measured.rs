@@ -37,7 +37,14 @@ pub fn list_measured_lines(lines: &[DossierLine]) -> Vec<MeasuredLine> {
 #[must_use]
 pub fn draw_scene_curve(scene: &Scene, lines: &[DossierLine]) -> String {
     let axes = CURVE_AXES.map(words::say);
-    draw_force_curve(scene, lines, &CurveWords { axes, name_layer: &anatomy::say_structure, say: &words::say })
+    draw_force_curve(scene, lines, &CurveWords { axes, name_layer: &anatomy::say_structure, describe: &describe_line })
+}
+
+/// Describes a line in the reader's language.
+fn describe_line(line: &DossierLine) -> String {
+    let figure = line.figure;
+    let value = say_value(&figure.quantity, line.value.unwrap_or_default());
+    format!("{}: {value} ({})", words::say(figure.title), say_range(&figure.quantity, &figure.range))
 }
 
 fn make_measured_line(line: &DossierLine) -> Option<MeasuredLine> {
@@ -58,7 +65,10 @@ fn make_measured_line(line: &DossierLine) -> Option<MeasuredLine> {
 fn say_verdict(line: &DossierLine) -> String {
     let verdict = match line.agreement {
         Agreement::Inside => tr!("inside").to_owned(),
-        Agreement::Outside => tr!("outside").to_owned(),
+        Agreement::Outside => match line.excepted {
+            Some(why) => format!("{}: {}", tr!("outside"), words::say(why)),
+            None => tr!("outside").to_owned(),
+        },
         Agreement::SingleValue { ratio } => tr!("{ratio} times the value", ratio = format::format_fixed(ratio, 2)),
         Agreement::Incomparable(_) => tr!("not comparable").to_owned(),
     };

@@ -3,7 +3,7 @@
 use acts::error::Error;
 use axum::extract::{Path, Query, State};
 use documents::ExerciseBundle;
-use dossier::{DossierLine, compare_scene};
+use dossier::compare_scene;
 use model::training::progress::{CourseStep, Progress, StepState};
 use model::{CurrentPerson, Role};
 use pages::authoring::exercise::{Context, ExerciseFacts, ExercisePage, ExerciseTeaching};
@@ -56,29 +56,36 @@ pub(super) async fn show_exercise(
     let courses = visited_exercise(&state, &person).await?;
     let listed = reports::latest_at(state.db.reader(), &person, &id).await?;
     let own = person.role == Role::Trainee;
-    let lines = if own { Vec::new() } else { measure_scene(&bundle).await? };
+    let teaching = if own { None } else { Some(measure_scene(&bundle).await?) };
     Ok(ExercisePage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
         contexts: courses.iter().filter_map(|visited| context_in_course(visited, &id)).collect(),
         attempts: if own { rows::own_rows(listed) } else { rows::mixed_rows(listed) },
         chart: draw_own_scores(&courses, &bundle),
         exercise: ExerciseFacts::new(&bundle, &at_hand),
-        teaching: (!own).then(|| ExerciseTeaching {
+        teaching: teaching.map(|compared| ExerciseTeaching {
             published: shown.published.is_some(),
             courses: courses.iter().filter_map(|(taught, _)| course_without(taught, &id)).collect(),
-            measured: list_measured_lines(&lines),
-            classes: bundle.scene.count_classes(),
-            curve: draw_scene_curve(&bundle.scene, &lines),
+            ..compared
         }),
         own,
     })
 }
 
-/// Compares the exercise's scene with published measurements, by simulating some insertions, which
-/// takes milliseconds.
-async fn measure_scene(bundle: &ExerciseBundle) -> Result<Vec<DossierLine>, Error> {
-    let scene = bundle.scene.clone();
-    Ok(tokio::task::spawn_blocking(move || compare_scene(&scene)).await?)
+/// Compares the exercise's scene with published measurements and draws its force, by simulating some
+/// insertions: off the threads that answer.
+async fn measure_scene(bundle: &ExerciseBundle) -> Result<ExerciseTeaching, Error> {
+    let (scene, language) = (bundle.scene.clone(), words::current());
+    let compare = move || {
+        let lines = compare_scene(&scene);
+        ExerciseTeaching {
+            measured: list_measured_lines(&lines),
+            classes: scene.count_classes(),
+            curve: draw_scene_curve(&scene, &lines),
+            ..ExerciseTeaching::default()
+        }
+    };
+    Ok(tokio::task::spawn_blocking(move || words::within(language, compare)).await?)
 }
 
 /// Returns a course as an option if it does not contain the exercise yet.
