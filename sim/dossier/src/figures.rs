@@ -247,11 +247,11 @@ pub const FIGURES: &[PublishedFigure] = &[
         sentence!("Force in liver and kidney rises with speed and angle"),
         sentence!("porcine, 15 to 45°, 0.5 to 2.5 mm/s; p < 0.05, without forces in the abstract"),
     ),
-    figure("overshoot_by_feedback", None, of_no_scene("", sentence!("a virtual hand always feels: there is none without feedback")), PublishedRange::Above(0.52), FEEDBACK_OVERSHOOT).titled(
+    figure("overshoot_by_feedback", None, of_no_scene("", sentence!("virtual hands always have force feedback")), PublishedRange::Above(0.52), FEEDBACK_OVERSHOOT).titled(
         sentence!("Less overshoot by force feedback, as a share"),
         sentence!("14 people at a simulator, without or with a still picture"),
     ),
-    figure("response_time", None, of_no_scene("s", sentence!("it includes the telephone's own delay; virtual hands react in 0.15 to 0.25 s to what they feel")), PublishedRange::Between { low: 0.277, high: 0.363 }, RESPONSE_TIMES).titled(
+    figure("response_time", None, of_no_scene("s", sentence!("it includes the telephone's own delay; virtual hands react to a force within 0.15 to 0.25 s")), PublishedRange::Between { low: 0.277, high: 0.363 }, RESPONSE_TIMES).titled(
         sentence!("Response to a signal that is felt, heard and seen"),
         sentence!("20 people with a telephone; mean and deviation"),
     ),

@@ -32,7 +32,7 @@ pub fn write_dossier_text(dossiers: &[SceneDossier]) -> String {
     let mut text = format!(
         "# Comparison with published measurements\n\nMade by `stylet validate --out DIR` with stylet {}. **{}.**\n\n\
          Published measurements, and the value of each scene: its needle enters straight at 5 mm/s, a Tuohy needle at 1.5 mm/s, with the layers alone. \
-         A figure judges the family of needles that it was measured with. Accepted is what was published from least to greatest; a mean ± two \
+         A figure judges the family of needles that it was measured with. Accepted is the range from the least to the greatest published value; a mean ± two \
          deviations where those are published; means of groups, without a spread, ± 25 % (our choice). For a single value without a spread the ratio \
          is given. *Clearly above*: a test separated two means, and the size of the difference was not published; a scene must be a twentieth above, \
          which such a test would detect (our choice). Where a scene was fitted to a figure this is marked, and proves nothing.\n",
