@@ -12,6 +12,7 @@ use platform::bounded_queue::BoundedQueue;
 use platform::clock::Clock;
 use platform::config::Config;
 use platform::mailer::Mailer;
+use platform::outgoing::OutgoingClient;
 use platform::rate_limit_log::RateLimitLog;
 use platform::recording_store::RecordingStore;
 use platform::relying_party::RelyingParty;
@@ -51,6 +52,8 @@ pub struct Service {
     pub rate_limit_log: Arc<RateLimitLog>,
     /// Relying party for passkeys, if browsers support them for this service's origin.
     pub relying_party: Option<Arc<RelyingParty>>,
+    /// Client for requests to providers.
+    pub outgoing: OutgoingClient,
     /// Write locks on resumable uploads.
     pub turns: UploadLocks,
     /// Queues and cache for previews of drafts.
@@ -94,6 +97,7 @@ impl Service {
             clock,
             relying_party: RelyingParty::of(&config).map(Arc::new),
             recordings,
+            outgoing: OutgoingClient::new(config.outgoing.clone()),
             erased_left: Arc::default(),
             config: Arc::new(config),
             jobs: Arc::default(),

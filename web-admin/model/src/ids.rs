@@ -150,6 +150,10 @@ ids! {
     PasskeyId;
     /// A pending WebAuthn challenge.
     CeremonyId;
+    /// An OpenID provider that signs the people of a school in.
+    ProviderId;
+    /// An account at a provider that belongs to a person.
+    IdentityId;
     /// A replica: a process that serves the database.
     ReplicaId;
     /// An attempt to parse a recording uploaded in one request.

@@ -2,6 +2,7 @@
 //!
 //! Templates pass fields by reference and other values by value, hence `impl Borrow`.
 
+use model::people::email::present_email;
 use std::borrow::Borrow;
 
 use assessment::statistics::Estimate;
@@ -120,10 +121,13 @@ pub fn format_month(months: i64) -> String {
     words::dates::month(months.div_euclid(12), month)
 }
 
-/// Splits an email address before its @ sign, where a line may break.
+/// Splits an email address before its @ sign, where a line may break; says so if there is none.
 #[must_use]
 pub fn split_email(email: &str) -> (&str, &str) {
-    email.split_at(email.find('@').unwrap_or(email.len()))
+    match present_email(email) {
+        Some(email) => email.split_at(email.find('@').unwrap_or(email.len())),
+        None => (tr!("no address"), ""),
+    }
 }
 
 /// Inserts non-breaking spaces, so that no line breaks within brackets or next to an equals sign.

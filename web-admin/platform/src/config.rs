@@ -10,6 +10,7 @@ use store::{AddressRefused, DatabaseAddress};
 
 use crate::bucket_address::BucketAddress;
 use crate::helper::Helper;
+use crate::outgoing::OutgoingRules;
 use crate::scanning::Scanner;
 use crate::secret::PasswordCost;
 
@@ -99,6 +100,8 @@ pub struct Config {
     pub public_url: Option<String>,
     /// Origins whose pages may upload with a token, as browsers write them in `Origin`.
     pub allowed_origins: Vec<String>,
+    /// Permitted targets of outgoing requests.
+    pub outgoing: OutgoingRules,
 }
 
 /// An option with an invalid value.
@@ -144,6 +147,7 @@ impl Config {
             anchor_mail: None,
             public_url: None,
             allowed_origins: Vec::new(),
+            outgoing: OutgoingRules::default(),
         }
     }
 

@@ -1,5 +1,6 @@
 //! The parts of the service that know no school: configuration, keys, files, the object store,
-//! queues, locks, mail, and the relying party of WebAuthn.
+//! queues, locks, mail, outgoing requests, the relying party of WebAuthn and the client of OpenID
+//! Connect.
 
 pub mod bounded_queue;
 pub mod bucket_address;
@@ -12,6 +13,8 @@ pub mod helper;
 pub mod keys;
 pub mod locks;
 pub mod mailer;
+pub mod openid;
+pub mod outgoing;
 pub mod rate_limit_log;
 pub mod recording_store;
 pub mod relying_party;

@@ -7,6 +7,7 @@ use std::time::Duration;
 use anyhow::Context;
 use clap::Args;
 use platform::config::{UploadQuota, origin};
+use platform::outgoing::OutgoingRules;
 use store::people;
 use tokio::net::TcpListener;
 
@@ -30,6 +31,13 @@ pub struct ServeArgs {
     /// may be repeated or separated by commas [default: none]
     #[arg(long, value_name = "ORIGIN", value_delimiter = ',', env = "STYLET_ALLOW_ORIGIN")]
     allow_origin: Vec<String>,
+    /// Host and port, such as 127.0.0.1:9000, of a provider of identities that is asked without TLS;
+    /// may be repeated, for tests [default: none]
+    #[arg(long, value_name = "HOST:PORT", value_delimiter = ',', env = "STYLET_ALLOW_PLAIN_HTTP")]
+    allow_plain_http: Vec<String>,
+    /// Permit requests to providers at loopback and private addresses, as in an intranet
+    #[arg(long, env = "STYLET_ALLOW_PRIVATE_ADDRESSES")]
+    allow_private_addresses: bool,
     /// Bearer token that /metrics requires; without one, /metrics is not available behind TLS
     #[arg(long, value_name = "TOKEN", env = "STYLET_METRICS_TOKEN", hide_env_values = true)]
     metrics_token: Option<String>,
@@ -83,6 +91,8 @@ pub(super) async fn run_serve(args: &ServeArgs) -> Result<(), CommandFailure> {
     config.person_quota = quota(args.person_attempts, args.person_mb);
     config.preview_time = Duration::from_secs(args.preview_s);
     config.allowed_origins = args.allow_origin.iter().map(|given| origin(given)).collect::<Result<_, _>>()?;
+    config.outgoing =
+        OutgoingRules { plain_http: args.allow_plain_http.clone(), private_addresses: args.allow_private_addresses };
     let shift = Shift::begin(&args.work, config, "web-admin serve").await?;
     print_greeting(&shift.state).await?;
     serve_until_signal(&shift, Duration::from_secs(args.leave_s)).await?;

@@ -33,7 +33,8 @@ use acts::training::assignments;
 use axum::body::Body;
 use axum::http::{Method, Request, header};
 use documents::ExerciseBundle;
-use model::ids::{CohortId, SessionId};
+use model::auth::federation::{IdentityOrigin, ProviderSettings};
+use model::ids::{CohortId, IdentityId, ProviderId, SessionId};
 use model::people::roster::RosterRequest;
 use model::surveys::Identity;
 use model::training::assignment::AssignmentTask;
@@ -41,6 +42,9 @@ use model::training::comment::{Comment, CommentKind};
 use model::{Role, SessionKey};
 use platform::clock::Clock;
 use sqlx::pool::PoolConnection;
+use store::auth::federation::identities::{IssuedSubject, NewIdentity};
+use store::auth::federation::providers::NewProvider;
+use store::auth::federation::{identities, providers};
 use store::authoring::{exercises, pictures};
 use store::recordings::uploads::UploadOwner;
 use store::scoring::{ratings, segments};
@@ -335,7 +339,32 @@ async fn objects(
     let rated = round(app, [teacher, colleague], session).await;
     let task = task(app, teacher, known[0].id, session).await;
     let regraded = regraded(app, teacher).await;
-    objects.into_iter().chain(survey).chain(rated).chain(task).chain(regraded).collect()
+    let ways = ways_in(app, own).await;
+    objects.into_iter().chain(survey).chain(rated).chain(task).chain(regraded).chain(ways).collect()
+}
+
+/// A provider of the school, at an address that may not be asked, and a trainee's identity there.
+async fn ways_in(app: &App, own: &Member) -> [(&'static str, String); 2] {
+    let (school_id, now) = (own.person.school_id, app.state.clock.now());
+    let settings = ProviderSettings {
+        name: "North".to_owned(),
+        issuer: "https://127.0.0.1:9".to_owned(),
+        client_id: "stylet".to_owned(),
+        scopes: "openid".to_owned(),
+        subject_claim: "sub".to_owned(),
+        ..ProviderSettings::default()
+    };
+    let (provider, identity) = (ProviderId::made_at(now), IdentityId::made_at(now));
+    app.write(async |tx| {
+        let new = NewProvider { id: provider, school_id, settings: &settings, sealed_secret: b"sealed" };
+        providers::put_provider(tx, new, now).await.unwrap();
+        let of = IssuedSubject { school_id, issuer: &settings.issuer, subject: "own" };
+        let how = IdentityOrigin::ByAdministrator;
+        let new = NewIdentity { id: identity, person_id: own.person.id, of, how, made_by: None, at: now };
+        identities::add_identity(tx, new).await.unwrap();
+    })
+    .await;
+    [("provider", provider.to_string()), ("identity", identity.to_string())]
 }
 
 fn stranger(column: &'static str) -> Visitor {

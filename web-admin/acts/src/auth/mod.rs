@@ -1,5 +1,6 @@
 //! Signing in.
 
+pub mod federation;
 pub mod passkeys;
 pub mod passwords;
 pub mod rate_limits;

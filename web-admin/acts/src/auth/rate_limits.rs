@@ -135,6 +135,14 @@ pub async fn welcome(service: &Service, address: IpAddr, email: &str) -> Result<
     Ok(tx.commit().await?)
 }
 
+/// Counts a sign-in by a provider that is begun from an address.
+///
+/// # Errors
+/// Fails if no attempt is left, with the time until the next one.
+pub async fn take_provider_sign_in(service: &Service, address: IpAddr) -> Result<(), Error> {
+    press_all(service, &[Brake::new(ADDRESS, &format!("provider {address}"))]).await
+}
+
 /// Counts an attempt by a signed-in person to confirm their own password.
 ///
 /// # Errors

@@ -36,6 +36,8 @@ pub enum SignInProof {
     RecoveryCode,
     /// A signature by a passkey.
     Passkey,
+    /// A sign-in by a provider.
+    Provider,
 }
 
 impl SignInProof {
@@ -46,6 +48,7 @@ impl SignInProof {
             Self::App => "app",
             Self::RecoveryCode => "recovery code",
             Self::Passkey => "passkey",
+            Self::Provider => "provider",
         }
     }
 }

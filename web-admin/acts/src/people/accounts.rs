@@ -297,16 +297,17 @@ pub async fn is_own_password(state: &Service, person: &CurrentPerson, typed: &st
     Ok(false)
 }
 
-/// Changes a person's own password. Returns false if the old one is wrong.
-pub async fn change_own_password(state: &Service, person: &CurrentPerson, old: &str, new: &str) -> Result<bool, Error> {
-    if !is_own_password(state, person, old).await? {
-        return Ok(false);
-    }
+/// Sets a person's own password, after they have proved who they are.
+pub async fn set_own_password(state: &Service, person: &CurrentPerson, new: &str) -> Result<(), Error> {
     let hash = hash(state, new).await?;
     let mut tx = state.db.write().await?;
-    set_password(&mut tx, state, PersonKey { school_id: person.school_id, person_id: person.id }, &hash).await?;
-    tx.commit().await?;
-    Ok(true)
+    set_password(&mut tx, state, PersonKey::from(person), &hash).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Returns whether a person has a password.
+pub async fn has_password(state: &Service, person: PersonId) -> Result<bool, Error> {
+    Ok(people::has_password(state.db.reader(), person).await?)
 }
 
 async fn hash(state: &Service, password: &str) -> Result<String, Error> {

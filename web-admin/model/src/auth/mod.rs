@@ -1,5 +1,7 @@
 //! Signing in.
 
+pub mod federation;
 pub mod passkey;
 pub mod password_refused;
 pub mod second_factor;
+pub mod sign_in_refusal;

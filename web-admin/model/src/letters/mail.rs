@@ -19,6 +19,9 @@ pub enum MailKind {
     SecondFactorOff,
     /// Unread notices.
     News,
+    /// An account of another system was joined to the person's.
+    #[cfg_attr(feature = "sqlx", sqlx(rename = "identity_joined"))]
+    IdentityJoined,
 }
 
 /// Problem with a sent mail.

@@ -2,11 +2,30 @@
 
 use email_address::EmailAddress;
 use unicode_normalization::UnicodeNormalization;
+use uuid::Uuid;
 
 use crate::single_line_text::{is_invisible, is_strange};
 
 /// Maximum length of an address, in bytes (RFC 5321, section 4.5.3.1.3, less the angle brackets).
 const LONGEST_ADDRESS: usize = 254;
+
+/// Domains of stored addresses that are none: of people without an address, of guests, of erased
+/// people. RFC 2606 reserves `.invalid`.
+const ABSENT_DOMAINS: [&str; 3] = ["@no-address.invalid", "@guest.invalid", "@erased.invalid"];
+
+/// Returns what is stored instead of an address for a person who has none. `unique` is not used
+/// twice.
+#[must_use]
+pub fn make_absent_email(unique: Uuid) -> String {
+    format!("{}{}", unique.simple(), ABSENT_DOMAINS[0])
+}
+
+/// Returns a stored address, or `None` if the person has none.
+#[must_use]
+pub fn present_email(stored: &str) -> Option<&str> {
+    let is_absent = ABSENT_DOMAINS.iter().any(|domain| stored.ends_with(domain));
+    (!is_absent).then_some(stored)
+}
 
 /// Returns the normalized form in which an address is stored and compared: composed, in lower case,
 /// without invisible characters or `mailto:`, and with the domain in Unicode. Browsers submit

@@ -27,6 +27,8 @@ pub const AUDIT_THEMES: [AuditTheme; 6] = [
         actions: &[
             "person",
             "sign_in",
+            "identity",
+            "provider",
             "sign_in_code",
             "second_factor",
             "passkey",

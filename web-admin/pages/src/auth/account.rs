@@ -12,6 +12,7 @@ use model::training::membership::{MembershipAct, MembershipEvent, MembershipRequ
 use time::OffsetDateTime;
 use words::Language;
 
+use crate::auth::reauthentication::OwnPassword;
 use crate::{Shell, StatusWord, assets, format};
 
 /// The user's own account page.
@@ -44,6 +45,8 @@ pub struct AccountPage {
     pub practice: String,
     /// When the user's sign-in code was created; `None` without a code.
     pub sign_in_code: Option<OffsetDateTime>,
+    /// How the user proves who they are before the password changes.
+    pub own_password: OwnPassword,
     /// Why the new password was refused.
     pub refused: Option<PasswordRefused>,
 }
@@ -126,6 +129,7 @@ mod tests {
             second_factor: false,
             practice: "/trainees/1".to_owned(),
             sign_in_code: None,
+            own_password: OwnPassword::Known,
             refused: Some(PasswordRefused::WrongOld),
         };
         let html = samples::keep_page("account", &page);

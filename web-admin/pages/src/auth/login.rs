@@ -5,6 +5,7 @@ use askama_web::WebTemplate;
 use model::auth::passkey::PasskeyQuestion;
 
 use crate::assets;
+use crate::auth::federation::ProviderButton;
 use crate::auth::passkeys;
 use crate::auth::reauthentication::ReauthenticationForm;
 
@@ -20,6 +21,10 @@ pub struct LoginPage {
     pub csrf: String,
     /// Path on this site to redirect to after sign-in.
     pub next: String,
+    /// Providers that sign people in.
+    pub providers: Vec<ProviderButton>,
+    /// Whether passwords are for administrators only, and their form is folded.
+    pub folded: bool,
 }
 
 /// The page that asks for the second factor, after a correct password.
@@ -66,10 +71,17 @@ mod tests {
             email: "\"><script>".to_owned(),
             csrf: "token".to_owned(),
             next: "/sessions/1".to_owned(),
+            providers: vec![ProviderButton {
+                href: "/sign-in/1".to_owned(),
+                name: "North <University>".to_owned(),
+                school: None,
+            }],
+            folded: true,
         };
         let html = samples::keep_page("login", &page);
         assert!(html.contains(r#"name="csrf" value="token""#) && html.contains(r#"role="alert""#));
         assert!(!html.contains("<script>"), "what was typed is escaped");
+        assert!(html.contains("North &#60;University&#62;") && html.contains("<details open"), "{html}");
     }
 
     fn page(app: bool, question: Option<PasskeyQuestion>) -> CodePage {

@@ -1,6 +1,7 @@
 //! Signing in.
 
 pub mod account;
+pub mod federation;
 pub mod login;
 pub mod passkeys;
 pub mod reauthentication;

@@ -113,10 +113,11 @@ mod tests {
 
     use super::samples::{question, row};
     use super::*;
+    use crate::auth::reauthentication::OwnPassword;
     use crate::samples::{keep_page, shell};
 
     fn page(last: bool, asked: bool) -> PasskeyPage {
-        let proof = ProofAsked { on: true, app: false, question: Some(question()) };
+        let proof = ProofAsked { own_password: OwnPassword::Known, on: true, app: false, question: Some(question()) };
         PasskeyPage { shell: shell(Role::Trainee), row: row("Phone", true), last, asked, proof, refused: None }
     }
 

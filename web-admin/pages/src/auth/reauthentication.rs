@@ -9,6 +9,8 @@ use crate::format;
 /// Proof required before a second factor is changed.
 #[derive(Clone, Debug)]
 pub struct ProofAsked {
+    /// How the user proves the first factor.
+    pub own_password: OwnPassword,
     /// Whether a second factor is set up and required in addition to the password.
     pub on: bool,
     /// Whether codes of an authenticator app are accepted.
@@ -17,7 +19,38 @@ pub struct ProofAsked {
     pub question: Option<PasskeyQuestion>,
 }
 
+/// How users prove who they are before a change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OwnPassword {
+    /// They have a password, and enter it.
+    Known,
+    /// They have no password, and have confirmed themselves at their school's sign-in just now.
+    Proved,
+    /// They have no password, and must confirm themselves there first.
+    Unproved,
+}
+
+impl OwnPassword {
+    /// Renders the field of a form; `id` is the field's id.
+    pub(crate) fn field(self, id: &str) -> String {
+        // Rendering this template into a `String` cannot fail.
+        OwnPasswordField { own: self, id }.render().unwrap_or_default()
+    }
+}
+
+#[derive(Debug, Template)]
+#[template(path = "auth/own_password.html")]
+struct OwnPasswordField<'a> {
+    own: OwnPassword,
+    id: &'a str,
+}
+
 impl ProofAsked {
+    /// Renders the field of the password; `id` is its id.
+    pub(crate) fn password_field(&self, id: &str) -> String {
+        self.own_password.field(id)
+    }
+
     /// Renders the fields and buttons of a form; `id` is the prefix of the fields' ids.
     pub(crate) fn fields(&self, id: &str, label: &str, quiet: bool) -> String {
         ProofPart { on: self.on, app: self.app, question: self.question.as_ref(), id, label, quiet }

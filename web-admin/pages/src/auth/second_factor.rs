@@ -91,6 +91,7 @@ mod tests {
 
     use super::*;
     use crate::auth::passkeys::samples::{question, row};
+    use crate::auth::reauthentication::OwnPassword;
     use crate::{NavPlace, samples};
 
     fn page(factor: FactorState, owed: bool) -> SecondFactorPage {
@@ -101,7 +102,7 @@ mod tests {
             factor,
             passkeys: Vec::new(),
             codes_left: None,
-            proof: ProofAsked { on: false, app: false, question: None },
+            proof: ProofAsked { own_password: OwnPassword::Known, on: false, app: false, question: None },
             can_add: true,
             form: FilledForm::refused(String::new(), FactorRefused::Code),
             asked: owed,
@@ -119,7 +120,7 @@ mod tests {
         let offered = samples::keep_page("second-factor-offered", &page(offered, true));
         assert!(offered.contains("ABCD-EFGH") && offered.contains("/account/second-factor/qr.svg"), "{offered}");
         let on = FactorState::On { since: samples::NOW };
-        let proof = ProofAsked { on: true, app: true, question: None };
+        let proof = ProofAsked { own_password: OwnPassword::Known, on: true, app: true, question: None };
         let on = SecondFactorPage { codes_left: Some(2), proof, can_add: false, ..page(on, false) };
         let on = samples::keep_page("second-factor-on", &on);
         assert!(on.contains("2 recovery codes left") && on.contains("/account/second-factor/off"), "{on}");
@@ -129,7 +130,7 @@ mod tests {
 
     #[test]
     fn passkeys_are_listed_and_asked_before_anything_is_changed() {
-        let proof = ProofAsked { on: true, app: false, question: Some(question()) };
+        let proof = ProofAsked { own_password: OwnPassword::Known, on: true, app: false, question: Some(question()) };
         let page = SecondFactorPage {
             passkeys: vec![row("Phone", true), row("Key in the drawer", false)],
             codes_left: Some(9),

@@ -5,6 +5,7 @@ use askama_web::WebTemplate;
 use model::limits::{LONGEST_NAME, TOKEN_LIFETIMES_DAYS};
 use time::OffsetDateTime;
 
+use crate::auth::reauthentication::OwnPassword;
 use crate::form::FilledForm;
 use crate::{Shell, StatusWord, format};
 
@@ -18,6 +19,8 @@ pub struct TokensPage {
     pub rows: Vec<TokenRow>,
     /// The form for a new token, with the reason if it was refused.
     pub form: FilledForm<TokenFields>,
+    /// How the user proves who they are.
+    pub own_password: OwnPassword,
 }
 
 /// Input of the form for a new token; the password is never shown again.
@@ -100,7 +103,7 @@ mod tests {
         ];
         let shell = samples::shell(Role::Instructor);
         let form = FilledForm::refused(TokenFields { name: "x".to_owned(), days: 90 }, "no".to_owned());
-        let page = TokensPage { shell, rows, form };
+        let page = TokensPage { shell, rows, form, own_password: OwnPassword::Known };
         let html = samples::keep_page("tokens", &page);
         assert!(
             html.contains("Analysis &#60;b&#62;") && html.contains("no expiry") && html.contains("never"),
@@ -108,8 +111,8 @@ mod tests {
         );
         assert_eq!((html.matches("Expired").count(), html.matches("/revoke\"").count()), (1, 3), "{html}");
         let shell = samples::shell(Role::Instructor);
-        let none =
-            TokensPage { shell, rows: vec![], form: FilledForm::new(TokenFields { name: String::new(), days: 90 }) };
+        let form = FilledForm::new(TokenFields { name: String::new(), days: 90 });
+        let none = TokensPage { shell, rows: vec![], form, own_password: OwnPassword::Unproved };
         assert!(samples::keep_page("tokens-none", &none).contains("no tokens"));
     }
 

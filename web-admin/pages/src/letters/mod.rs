@@ -51,6 +51,14 @@ struct SecondFactorOff<'a> {
 }
 
 #[derive(Template)]
+#[template(path = "letters/identity_joined.txt")]
+struct IdentityJoined<'a> {
+    name: &'a str,
+    school: &'a str,
+    link: &'a str,
+}
+
+#[derive(Template)]
 #[template(path = "letters/reminder.txt")]
 struct Reminder<'a> {
     name: &'a str,
@@ -159,6 +167,13 @@ pub fn write_test_letter(name: &str, school: &str) -> (String, String) {
 #[must_use]
 pub fn write_factor_off_letter(mail: &Mail, link: &str) -> (String, String) {
     subject_and_body(&SecondFactorOff { name: &mail.name, school: &mail.school, link })
+}
+
+/// Returns subject and body of an email that reports that an account of another system was joined;
+/// `link` leads to the page that lists and removes such accounts.
+#[must_use]
+pub fn write_identity_letter(mail: &Mail, link: &str) -> (String, String) {
+    subject_and_body(&IdentityJoined { name: &mail.name, school: &mail.school, link })
 }
 
 #[derive(Template)]

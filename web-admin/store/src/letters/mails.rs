@@ -45,7 +45,7 @@ pub async fn list_due_mails(executor: impl Executor<'_>, now: Moment, limit: u32
     sqlx::query_as(
         "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.tries, p.display_name AS name, p.email,
            s.name AS school, s.time_zone, coalesce(p.language, s.letter_language) AS language,
-           p.disabled_at IS NULL AND CASE m.kind WHEN 'reminder' THEN s.mails_reminders WHEN 'news' THEN s.mails_news
+           p.disabled_at IS NULL AND p.email NOT LIKE '%@no-address.invalid' AND CASE m.kind WHEN 'reminder' THEN s.mails_reminders WHEN 'news' THEN s.mails_news
              ELSE TRUE END AS enabled
          FROM mails m JOIN people p ON p.id = m.person_id JOIN schools s ON s.id = m.school_id
          WHERE m.next_run_at <= $1 ORDER BY m.next_run_at LIMIT $2 + 0",

@@ -4,10 +4,11 @@ use model::ids::{CohortId, LetterId, PersonId, SchoolId};
 use model::people::directory::{AccountState, DirectoryEntry, PeopleKey, PeopleOrder};
 use model::people::email::normalize_email;
 use model::search_key::{fold_text, make_search_text};
-use model::{Moment, Role};
+use model::{Moment, PersonKey, Role};
 use sqlx::FromRow;
 
 use crate::auth::account_links;
+use crate::auth::federation::identities;
 use crate::{Connection, Executor, Json, Pool, Result};
 
 /// Search criteria.
@@ -41,7 +42,8 @@ macro_rules! people_by {
             $key,
             " AS sorted,
                  CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
-                      WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
+                      WHEN p.password_hash = '' AND NOT EXISTS (
+                      SELECT 1 FROM identities i WHERE i.school_id = p.school_id AND i.person_id = p.id) THEN 'invited' ELSE 'active' END AS state,
                  coalesce((SELECT string_agg(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
                            WHERE m.person_id = p.id), '') AS cohorts
                FROM people p
@@ -121,7 +123,8 @@ pub async fn list_people_by_id(
     sqlx::query_as(
         "SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
            CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
-                WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
+                WHEN p.password_hash = '' AND NOT EXISTS (
+                      SELECT 1 FROM identities i WHERE i.school_id = p.school_id AND i.person_id = p.id) THEN 'invited' ELSE 'active' END AS state,
            coalesce((SELECT string_agg(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
                      WHERE m.person_id = p.id), '') AS cohorts
          FROM (SELECT DISTINCT value FROM json_each($2)) asked CROSS JOIN people p
@@ -178,7 +181,8 @@ pub async fn find_anybody(
     sqlx::query_as(
         "SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
            CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
-                WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
+                WHEN p.password_hash = '' AND NOT EXISTS (
+                      SELECT 1 FROM identities i WHERE i.school_id = p.school_id AND i.person_id = p.id) THEN 'invited' ELSE 'active' END AS state,
            coalesce((SELECT string_agg(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
                      WHERE m.person_id = p.id), '') AS cohorts
          FROM people p WHERE p.school_id = $1 AND p.id = $2",
@@ -313,6 +317,7 @@ pub async fn erase_person(
     let email = format!("{}@erased.invalid", person.pseudonym);
     account_links::end_account_links(writer, person.id).await?;
     account_links::forget_asked(writer, &person.email).await?;
+    identities::remove_identities(writer, PersonKey { school_id: school, person_id: person.id }).await?;
     sqlx::query("DELETE FROM mails WHERE school_id = $1 AND person_id = $2")
         .bind(school)
         .bind(person.id)

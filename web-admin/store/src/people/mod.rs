@@ -264,6 +264,14 @@ pub async fn find_credentials(executor: impl Executor<'_>, email: &str) -> Resul
     .await
 }
 
+/// Returns whether a person has a password.
+pub async fn has_password(executor: impl Executor<'_>, person: PersonId) -> Result<bool> {
+    sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM people WHERE id = $1 AND password_hash <> '')")
+        .bind(person)
+        .fetch_one(executor)
+        .await
+}
+
 /// Sets a password chosen by the person, and ends all earlier web sessions, links and sign-in
 /// codes. Returns false if there is no such person.
 pub async fn set_password(writer: &mut Connection, person: PersonId, password_hash: &str) -> Result<bool> {

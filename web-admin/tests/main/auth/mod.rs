@@ -1,6 +1,7 @@
 //! Signing in.
 
 pub(crate) mod answer_times;
+pub(crate) mod federation;
 pub(crate) mod initial_passwords;
 pub(crate) mod passkeys;
 pub(crate) mod school_boundaries;

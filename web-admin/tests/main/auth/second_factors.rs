@@ -24,14 +24,14 @@ const PAGE: &str = "/account/second-factor";
 const STEP_S: i64 = 30;
 
 /// Somebody's app, and their recovery codes.
-struct Device {
+pub(crate) struct Device {
     secret: TotpSecret,
     codes: Vec<String>,
 }
 
 impl Device {
     /// What the app shows now.
-    fn code(&self, app: &App) -> String {
+    pub(crate) fn code(&self, app: &App) -> String {
         self.secret.code_at(app.state.clock.now()).unwrap()
     }
 }
@@ -49,7 +49,7 @@ fn between<'a>(page: &'a str, before: &str, after: &str) -> &'a str {
 }
 
 /// Sends a form of a page, with the token that the page has.
-async fn send(client: &mut Client, page: &str, action: &str, fields: &[(&str, &str)]) -> Answer {
+pub(crate) async fn send(client: &mut Client, page: &str, action: &str, fields: &[(&str, &str)]) -> Answer {
     let csrf = csrf_in(&client.get(page).await.text());
     client.form(action, &[&[("csrf", csrf.as_str())], fields].concat()).await
 }
@@ -64,7 +64,7 @@ async fn begin(client: &mut Client) -> TotpSecret {
     TotpSecret::from_bytes(&BASE32_NOPAD.decode(text.as_bytes()).unwrap()).unwrap()
 }
 
-async fn enrol(app: &App, client: &mut Client) -> Device {
+pub(crate) async fn enrol(app: &App, client: &mut Client) -> Device {
     let secret = begin(client).await;
     let code = secret.code_at(app.state.clock.now()).unwrap();
     let answer = send(client, PAGE, &format!("{PAGE}/confirm"), &[("code", &code)]).await;
@@ -88,7 +88,7 @@ async fn half(app: &App, email: &str) -> Client {
     client
 }
 
-async fn say_code(client: &mut Client, code: &str) -> Answer {
+pub(crate) async fn say_code(client: &mut Client, code: &str) -> Answer {
     send(client, "/login/code", "/login/code", &[("code", code)]).await
 }
 

@@ -16,7 +16,7 @@ use crate::support::recordings::{Attempt, record};
 use crate::support::{App, PASSWORD};
 
 /// What refers to a person: table and column, and under which key it stands in the file.
-const HELD: [(&str, &str); 50] = [
+const HELD: [(&str, &str); 51] = [
     ("notices.person_id", "notices"),
     ("api_tokens.person_id", "access/tokens"),
     ("account_links.person_id", "password_links"),
@@ -33,6 +33,7 @@ const HELD: [(&str, &str); 50] = [
     ("expert_declarations.person_id", "consents"),
     ("expert_declarations.recorded_by", "consents_recorded"),
     ("expert_declarations.withdrawn_by", "consents_recorded"),
+    ("identities.person_id", "access/identities"),
     ("mails.person_id", "letters"),
     ("pairing_codes.made_by", "pairing_codes_made"),
     ("passkeys.person_id", "access/passkeys"),
@@ -71,8 +72,10 @@ const HELD: [(&str, &str); 50] = [
 ];
 
 /// What refers to them and stands in the file elsewhere, or not at all, with the reason.
-const NOT_BY_ITSELF: [(&str, &str); 17] = [
+const NOT_BY_ITSELF: [(&str, &str); 19] = [
     ("ceremonies.person_id", "what their passkey was asked, for the five minutes until it answers"),
+    ("identities.made_by", "the log: who joined whose account"),
+    ("sign_in_flows.person_id", "a sign-in that has not come back, for ten minutes"),
     ("notices.by_id", "what they did is in their comments, overrides, ratings and assignments"),
     ("notices.session_id", "`notices`, by the person"),
     ("second_factors.person_id", "`access`: since when; never the secret"),

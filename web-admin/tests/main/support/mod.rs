@@ -6,10 +6,13 @@ pub mod bucket;
 pub mod client;
 pub mod database;
 pub mod failing_disk;
+pub mod forgery;
 pub mod mail;
 pub mod postgres;
+pub mod provider;
 pub mod recordings;
 pub mod service;
+pub mod signer;
 pub mod statements;
 
 use std::path::{Path, PathBuf};

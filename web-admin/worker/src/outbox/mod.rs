@@ -97,6 +97,9 @@ async fn compose_letter(state: &AppState, mail: &Mail) -> Result<Option<Letter>,
         MailKind::SecondFactorOff => {
             letters::write_factor_off_letter(mail, &format!("{}/account/second-factor", state.config.address()))
         }
+        MailKind::IdentityJoined => {
+            letters::write_identity_letter(mail, &format!("{}/account/identities", state.config.address()))
+        }
         MailKind::News => match compose_news_letter(state, mail).await? {
             Some(parts) => parts,
             None => return Ok(None),

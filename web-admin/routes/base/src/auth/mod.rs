@@ -13,5 +13,5 @@ pub use csrf::{CheckedForm, Csrf, CsrfForm, NoFields, OpenForm, begin_token, ref
 pub use current::{
     Administrator, SignInStanding, Teacher, Visitor, person_of, require_person, standing_of, start_session,
 };
-pub use stranger::{StrangerToken, settle_stranger};
+pub use stranger::{BrowserToken, StrangerToken, settle_stranger};
 pub use upload::{CsrfFileForm, CsrfUpload, SentFile};

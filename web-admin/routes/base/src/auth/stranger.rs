@@ -4,8 +4,9 @@
 use std::sync::{Arc, OnceLock};
 
 use acts::error::Error;
-use axum::extract::{Request, State};
+use axum::extract::{FromRequestParts, Request, State};
 use axum::http::header::{COOKIE, SET_COOKIE};
+use axum::http::request::Parts;
 use axum::http::{HeaderMap, HeaderValue};
 use axum::middleware::Next;
 use axum::response::Response;
@@ -13,6 +14,7 @@ use platform::secret;
 use tower_sessions::cookie::{Cookie, SameSite};
 
 use crate::AppState;
+use crate::error::PageError;
 
 /// Number of hexadecimal digits of a token.
 const DIGITS: usize = 64;
@@ -41,6 +43,36 @@ impl StrangerToken {
     /// Whether a form's token matches that of the cookie.
     pub(super) fn is(&self, sent: &str) -> bool {
         self.sent.as_ref().is_some_and(|known| secret::same(known, sent))
+    }
+}
+
+/// The token of a browser's cookie: it ties a sign-in at a provider to the browser that began it.
+#[derive(Clone, Debug)]
+pub struct BrowserToken {
+    token: String,
+    is_sent: bool,
+}
+
+impl BrowserToken {
+    /// Returns the token, which the response sets if the browser has none.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.token
+    }
+
+    /// Returns the token that the browser has sent.
+    #[must_use]
+    pub fn sent(&self) -> Option<&str> {
+        self.is_sent.then_some(self.token.as_str())
+    }
+}
+
+impl<S: Send + Sync> FromRequestParts<S> for BrowserToken {
+    type Rejection = PageError;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Self::Rejection> {
+        let stranger = parts.extensions.get::<StrangerToken>().cloned().unwrap_or_default();
+        Ok(Self { token: stranger.token()?, is_sent: stranger.sent.is_some() })
     }
 }
 

@@ -2,6 +2,7 @@
 //! asks for the factor.
 
 use acts::auth::second_factor;
+use acts::auth::second_factor::SignInProof;
 use acts::error::Error;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -40,19 +41,32 @@ pub(super) fn code_routes() -> Routes {
     Routes::new().route("/login/code", get(show_code_page).merge(post(check_code)))
 }
 
-/// Signs in a person whose password was correct, or starts the second-factor step; returns the path
-/// to open next.
+/// How a person has shown who they are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FirstFactor {
+    /// By the password of this service.
+    Password,
+    /// By a provider, whose second factor may replace the one of this service.
+    Provider { is_second_too: bool },
+}
+
+/// Signs in a person who has shown a first factor, or starts the second-factor step; returns the
+/// path to open next.
 pub(super) async fn enter_session(
     state: &AppState,
     session: &Session,
     person: &Person,
     next: &str,
+    shown: FirstFactor,
 ) -> Result<String, Error> {
     let key = key_of_person(person);
     let now = state.clock.now();
-    if !second_factors::is_second_factor_on(state.db.reader(), key).await? {
+    let is_enough = shown == FirstFactor::Provider { is_second_too: true }
+        || !second_factors::is_second_factor_on(state.db.reader(), key).await?;
+    if is_enough {
         start_session(session, person.id, person.credential_version, now).await?;
-        second_factor::note_sign_in(state, key, None).await?;
+        let proof = (shown != FirstFactor::Password).then_some(SignInProof::Provider);
+        second_factor::note_sign_in(state, key, proof).await?;
         return Ok(own_path(next).to_owned());
     }
     session.clear().await;

@@ -14,10 +14,11 @@ use routes_base::forms::FormAnswer;
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
 use store::auth::account_links::{AccountLink, Purpose};
+use store::auth::federation::providers;
 use store::people;
 use tower_sessions::Session;
 
-use crate::auth::half;
+use crate::auth::half::{self, FirstFactor};
 
 /// Returns the public routes to set or recover a password.
 pub(super) fn password_routes() -> Routes {
@@ -85,7 +86,11 @@ async fn set_first_password(
     let person = people::find_person(state.db.reader(), person).await?.ok_or(Error::NotFound)?;
     // With access to someone's mail an attacker can get this far, but does not have the second
     // factor.
-    Ok(FormAnswer::lead_to(&half::enter_session(&state, &session, &person, "/").await?))
+    if !providers::find_local_passwords(state.db.reader(), person.school_id).await?.allow(person.role) {
+        return Ok(FormAnswer::lead_to("/login"));
+    }
+    let to = half::enter_session(&state, &session, &person, "/", FirstFactor::Password).await?;
+    Ok(FormAnswer::lead_to(&to))
 }
 
 async fn ask_for_link(csrf: Csrf) -> ForgottenPage {

@@ -17,10 +17,13 @@ use routes_base::auth::{
 use routes_base::error::{PageError, finish_answer, status_of};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
+use store::auth::federation::providers;
 use store::people::{self, Credentials};
 use tower_sessions::Session;
 
-use crate::auth::{half, join};
+use crate::auth::federation::{self, Buttons};
+use crate::auth::half::{self, FirstFactor};
+use crate::auth::join;
 
 /// Returns the public routes of `/login` and of password recovery.
 #[must_use]
@@ -41,6 +44,7 @@ pub fn signed_in_routes() -> Routes {
 struct NextQuery {
     #[serde(default)]
     next: String,
+    school: Option<String>,
 }
 
 async fn show_sign_in(
@@ -52,14 +56,15 @@ async fn show_sign_in(
     if !matches!(standing_of(&state, &session).await?, SignInStanding::Stranger) {
         return Ok(Redirect::to(own_path(&query.next)).into_response());
     }
-    let next = own_path(&query.next).to_owned();
-    Ok(LoginPage { error: None, email: String::new(), csrf: csrf.token().to_owned(), next }.into_response())
+    let Buttons { providers, folded } = federation::list_buttons(&state, query.school.as_deref()).await?;
+    let (csrf, next) = (csrf.token().to_owned(), own_path(&query.next).to_owned());
+    Ok(LoginPage { error: None, email: String::new(), csrf, next, providers, folded }.into_response())
 }
 
 #[derive(Deserialize)]
-struct LoginForm {
-    email: String,
-    password: String,
+pub(super) struct LoginForm {
+    pub email: String,
+    pub password: String,
     #[serde(default)]
     next: String,
 }
@@ -74,28 +79,24 @@ async fn sign_in(
     if !is_genuine {
         return leave_stale_form(&state, &session, &csrf, &form).await;
     }
-    if let Err(refused) = rate_limits::take_sign_in(&state, address, &form.email).await {
-        if matches!(refused, Error::TooMany { .. }) && state.rate_limit_log.is_worth_noting(address) {
-            note_refused_sign_in(&state, &form.email, address, "sign_in.blocked").await?;
+    let known = match check_credentials(&state, address, &form).await {
+        Err(why @ (Error::Unauthorized | Error::TooMany { .. } | Error::Crowded { .. })) => {
+            return show_sign_in_again(&state, &csrf, &form, why).await;
         }
-        return show_sign_in_again(&csrf, &form, refused);
-    }
-    let known = match check_password(&state, address, &form).await {
-        Err(crowded @ Error::Crowded { .. }) => return show_sign_in_again(&csrf, &form, crowded),
         checked => checked?,
-    };
-    let Some(known) = known else {
-        note_refused_sign_in(&state, &form.email, address, "sign_in.failed").await?;
-        return show_sign_in_again(&csrf, &form, Error::Unauthorized);
     };
     rate_limits::welcome(&state, address, &form.email).await?;
     let person = people::find_person(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
+    if !providers::find_local_passwords(state.db.reader(), person.school_id).await?.allow(person.role) {
+        let why = tr!("your school asks you to sign in with its own account").to_owned();
+        return show_sign_in_again(&state, &csrf, &form, Error::Conflict(why)).await;
+    }
     let to = match known.initial_until {
         Some(until) if until <= state.clock.now() => {
-            return show_sign_in_again(&csrf, &form, refuse_outworn_password());
+            return show_sign_in_again(&state, &csrf, &form, refuse_outworn_password()).await;
         }
         Some(_) => accounts::use_initial_password(&state, &person).await?,
-        None => half::enter_session(&state, &session, &person, &form.next).await?,
+        None => half::enter_session(&state, &session, &person, &form.next, FirstFactor::Password).await?,
     };
     Ok(Redirect::to(&to).into_response())
 }
@@ -119,12 +120,7 @@ async fn leave_stale_form(
         };
     }
     let why = tr!("Not signed in: the form was out of date. Enter your address and password again.");
-    let page = LoginPage {
-        error: Some(why.to_owned()),
-        email: form.email.clone(),
-        csrf: csrf.token().to_owned(),
-        next: own_path(&form.next).to_owned(),
-    };
+    let page = make_login_page(state, csrf, form, why.to_owned()).await?;
     Ok((StatusCode::FORBIDDEN, page).into_response())
 }
 
@@ -134,6 +130,32 @@ fn refuse_outworn_password() -> Error {
         "this password was created for a single sign-in and has expired: request a link below, and choose your own password"
     );
     Error::Expired(why.to_owned())
+}
+
+/// Returns the credentials if address and password match; counts the attempt, and records a refused
+/// one.
+///
+/// # Errors
+/// Returns [`Error::Unauthorized`] if they do not match, [`Error::TooMany`] or [`Error::Crowded`]
+/// after too many attempts.
+pub(super) async fn check_credentials(
+    state: &AppState,
+    address: IpAddr,
+    form: &LoginForm,
+) -> Result<Credentials, Error> {
+    if let Err(refused) = rate_limits::take_sign_in(state, address, &form.email).await {
+        if matches!(refused, Error::TooMany { .. }) && state.rate_limit_log.is_worth_noting(address) {
+            note_refused_sign_in(state, &form.email, address, "sign_in.blocked").await?;
+        }
+        return Err(refused);
+    }
+    match check_password(state, address, form).await? {
+        Some(known) => Ok(known),
+        None => {
+            note_refused_sign_in(state, &form.email, address, "sign_in.failed").await?;
+            Err(Error::Unauthorized)
+        }
+    }
 }
 
 /// Returns the credentials if address and password match. Takes the same time for an unknown
@@ -154,15 +176,30 @@ async fn check_password(state: &AppState, address: IpAddr, form: &LoginForm) -> 
 }
 
 /// Shows the sign-in page again with the reason for the refusal.
-fn show_sign_in_again(csrf: &Csrf, form: &LoginForm, why: Error) -> Result<Response, PageError> {
-    let csrf = csrf.token().to_owned();
+async fn show_sign_in_again(
+    state: &AppState,
+    csrf: &Csrf,
+    form: &LoginForm,
+    why: Error,
+) -> Result<Response, PageError> {
     let words = match &why {
         Error::Unauthorized => tr!("The address or the password is wrong.").to_owned(),
         other => tr!("Not signed in: {why}.", why = other.said()),
     };
-    let next = own_path(&form.next).to_owned();
-    let page = LoginPage { error: Some(words), email: form.email.clone(), csrf, next };
+    let page = make_login_page(state, csrf, form, words).await?;
     Ok(finish_answer(&why, (status_of(&why), page).into_response()))
+}
+
+async fn make_login_page(state: &AppState, csrf: &Csrf, form: &LoginForm, error: String) -> Result<LoginPage, Error> {
+    let Buttons { providers, folded } = federation::list_buttons(state, None).await?;
+    Ok(LoginPage {
+        error: Some(error),
+        email: form.email.clone(),
+        csrf: csrf.token().to_owned(),
+        next: own_path(&form.next).to_owned(),
+        providers,
+        folded,
+    })
 }
 
 /// Signs out: deletes the session on the server and in the browser.

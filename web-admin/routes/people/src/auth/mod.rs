@@ -2,12 +2,13 @@
 
 use routes_base::{Routes, get, post};
 
+mod federation;
 mod half;
 mod join;
 mod language;
 mod login;
 mod passkeys;
-mod proving;
+pub(crate) mod proving;
 mod second_factor;
 mod sign_in_code;
 pub(crate) mod tokens;
@@ -15,7 +16,7 @@ pub(crate) mod tokens;
 /// Returns the routes for anonymous visitors.
 #[must_use]
 pub fn sign_in_routes() -> Routes {
-    login::sign_in_routes().route("/language", post(language::choose_language))
+    login::sign_in_routes().merge(federation::public_routes()).route("/language", post(language::choose_language))
 }
 
 /// Returns the routes for signed-in people.
@@ -25,4 +26,5 @@ pub(crate) fn own_routes() -> Routes {
         .merge(second_factor::second_factor_routes())
         .merge(passkeys::passkey_routes())
         .merge(tokens::token_routes())
+        .merge(federation::own_routes())
 }

@@ -50,6 +50,7 @@ pub(super) fn make_passkey_row(kept: KeptPasskey) -> PasskeyRow {
 #[derive(Deserialize)]
 struct NewPasskeyForm {
     name: String,
+    #[serde(default)]
     password: String,
     #[serde(flatten)]
     shown: ShownFactor,
@@ -183,6 +184,7 @@ async fn rename_passkey(
 
 #[derive(Deserialize)]
 struct RemoveForm {
+    #[serde(default)]
     password: String,
     #[serde(flatten)]
     shown: ShownFactor,

@@ -7,10 +7,12 @@ use acts::auth::passkeys::{PasskeyAnswer, PasskeyCheck};
 use acts::auth::second_factor::{SignInProof, TypedCode};
 use acts::auth::{passkeys, second_factor};
 use acts::error::Error;
-use model::PersonKey;
+use acts::people::accounts;
+use model::auth::federation::FRESH_S;
 use model::auth::passkey::PasskeyQuestion;
 use model::ids::CeremonyId;
-use pages::auth::reauthentication::FactorRefused;
+use model::{CurrentPerson, Moment, PersonKey};
+use pages::auth::reauthentication::{FactorRefused, OwnPassword};
 use platform::relying_party::AnswerRefused;
 use routes_base::AppState;
 use serde::Deserialize;
@@ -90,4 +92,53 @@ pub(crate) async fn hold_question(session: &Session, question: &PasskeyQuestion)
 /// When the session cannot be read or written.
 pub(crate) async fn take_held_question(session: &Session) -> Result<Option<CeremonyId>, Error> {
     Ok(session.remove(KEY).await?)
+}
+
+const PROOF_KEY: &str = "proved_until";
+
+/// Records in a session that its person has signed in at their provider just now.
+///
+/// # Errors
+/// When the session cannot be written.
+pub(crate) async fn hold_proof(state: &AppState, session: &Session) -> Result<(), Error> {
+    Ok(session.insert(PROOF_KEY, state.clock.now().plus_s(FRESH_S)).await?)
+}
+
+/// Whether the person of a session has signed in at their provider within the last five minutes.
+async fn has_proof(state: &AppState, session: &Session) -> Result<bool, Error> {
+    let until = session.get::<Moment>(PROOF_KEY).await?;
+    Ok(until.is_some_and(|until| until > state.clock.now()))
+}
+
+/// How a person proves who they are before a change.
+///
+/// # Errors
+/// When the session cannot be read, or the database fails.
+pub(crate) async fn find_own_password(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+) -> Result<OwnPassword, Error> {
+    if accounts::has_password(state, person.id).await? {
+        return Ok(OwnPassword::Known);
+    }
+    Ok(if has_proof(state, session).await? { OwnPassword::Proved } else { OwnPassword::Unproved })
+}
+
+/// Whether a person has entered their password or, without one, has just signed in at their
+/// provider.
+///
+/// # Errors
+/// When the session cannot be read, or the database fails.
+pub(crate) async fn is_proved(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+    typed: &str,
+) -> Result<bool, Error> {
+    match find_own_password(state, person, session).await? {
+        OwnPassword::Known => accounts::is_own_password(state, person, typed).await,
+        OwnPassword::Proved => Ok(true),
+        OwnPassword::Unproved => Ok(false),
+    }
 }

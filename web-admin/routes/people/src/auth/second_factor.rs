@@ -4,7 +4,6 @@
 use acts::auth::second_factor::{Enrolled, TypedCode};
 use acts::auth::{rate_limits, second_factor};
 use acts::error::Error;
-use acts::people::accounts;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
@@ -28,8 +27,8 @@ use store::people;
 use store::people::directory;
 use tower_sessions::Session;
 
-use crate::auth::passkeys;
 use crate::auth::proving::{FactorQuestion, ShownFactor};
+use crate::auth::{passkeys, proving};
 
 /// Path of the page.
 pub(super) const PAGE: &str = "/account/second-factor";
@@ -103,7 +102,8 @@ pub(super) async fn proof_to_ask(
     let app =
         second_factors::find_second_factor(reader, key).await?.is_some_and(|factor| factor.confirmed_at.is_some());
     let question = FactorQuestion { state, session, key }.question().await?;
-    Ok(ProofAsked { on: second_factors::is_second_factor_on(reader, key).await?, app, question })
+    let own_password = proving::find_own_password(state, person, session).await?;
+    Ok(ProofAsked { own_password, on: second_factors::is_second_factor_on(reader, key).await?, app, question })
 }
 
 /// Credentials presented to change a second factor.
@@ -124,7 +124,7 @@ pub(super) async fn allow_factor_change(
     credentials: FactorCredentials<'_>,
 ) -> Result<Result<(), FactorRefused>, Error> {
     rate_limits::take_own(state, person.id).await?;
-    if !accounts::is_own_password(state, person, credentials.password).await? {
+    if !proving::is_proved(state, person, &browser.session, credentials.password).await? {
         return Ok(Err(FactorRefused::Password));
     }
     let key = PersonKey::from(person);
@@ -164,6 +164,7 @@ pub(super) async fn show_factor_again(
 
 #[derive(Deserialize)]
 struct FactorChangeForm {
+    #[serde(default)]
     password: String,
     #[serde(flatten)]
     shown: ShownFactor,

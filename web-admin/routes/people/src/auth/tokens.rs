@@ -3,20 +3,22 @@
 use acts::auth::tokens::TokenRequest;
 use acts::auth::{rate_limits, tokens};
 use acts::error::Error;
-use acts::people::accounts;
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect};
+use model::CurrentPerson;
 use model::ids::TokenId;
 use pages::auth::tokens::{MadeTokenPage, TokenFields, TokenRow, TokensPage};
 use pages::form::FilledForm;
 use pages::{NavPlace, Shell};
 use routes_base::addresses::PathId;
-use routes_base::auth::{Csrf, CsrfForm, NoFields, Visit, Visitor};
+use routes_base::auth::{Browser, CsrfForm, NoFields, Visitor};
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
 use store::auth::tokens as stored;
+
+use crate::auth::proving;
 
 /// Preselected lifetime of a token, in days.
 const DEFAULT_DAYS: i64 = 90;
@@ -30,15 +32,16 @@ pub(super) fn token_routes() -> Routes {
 async fn show_tokens(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    csrf: Csrf,
+    browser: Browser,
 ) -> Result<TokensPage, PageError> {
     let blank = FilledForm::new(TokenFields { name: String::new(), days: DEFAULT_DAYS });
-    Ok(make_tokens_page(&state, Visit::new(&person, &csrf), blank).await?)
+    Ok(make_tokens_page(&state, &person, &browser, blank).await?)
 }
 
 async fn make_tokens_page(
     state: &AppState,
-    Visit { person, csrf }: Visit<'_>,
+    person: &CurrentPerson,
+    browser: &Browser,
     form: FilledForm<TokenFields>,
 ) -> Result<TokensPage, Error> {
     let now = state.clock.now();
@@ -52,9 +55,10 @@ async fn make_tokens_page(
     };
     let tokens = stored::list_tokens_of_person(state.db.reader(), person.into()).await?;
     Ok(TokensPage {
-        shell: Shell::new(person, csrf.token(), NavPlace::Account),
+        shell: Shell::new(person, browser.csrf.token(), NavPlace::Account),
         rows: tokens.into_iter().map(row).collect(),
         form,
+        own_password: proving::find_own_password(state, person, &browser.session).await?,
     })
 }
 
@@ -62,6 +66,7 @@ async fn make_tokens_page(
 struct TokenForm {
     name: String,
     days: i64,
+    #[serde(default)]
     password: String,
 }
 
@@ -70,25 +75,25 @@ struct TokenForm {
 async fn make_token(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    csrf: Csrf,
+    browser: Browser,
     CsrfForm(form): CsrfForm<TokenForm>,
 ) -> Result<FormAnswer<TokensPage>, PageError> {
     rate_limits::take_own(&state, person.id).await?;
-    let made = if accounts::is_own_password(&state, &person, &form.password).await? {
+    let made = if proving::is_proved(&state, &person, &browser.session, &form.password).await? {
         tokens::make(&state, &person, TokenRequest { name: &form.name, days: form.days }).await
     } else {
         Err(Error::Unprocessable(tr!("This is not your current password.").to_owned()))
     };
     match split_refusal(made)? {
         Ok(made) => {
-            let shell = Shell::new(&person, csrf.token(), NavPlace::Account);
+            let shell = Shell::new(&person, browser.csrf.token(), NavPlace::Account);
             let expires = made.expires_at.to_utc();
             let page = MadeTokenPage { shell, name: made.name, token: made.token, expires };
             Ok(FormAnswer::Answered(page.into_response()))
         }
         Err(why) => {
             let form = FilledForm::refused(TokenFields { name: form.name, days: form.days }, why);
-            Ok(FormAnswer::Refused(make_tokens_page(&state, Visit::new(&person, &csrf), form).await?))
+            Ok(FormAnswer::Refused(make_tokens_page(&state, &person, &browser, form).await?))
         }
     }
 }

@@ -10,7 +10,7 @@ use model::auth::password_refused::PasswordRefused;
 use model::{CurrentPerson, Moment};
 use pages::auth::account::AccountPage;
 use pages::{NavPlace, Shell};
-use routes_base::auth::{Csrf, CsrfForm, Visitor, start_session};
+use routes_base::auth::{Browser, CsrfForm, Visitor, start_session};
 use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use routes_base::{AppState, language};
@@ -23,22 +23,23 @@ use store::privacy::exports;
 use store::stations::sign_in_codes;
 use store::training::cohorts;
 use store::{people, studies};
-use tower_sessions::Session;
 use words::Language;
+
+use crate::auth::proving;
 
 pub(super) async fn show_account(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    csrf: Csrf,
+    browser: Browser,
 ) -> Result<AccountPage, PageError> {
-    Ok(make_account_page(&state, &person, &csrf).await?)
+    Ok(make_account_page(&state, &person, &browser).await?)
 }
 
-async fn make_account_page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<AccountPage, Error> {
+async fn make_account_page(state: &AppState, person: &CurrentPerson, browser: &Browser) -> Result<AccountPage, Error> {
     let reader = state.db.reader();
     let known = directory::find_directory_entry(reader, person.school_id, person.id).await?.ok_or(Error::NotFound)?;
     Ok(AccountPage {
-        shell: Shell::new(person, csrf.token(), NavPlace::Account),
+        shell: Shell::new(person, browser.csrf.token(), NavPlace::Account),
         school: schools::find_school_name(reader, person.school_id).await?,
         email: known.email,
         pseudonym: known.pseudonym,
@@ -51,12 +52,14 @@ async fn make_account_page(state: &AppState, person: &CurrentPerson, csrf: &Csrf
         second_factor: second_factors::is_second_factor_on(reader, person.into()).await?,
         practice: format!("/trainees/{}", person.id),
         sign_in_code: sign_in_codes::find_code_time(reader, person.school_id, person.id).await?.map(Moment::to_utc),
+        own_password: proving::find_own_password(state, person, &browser.session).await?,
         refused: None,
     })
 }
 
 #[derive(Deserialize)]
 pub(super) struct OwnPasswordForm {
+    #[serde(default)]
     old: String,
     password: String,
     again: String,
@@ -66,18 +69,18 @@ pub(super) struct OwnPasswordForm {
 pub(super) async fn set_own_password(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    session: Session,
-    csrf: Csrf,
+    browser: Browser,
     CsrfForm(form): CsrfForm<OwnPasswordForm>,
 ) -> Result<FormAnswer<AccountPage>, PageError> {
     rate_limits::take_own(&state, person.id).await?;
-    let shown = make_account_page(&state, &person, &csrf).await?;
+    let shown = make_account_page(&state, &person, &browser).await?;
     let own = [person.display_name.as_str(), &shown.email, &shown.school];
     let refused = match passwords::check_typed(&form.password, &form.again, &own) {
         Err(refused) => refused,
-        Ok(()) if accounts::change_own_password(&state, &person, &form.old, &form.password).await? => {
+        Ok(()) if proving::is_proved(&state, &person, &browser.session, &form.old).await? => {
+            accounts::set_own_password(&state, &person, &form.password).await?;
             let known = people::find_person(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
-            start_session(&session, known.id, known.credential_version, state.clock.now()).await?;
+            start_session(&browser.session, known.id, known.credential_version, state.clock.now()).await?;
             return Ok(FormAnswer::lead_to("/account"));
         }
         Ok(()) => PasswordRefused::WrongOld,

@@ -1,0 +1,228 @@
+//! Which person an identity belongs to: found, matched, joined, or created.
+
+use model::auth::federation::{IdentityOrigin, ProvenIdentity};
+use model::auth::sign_in_refusal::SignInRefusal;
+use model::ids::{IdentityId, PersonId};
+use model::letters::mail::MailKind;
+use model::people::email::make_absent_email;
+use model::{CurrentPerson, Moment, PersonKey, new_id};
+use serde_json::json;
+use store::audit::{Actor, AuditEntry};
+use store::auth::federation::identities;
+use store::auth::federation::identities::{IssuedSubject, NewIdentity};
+use store::auth::federation::providers::SignInProvider;
+use store::letters::mails::{self, NewMail};
+use store::people::directory::{self, Details};
+use store::people::{self, NewPerson, Person};
+use store::{Connection, Write};
+
+use super::flows;
+use crate::error::Error;
+use crate::service::Service;
+
+fn subject_of<'a>(provider: &SignInProvider, identity: &'a ProvenIdentity) -> IssuedSubject<'a> {
+    IssuedSubject { school_id: provider.school_id, issuer: &identity.issuer, subject: &identity.subject }
+}
+
+/// Result of looking up the person of an identity.
+#[derive(Clone, Debug)]
+pub enum IdentityOwner {
+    /// The person.
+    Person(Box<Person>),
+    /// Nobody yet: the person joins an account, or begins one.
+    Nobody,
+}
+
+/// Returns the person of an identity: by the identity, by the registration number, by a verified
+/// address, or a new one if the provider creates accounts and no account has the address.
+///
+/// # Errors
+/// Fails if the database fails. The inner error is the reason of a refusal, which is in the audit
+/// log.
+pub async fn find_owner(
+    service: &Service,
+    provider: &SignInProvider,
+    identity: &ProvenIdentity,
+) -> Result<Result<IdentityOwner, SignInRefusal>, Error> {
+    let now = service.clock.now();
+    let mut tx = service.db.write().await?;
+    let owner = match identities::use_identity(&mut tx, subject_of(provider, identity), now).await? {
+        Some(known) => Some(known),
+        None => match match_person(&mut tx, provider, identity).await? {
+            Some(matched) if matched.disabled_at.is_none() => {
+                join(&mut tx, &Joining { provider, identity, person: &matched, at: now }, IdentityOrigin::Matched)
+                    .await?;
+                Some(matched)
+            }
+            Some(disabled) => Some(disabled),
+            None if provider.settings.creates_trainees && !is_address_taken(&mut tx, identity).await? => {
+                Some(create(&mut tx, provider, identity, now).await?)
+            }
+            None => None,
+        },
+    };
+    tx.commit().await?;
+    service.mails.notify_one();
+    match owner {
+        Some(person) if person.disabled_at.is_some() => flows::refuse(service, provider, SignInRefusal::Disabled).await,
+        Some(person) => Ok(Ok(IdentityOwner::Person(Box::new(person)))),
+        None => Ok(Ok(IdentityOwner::Nobody)),
+    }
+}
+
+async fn match_person(
+    tx: &mut Connection,
+    provider: &SignInProvider,
+    identity: &ProvenIdentity,
+) -> Result<Option<Person>, Error> {
+    let (school, issuer) = (provider.school_id, identity.issuer.as_str());
+    if let Some(number) = &identity.number
+        && let Some(person) = identities::find_unlinked_by_number(&mut *tx, school, issuer, number).await?
+    {
+        return Ok(Some(person));
+    }
+    match identity.email.as_deref().filter(|_| identity.email_verified) {
+        Some(email) => Ok(identities::find_unlinked_by_email(tx, school, issuer, email).await?),
+        None => Ok(None),
+    }
+}
+
+async fn is_address_taken(tx: &mut Connection, identity: &ProvenIdentity) -> Result<bool, Error> {
+    match &identity.email {
+        Some(email) => Ok(people::find_person_by_email(tx, email).await?.is_some()),
+        None => Ok(false),
+    }
+}
+
+/// An identity that becomes a person's.
+struct Joining<'a> {
+    provider: &'a SignInProvider,
+    identity: &'a ProvenIdentity,
+    person: &'a Person,
+    at: Moment,
+}
+
+async fn join(tx: &mut Connection, joining: &Joining<'_>, how: IdentityOrigin) -> Result<(), Error> {
+    let Joining { provider, identity, person, at } = joining;
+    let new = NewIdentity {
+        id: IdentityId::made_at(*at),
+        person_id: person.id,
+        of: subject_of(provider, identity),
+        how,
+        made_by: (how == IdentityOrigin::Joined).then_some(person.id),
+        at: *at,
+    };
+    if !identities::add_identity(tx, new).await? {
+        let why = tr!("this account of your school’s system belongs to another account here");
+        return Err(Error::Conflict(why.to_owned()));
+    }
+    AuditEntry::new(person.school_id, Actor::Person(person.id), "identity.added", person.id)
+        .with(json!({ "identity": new.id, "provider": provider.id, "how": how }))
+        .append(tx, *at)
+        .await?;
+    if how != IdentityOrigin::Created {
+        let kind = MailKind::IdentityJoined;
+        let mail = NewMail { school_id: person.school_id, person_id: person.id, kind, assignment_id: None };
+        mails::queue_mail(tx, mail, *at).await?;
+    }
+    Ok(())
+}
+
+/// Creates an account for an identity. An address that another account has is not stored.
+async fn create(
+    tx: &mut Connection,
+    provider: &SignInProvider,
+    identity: &ProvenIdentity,
+    at: Moment,
+) -> Result<Person, Error> {
+    let school_id = provider.school_id;
+    let email = match &identity.email {
+        Some(email) if people::find_person_by_email(&mut *tx, email).await?.is_none() => email.clone(),
+        _ => make_absent_email(new_id(at)),
+    };
+    let new =
+        NewPerson { school_id, role: identity.role, email: &email, display_name: &identity.name, password_hash: "" };
+    let person = people::add_person(tx, &new, at).await?;
+    if let Some(number) = identity.number.as_deref()
+        && directory::find_number_holder(&mut *tx, school_id, number).await?.is_none()
+    {
+        let details = Details { name: &identity.name, email: &email, registrar_id: Some(number) };
+        directory::change_details(tx, school_id, person.id, details).await?;
+    }
+    AuditEntry::new(school_id, Actor::Person(person.id), "person.added", person.id)
+        .with(json!({ "role": identity.role, "provider": provider.id }))
+        .append(tx, at)
+        .await?;
+    join(tx, &Joining { provider, identity, person: &person, at }, IdentityOrigin::Created).await?;
+    Ok(person)
+}
+
+/// Begins a new account for an identity, because its owner says that they have none.
+///
+/// # Errors
+/// Fails if the provider does not create accounts, the identity belongs to somebody already, or
+/// the database fails.
+pub async fn begin_account(
+    service: &Service,
+    provider: &SignInProvider,
+    identity: &ProvenIdentity,
+) -> Result<Person, Error> {
+    if !provider.settings.creates_trainees {
+        return Err(Error::Forbidden(tr!("accounts are created by your school’s administrator")));
+    }
+    let mut tx = service.db.write().await?;
+    let person = create(&mut tx, provider, identity, service.clock.now()).await?;
+    tx.commit().await?;
+    Ok(person)
+}
+
+/// Adds an identity to the account of a person who has proved both.
+///
+/// # Errors
+/// Fails if they belong to different schools, the identity belongs to somebody already, or the
+/// database fails.
+pub async fn join_account(
+    service: &Service,
+    provider: &SignInProvider,
+    identity: &ProvenIdentity,
+    person: PersonId,
+) -> Result<(), Error> {
+    let at = service.clock.now();
+    let mut tx: Write = service.db.write().await?;
+    let person = people::find_person(&mut *tx, person).await?.ok_or(Error::NotFound)?;
+    if person.school_id != provider.school_id {
+        return Err(Error::Forbidden(tr!("this account belongs to another school")));
+    }
+    // A repeated answer changes nothing.
+    let known = identities::use_identity(&mut tx, subject_of(provider, identity), at).await?;
+    if known.is_none_or(|known| known.id != person.id) {
+        join(&mut tx, &Joining { provider, identity, person: &person, at }, IdentityOrigin::Joined).await?;
+    }
+    tx.commit().await?;
+    service.mails.notify_one();
+    Ok(())
+}
+
+/// Removes an identity of a person and ends their other sessions.
+///
+/// # Errors
+/// Fails if there is no such identity, it is the person's last way to sign in, or the database
+/// fails.
+pub async fn remove_identity(service: &Service, person: &CurrentPerson, id: IdentityId) -> Result<(), Error> {
+    let key = PersonKey::from(person);
+    let mut tx = service.db.write().await?;
+    if !identities::remove_identity(&mut tx, key, id).await? {
+        return Err(Error::NotFound);
+    }
+    let has_other = identities::has_identity(&mut *tx, key).await? || people::has_password(&mut *tx, person.id).await?;
+    if !has_other {
+        let why = tr!("this is the only way into your account: choose a password first");
+        return Err(Error::Conflict(why.to_owned()));
+    }
+    people::end_sign_ins(&mut tx, person.id).await?;
+    AuditEntry::by(person, "identity.removed", person.id)
+        .with(json!({ "identity": id }))
+        .append(&mut tx, service.clock.now())
+        .await?;
+    Ok(tx.commit().await?)
+}

@@ -1,0 +1,129 @@
+//! Exchange of an authorization code for the claims of a person.
+
+use data_encoding::BASE64;
+use model::auth::federation::Claims;
+use model::auth::sign_in_refusal::SignInRefusal;
+use platform::openid::{Discovery, ExpectedToken, verify_id_token};
+use platform::outgoing::Call;
+use platform::sealing;
+use serde::Deserialize;
+use serde_json::{Map, Value};
+use store::auth::federation::flows::SignInFlow;
+use store::auth::federation::providers::SignInProvider;
+use url::form_urlencoded::byte_serialize;
+
+use super::documents::{self, DocumentError};
+use crate::service::Service;
+
+/// A code that a provider has issued for a sign-in.
+#[derive(Clone, Copy)]
+pub(super) struct IssuedCode<'a> {
+    pub provider: &'a SignInProvider,
+    pub discovery: &'a Discovery,
+    pub flow: &'a SignInFlow,
+    pub code: &'a str,
+}
+
+#[derive(Deserialize)]
+struct TokenAnswer {
+    id_token: String,
+    access_token: Option<String>,
+}
+
+fn refuse(reason: SignInRefusal, why: impl ToString) -> DocumentError {
+    DocumentError::Provider(reason, why.to_string())
+}
+
+impl IssuedCode<'_> {
+    /// Exchanges the code, verifies the ID token, and completes its claims from the user
+    /// information if a needed one is missing.
+    pub(super) async fn read_claims(self, service: &Service) -> Result<Claims, DocumentError> {
+        let tokens = self.exchange(service).await?;
+        let mut claims = self.verify(service, &tokens).await?;
+        if let Some(access) = &tokens.access_token
+            && self.lacks_claims(&claims)
+        {
+            self.complete(service, access, &mut claims).await?;
+        }
+        Ok(claims)
+    }
+
+    async fn exchange(self, service: &Service) -> Result<TokenAnswer, DocumentError> {
+        let keys_dir = &service.config.keys_dir;
+        let settings = &self.provider.settings;
+        let id = self.provider.id.uuid();
+        let secret = sealing::open(keys_dir, id.as_bytes(), &self.provider.sealed_secret)?;
+        let verifier = sealing::open(keys_dir, id.as_bytes(), &self.flow.pkce_sealed)?;
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).map_err(anyhow::Error::from);
+        let (secret, verifier) = (text(secret)?, text(verifier)?);
+        let mut form = vec![
+            ("grant_type", "authorization_code".to_owned()),
+            ("code", self.code.to_owned()),
+            ("redirect_uri", super::flows::redirect_uri(service)),
+            ("code_verifier", verifier),
+        ];
+        let authorization = if self.discovery.takes_secret_in_form() {
+            form.extend([("client_id", settings.client_id.clone()), ("client_secret", secret)]);
+            None
+        } else {
+            // RFC 6749, section 2.3.1: both are form-encoded first.
+            let encode = |text: &str| byte_serialize(text.as_bytes()).collect::<String>();
+            let both = format!("{}:{}", encode(&settings.client_id), encode(&secret));
+            Some(format!("Basic {}", BASE64.encode(both.as_bytes())))
+        };
+        let call = Call { url: self.discovery.token_endpoint.clone(), authorization, form: Some(form) };
+        let answer = service.outgoing.send(call).await.map_err(|why| refuse(SignInRefusal::Unreachable, why))?;
+        match answer.status {
+            200 => serde_json::from_slice(&answer.body)
+                .map_err(|error| refuse(SignInRefusal::Malformed, error.to_string())),
+            status @ 400..500 => Err(refuse(SignInRefusal::Code, format!("token endpoint: HTTP status {status}"))),
+            status => Err(refuse(SignInRefusal::Unreachable, format!("token endpoint: HTTP status {status}"))),
+        }
+    }
+
+    async fn verify(self, service: &Service, tokens: &TokenAnswer) -> Result<Claims, DocumentError> {
+        let settings = &self.provider.settings;
+        let expected = ExpectedToken {
+            issuer: &settings.issuer,
+            client_id: &settings.client_id,
+            nonce_sha256: &self.flow.nonce_sha256,
+            access_token: tokens.access_token.as_deref(),
+            now: service.clock.now(),
+        };
+        let address = &self.discovery.jwks_uri;
+        let keys = documents::read_keys(service, self.provider, address, false).await?;
+        let verified = match verify_id_token(&tokens.id_token, &keys, &expected) {
+            Err(SignInRefusal::Key) => {
+                let keys = documents::read_keys(service, self.provider, address, true).await?;
+                verify_id_token(&tokens.id_token, &keys, &expected)
+            }
+            verified => verified,
+        };
+        verified.map_err(|reason| refuse(reason, "ID token"))
+    }
+
+    /// Whether a claim is missing that the settings of the provider use.
+    fn lacks_claims(self, claims: &Claims) -> bool {
+        let settings = &self.provider.settings;
+        let optional = [&settings.match_claim, &settings.role_claim].into_iter().flatten().map(String::as_str);
+        ["name", "email", &settings.subject_claim].into_iter().chain(optional).any(|name| !claims.0.contains_key(name))
+    }
+
+    async fn complete(self, service: &Service, access: &str, claims: &mut Claims) -> Result<(), DocumentError> {
+        let Some(url) = self.discovery.userinfo_endpoint.clone() else { return Ok(()) };
+        let call = Call { url, authorization: Some(format!("Bearer {access}")), form: None };
+        let answer = service.outgoing.send(call).await.map_err(|why| refuse(SignInRefusal::Unreachable, why))?;
+        if answer.status != 200 {
+            return Err(refuse(SignInRefusal::Unreachable, format!("user information: HTTP status {}", answer.status)));
+        }
+        let told: Map<String, Value> =
+            serde_json::from_slice(&answer.body).map_err(|error| refuse(SignInRefusal::Malformed, error))?;
+        if told.get("sub") != claims.0.get("sub") {
+            return Err(refuse(SignInRefusal::UserInfo, "user information about somebody else"));
+        }
+        for (name, value) in told {
+            claims.0.entry(name).or_insert(value);
+        }
+        Ok(())
+    }
+}

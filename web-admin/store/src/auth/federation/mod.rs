@@ -1,0 +1,11 @@
+//! Sign-in with accounts of other systems.
+
+pub mod flows;
+pub mod identities;
+pub mod providers;
+
+use model::auth::federation::{FlowPurpose, IdentityOrigin, LocalPasswords};
+
+crate::engine::read_natively!(Text: FlowPurpose);
+crate::engine::read_natively!(Text: IdentityOrigin);
+crate::engine::read_natively!(Text: LocalPasswords);
