@@ -37,15 +37,15 @@ def attack_pages_as_a_stranger(world):
     """every page, form and call without signing in, with a made-up cookie and a made-up token"""
     town = world.own_town()
     session = world.scored("ada", town)
-    open_to_all = re.compile(r"/(login|language|assets|recordings|healthz|readyz|\.well-known|metrics|join|forgotten|certificate$|survey/)|/api/v1/(openapi|stations/pair)")
+    open_to_all = re.compile(r"/(login|sign-in/|language|assets|recordings|healthz|readyz|\.well-known|metrics|join|forgotten|certificate$|survey/)|/api/v1/(openapi|stations/pair)")
     listed = [one for one in routes(world, town, session) if not open_to_all.match(one[1])]
     honest(len(listed) > 60, f"only {len(listed)} routes are known")
     for visitor in (town.stranger(), town.stranger(cookies={"stylet_session": "AAAAAAAAAAAAAAAAAAAAAA"}), town.stranger(token="0" * 64)):
         for method, path, body in listed:
             answer = visitor.send(method, path, body, {"Content-Type": "application/x-www-form-urlencoded"} if body else None)
-            expected = (401,) if path.startswith("/api/") else (303,)
+            expected = (401,) if path.startswith(("/api/", "/scim/")) else (303,)
             refuse(answer.status in expected and "Ada" not in answer.text, f"{method} {path}: {answer}")
-            refuse(path.startswith("/api/") or answer.header("location").startswith("/login"), f"{path} leads to {answer.header('location')}")
+            refuse(path.startswith(("/api/", "/scim/")) or answer.header("location").startswith("/login"), f"{path} leads to {answer.header('location')}")
     honest(town.browser("ada").get(f"/sessions/{session}").status == 200, "for her it is there")
     return f"{3 * len(listed)} requests: to the sign-in, or 401"
 
@@ -55,7 +55,7 @@ def attack_forms_without_their_token(world):
     town = world.own_town()
     session = world.scored("ada", town)
     kind = "application/x-www-form-urlencoded"
-    forms = [one for one in routes(world, town, session) if one[0] == "POST" and not one[1].startswith(("/api/", "/survey/"))]
+    forms = [one for one in routes(world, town, session) if one[0] == "POST" and not one[1].startswith(("/api/", "/scim/", "/survey/"))]
     honest(len(forms) > 40, f"only {len(forms)} forms are known")
     theirs, tried = town.browser("eve").csrf(), 0
     audit = town.one("SELECT count(*) FROM audit_log")

@@ -1,6 +1,7 @@
 //! Shared state of all operations.
 
 use std::fs::DirBuilder;
+use std::num::NonZeroU32;
 use std::os::unix::fs::DirBuilderExt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -16,6 +17,7 @@ use platform::outgoing::OutgoingClient;
 use platform::rate_limit_log::RateLimitLog;
 use platform::recording_store::RecordingStore;
 use platform::relying_party::RelyingParty;
+use platform::request_pace::RequestPace;
 use platform::upload_locks::UploadLocks;
 use store::{Database, MigrateError};
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
@@ -26,6 +28,9 @@ use crate::sandbox_jobs::{DraftExaminer, leave_unexamined};
 
 /// Maximum time in the queue for password hashing.
 const LONGEST_WAIT: Duration = Duration::from_secs(2);
+
+/// Maximum number of requests of a directory per second.
+const MOST_PROVISIONED: NonZeroU32 = NonZeroU32::new(50).expect("not zero");
 
 /// Shared state of all operations.
 #[derive(Clone, Debug)]
@@ -54,6 +59,8 @@ pub struct Service {
     pub relying_party: Option<Arc<RelyingParty>>,
     /// Client for requests to providers.
     pub outgoing: OutgoingClient,
+    /// Limit on the requests of each directory.
+    pub provisioning_pace: Arc<RequestPace>,
     /// Write locks on resumable uploads.
     pub turns: UploadLocks,
     /// Queues and cache for previews of drafts.
@@ -98,6 +105,7 @@ impl Service {
             relying_party: RelyingParty::of(&config).map(Arc::new),
             recordings,
             outgoing: OutgoingClient::new(config.outgoing.clone()),
+            provisioning_pace: Arc::new(RequestPace::per_second(MOST_PROVISIONED)),
             erased_left: Arc::default(),
             config: Arc::new(config),
             jobs: Arc::default(),

@@ -154,6 +154,8 @@ ids! {
     ProviderId;
     /// An account at a provider that belongs to a person.
     IdentityId;
+    /// A token of a directory that provisions people.
+    ProvisioningTokenId;
     /// A replica: a process that serves the database.
     ReplicaId;
     /// An attempt to parse a recording uploaded in one request.

@@ -19,6 +19,7 @@ pub mod rate_limit_log;
 pub mod recording_store;
 pub mod relying_party;
 pub mod replay_files;
+pub mod request_pace;
 pub mod scanning;
 pub mod sealing;
 pub mod secret;

@@ -69,6 +69,7 @@ pub fn all_routes(state: &AppState) -> Routes {
         .around(|all| all.layer(from_fn_with_state(state.clone(), settle_stranger)))
         .around(|all| all.layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, PAGE_TIMEOUT)))
         .nest("/api/v1", routes_api::api_routes(state).around(|api| api.layer(from_fn(limit_call))))
+        .nest("/scim/v2", routes_api::scim_routes(state).around(|scim| scim.layer(from_fn(limit_call))))
         .around(|all| all.layer(with_cookies(state)))
         .merge(health::health_routes())
         .merge(well_known::well_known_routes())

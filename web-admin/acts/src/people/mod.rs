@@ -3,4 +3,5 @@
 pub mod accounts;
 pub mod admin_commands;
 pub mod bulk;
+pub mod provisioning;
 pub mod roster_import;

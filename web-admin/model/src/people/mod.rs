@@ -4,3 +4,4 @@ pub mod directory;
 pub mod email;
 pub mod person;
 pub mod roster;
+pub mod scim;

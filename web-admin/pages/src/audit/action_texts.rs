@@ -66,6 +66,8 @@ pub fn describe_act(action: &str) -> Option<&'static str> {
         "rating.finished" => tr!("finished a rating"),
         "ratings.asked" => tr!("requested ratings"),
         "ratings.withdrawn" => tr!("withdrew a round of ratings"),
+        "provisioning_token.made" => tr!("created a token for a directory"),
+        "provisioning_token.revoked" => tr!("revoked a token of a directory"),
         "recording.infected" => tr!("rejected an infected recording"),
         "recording.linked" => tr!("created a link to a recording"),
         "recovery_code.used" => tr!("signed in with a recovery code"),

@@ -29,6 +29,7 @@ pub const AUDIT_THEMES: [AuditTheme; 6] = [
             "sign_in",
             "identity",
             "provider",
+            "provisioning_token",
             "sign_in_code",
             "second_factor",
             "passkey",
@@ -157,6 +158,7 @@ pub struct ActObject {
 pub fn say_actor(actor: &str) -> String {
     match actor {
         "command line" => tr!("the command line").to_owned(),
+        "directory" => tr!("the school’s directory").to_owned(),
         "worker" => tr!("the service itself").to_owned(),
         "respondent" => tr!("a respondent").to_owned(),
         "stranger" => tr!("an unknown visitor").to_owned(),

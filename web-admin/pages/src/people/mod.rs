@@ -2,6 +2,7 @@
 
 pub mod bulk;
 pub mod listed;
+pub mod provisioning;
 pub mod roster;
 
 use std::borrow::Borrow;

@@ -18,6 +18,7 @@ use utoipa_axum::routes;
 
 mod caller;
 mod description;
+mod people;
 mod recordings;
 mod scoring;
 pub(crate) mod stations;
@@ -25,6 +26,7 @@ pub(crate) mod surveys;
 mod training;
 
 pub use caller::bearer_token;
+pub use people::scim::scim_routes;
 use recordings::{comments, replay, sessions, tus, upload};
 use scoring::{ratings, score};
 use training::documents;

@@ -38,6 +38,8 @@ pub enum Actor {
     Station(String),
     /// An administrator who runs the command line on the server.
     CommandLine,
+    /// A directory, by SCIM.
+    Directory,
     /// The scoring worker.
     Worker,
     /// A survey respondent. The entry does not identify the person, so that answers stay anonymous.
@@ -52,6 +54,7 @@ impl std::fmt::Display for Actor {
             Self::Person(id) => write!(f, "{id}"),
             Self::Station(name) => write!(f, "station {name}"),
             Self::CommandLine => f.write_str("command line"),
+            Self::Directory => f.write_str("directory"),
             Self::Worker => f.write_str("worker"),
             Self::Respondent => f.write_str("respondent"),
             Self::Stranger => f.write_str("stranger"),

@@ -317,6 +317,11 @@ pub async fn erase_person(
     let email = format!("{}@erased.invalid", person.pseudonym);
     account_links::end_account_links(writer, person.id).await?;
     account_links::forget_asked(writer, &person.email).await?;
+    sqlx::query("DELETE FROM provisioned_people WHERE school_id = $1 AND person_id = $2")
+        .bind(school)
+        .bind(person.id)
+        .execute(&mut *writer)
+        .await?;
     identities::remove_identities(writer, PersonKey { school_id: school, person_id: person.id }).await?;
     sqlx::query("DELETE FROM mails WHERE school_id = $1 AND person_id = $2")
         .bind(school)

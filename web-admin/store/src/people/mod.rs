@@ -1,6 +1,7 @@
 //! People and their password hashes.
 
 pub mod directory;
+pub mod provisioning;
 pub mod rosters;
 
 use model::ids::{PersonId, SchoolId};

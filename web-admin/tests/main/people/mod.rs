@@ -4,6 +4,7 @@
 
 pub(crate) mod bulk;
 pub(crate) mod language;
+pub(crate) mod provisioning;
 pub(crate) mod rosters;
 
 use axum::body::Body;

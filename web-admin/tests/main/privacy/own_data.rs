@@ -72,8 +72,9 @@ const HELD: [(&str, &str); 51] = [
 ];
 
 /// What refers to them and stands in the file elsewhere, or not at all, with the reason.
-const NOT_BY_ITSELF: [(&str, &str); 19] = [
+const NOT_BY_ITSELF: [(&str, &str); 20] = [
     ("ceremonies.person_id", "what their passkey was asked, for the five minutes until it answers"),
+    ("provisioned_people.person_id", "what the school's directory calls them: its own data, beside name and address"),
     ("identities.made_by", "the log: who joined whose account"),
     ("sign_in_flows.person_id", "a sign-in that has not come back, for ten minutes"),
     ("notices.by_id", "what they did is in their comments, overrides, ratings and assignments"),

@@ -6,6 +6,7 @@ use routes_base::{Routes, get, post};
 mod account;
 mod bulk;
 pub(crate) mod directory;
+mod provisioning;
 mod roster;
 
 /// Returns the routes of these pages.
@@ -31,6 +32,8 @@ pub(crate) fn directory_routes() -> Routes {
         .route("/people/{id}/link", post(directory::show_link))
         .route("/people/{id}/disable", post(directory::disable_person))
         .route("/people/{id}/enable", post(directory::enable_person))
+        .route("/admin/provisioning", get(provisioning::show_provisioning).merge(post(provisioning::make_token)))
+        .route("/admin/provisioning/{id}/revoke", post(provisioning::revoke_token))
         .route("/account", get(account::show_account))
         .route("/account/password", post(account::set_own_password))
         .route("/account/language", post(account::set_own_language))

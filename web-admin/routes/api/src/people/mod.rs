@@ -1,0 +1,3 @@
+//! People and cohorts, provisioned by a directory.
+
+pub(crate) mod scim;
