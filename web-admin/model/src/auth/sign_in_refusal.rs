@@ -101,7 +101,7 @@ impl SignInRefusal {
                 tr!("This sign-in was begun in another browser, took longer than ten minutes, or was already used.")
             }
             Self::Denied => tr!("The sign-in was cancelled, or your school’s system did not allow it."),
-            Self::Unreachable => tr!("Your school’s sign-in does not answer right now."),
+            Self::Unreachable => tr!("Your school’s sign-in does not answer right now. Try again in a few minutes."),
             Self::Expired | Self::FromTheFuture | Self::TooOld => {
                 tr!(
                     "The confirmation from your school’s system was issued at another time: one of the two clocks is wrong."
