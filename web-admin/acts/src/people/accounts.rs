@@ -5,6 +5,7 @@ use model::ids::{CohortId, PersonId};
 use model::letters::mail::MailKind;
 use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
 use model::people::directory::{AccountState, DirectoryEntry};
+use model::people::email::present_email;
 use model::{CurrentPerson, PersonKey, Role};
 use platform::secret;
 use serde_json::json;
@@ -110,6 +111,9 @@ pub async fn change(
 /// Fails if the account is disabled or erased, or the database fails.
 pub async fn mail_link(state: &Service, by: &CurrentPerson, person: &DirectoryEntry) -> Result<(), Error> {
     let purpose = purpose(person)?;
+    if present_email(&person.email).is_none() {
+        return Err(Error::Conflict(tr!("this person has no email address: create a link to hand over").to_owned()));
+    }
     let mut tx = state.db.write().await?;
     queue_link(&mut tx, state, PersonKey { school_id: by.school_id, person_id: person.id }, purpose).await?;
     AuditEntry::by(by, "person.link_mailed", person.id).append(&mut tx, state.clock.now()).await?;

@@ -31,10 +31,10 @@ pub enum OwnPassword {
 }
 
 impl OwnPassword {
-    /// Renders the field of a form; `id` is the field's id.
-    pub(crate) fn field(self, id: &str) -> String {
+    /// Renders the field of a form; `id` is the field's id, `page` the path of the form's page.
+    pub(crate) fn field(self, id: &str, page: &str) -> String {
         // Rendering this template into a `String` cannot fail.
-        OwnPasswordField { own: self, id }.render().unwrap_or_default()
+        OwnPasswordField { own: self, id, page }.render().unwrap_or_default()
     }
 }
 
@@ -43,12 +43,13 @@ impl OwnPassword {
 struct OwnPasswordField<'a> {
     own: OwnPassword,
     id: &'a str,
+    page: &'a str,
 }
 
 impl ProofAsked {
     /// Renders the field of the password; `id` is its id.
     pub(crate) fn password_field(&self, id: &str) -> String {
-        self.own_password.field(id)
+        self.own_password.field(id, "/account/second-factor")
     }
 
     /// Renders the fields and buttons of a form; `id` is the prefix of the fields' ids.

@@ -97,19 +97,12 @@ pub async fn revoke_token(
 
 /// Selects people of school `$1` whom its directory may see.
 macro_rules! select_users {
-    ($columns:literal, $rest:literal) => {
-        concat!(
-            "SELECT ",
-            $columns,
-            " FROM people p LEFT JOIN provisioned_people v ON v.school_id = p.school_id AND v.person_id = p.id
-             WHERE p.school_id = $1 AND p.role <> 'guest' AND p.erased_at IS NULL AND v.deleted_at IS NULL ",
-            $rest
-        )
-    };
     ($rest:literal) => {
-        select_users!(
-            "p.id, coalesce(v.user_name, p.email) AS user_name, p.display_name, p.registrar_id AS external_id, p.email,
-               p.role, p.disabled_at",
+        concat!(
+            "SELECT p.id, coalesce(v.user_name, p.email) AS user_name, p.display_name, p.registrar_id AS external_id, p.email,
+               p.role, p.disabled_at
+             FROM people p LEFT JOIN provisioned_people v ON v.school_id = p.school_id AND v.person_id = p.id
+             WHERE p.school_id = $1 AND p.role <> 'guest' AND p.erased_at IS NULL AND v.deleted_at IS NULL ",
             $rest
         )
     };
@@ -159,7 +152,13 @@ pub async fn list_users(
 
 /// Returns the number of people.
 pub async fn count_users(executor: impl Executor<'_>, school: SchoolId) -> Result<u32> {
-    let count: i64 = sqlx::query_scalar(select_users!("count(*)", "")).bind(school).fetch_one(executor).await?;
+    let count: i64 = sqlx::query_scalar(
+        "SELECT count(*) FROM people p LEFT JOIN provisioned_people v ON v.school_id = p.school_id AND v.person_id = p.id
+         WHERE p.school_id = $1 AND p.role <> 'guest' AND p.erased_at IS NULL AND v.deleted_at IS NULL",
+    )
+    .bind(school)
+    .fetch_one(executor)
+    .await?;
     Ok(count_u32(count))
 }
 

@@ -94,7 +94,7 @@ async fn a_directory_creates_changes_and_disables_a_trainee() {
     let read = entra.get(&path).await.json();
     assert_eq!((&read["displayName"], &read["externalId"]), (&json!("Ada Lovelace"), &json!("4711")));
     for filter in ["userName eq \"ADA@UNI.example\"", "externalId eq \"4711\"", "displayName eq \"ada lovelace\""] {
-        assert_eq!(entra.find(filter).await, [id.clone()], "{filter}");
+        assert_eq!(entra.find(filter).await, std::slice::from_ref(&id), "{filter}");
     }
     assert_eq!(entra.find("userName eq \"nobody\"").await, Vec::<String>::new());
     assert_eq!(entra.send(Method::POST, "/Users", &ada()).await.status, 409, "once");

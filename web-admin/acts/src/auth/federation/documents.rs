@@ -41,13 +41,15 @@ fn malformed(why: String) -> DocumentError {
     DocumentError::Provider(SignInRefusal::Malformed, why)
 }
 
-/// Returns the discovery document of an issuer; every address in it is permitted.
+/// Returns the discovery document of an issuer, fetched now with `anew`; every address in it is
+/// permitted.
 pub(super) async fn read_discovery(
     service: &Service,
     school: SchoolId,
     issuer: &str,
+    anew: bool,
 ) -> Result<Discovery, DocumentError> {
-    let oldest = service.clock.now().plus_s(-LIFETIME_S);
+    let oldest = service.clock.now().plus_s(if anew { 0 } else { -LIFETIME_S });
     let body = fetch(service, school, &Discovery::address_of(issuer), oldest).await?;
     let discovery = Discovery::parse(body.as_bytes(), issuer).map_err(malformed)?;
     for address in discovery.addresses() {

@@ -54,7 +54,7 @@ pub async fn begin_flow(
         return refuse(service, provider, SignInRefusal::Disabled).await;
     }
     let settings = &provider.settings;
-    let discovery = match documents::read_discovery(service, provider.school_id, &settings.issuer).await {
+    let discovery = match documents::read_discovery(service, provider.school_id, &settings.issuer, false).await {
         Ok(discovery) => discovery,
         Err(error) => return refuse_by(service, provider, error).await,
     };
@@ -78,7 +78,7 @@ pub async fn begin_flow(
         client_id: &settings.client_id,
         redirect_uri: &redirect_uri(service),
         scopes: &settings.scopes,
-        anew: new.purpose == FlowPurpose::Prove,
+        anew: matches!(new.purpose, FlowPurpose::Join | FlowPurpose::Prove),
     };
     Ok(Ok(request.address(&discovery, &secrets).to_string()))
 }
@@ -166,7 +166,7 @@ async fn read_identity(
 ) -> Result<(ProvenIdentity, Claims), DocumentError> {
     let refuse = |reason, why: &str| Err(DocumentError::Provider(reason, why.to_owned()));
     let settings = &provider.settings;
-    let discovery = documents::read_discovery(service, provider.school_id, &settings.issuer).await?;
+    let discovery = documents::read_discovery(service, provider.school_id, &settings.issuer, false).await?;
     let is_named = answer.iss == Some(settings.issuer.as_str());
     let must_be_named = discovery.authorization_response_iss_parameter_supported;
     if !is_named && (must_be_named || answer.iss.is_some()) {
@@ -225,11 +225,10 @@ pub async fn note_refusal(service: &Service, provider: &SignInProvider, reason: 
     Ok(tx.commit().await?)
 }
 
-/// Returns an enabled provider of any school.
+/// Returns a provider of any school.
 ///
 /// # Errors
 /// Fails if there is no such provider, or the database fails.
-pub async fn find_enabled_provider(service: &Service, id: ProviderId) -> Result<SignInProvider, Error> {
-    let found = providers::find_provider_of_any_school(service.db.reader(), id).await?;
-    found.filter(|provider| provider.disabled_at.is_none()).ok_or(Error::NotFound)
+pub async fn find_provider(service: &Service, id: ProviderId) -> Result<SignInProvider, Error> {
+    providers::find_provider_of_any_school(service.db.reader(), id).await?.ok_or(Error::NotFound)
 }

@@ -68,7 +68,7 @@ fn seal(service: &Service, id: ProviderId, secret: &str) -> Result<Vec<u8>, Erro
 async fn put(service: &Service, by: &CurrentPerson, new: NewProvider<'_>, action: &str) -> Result<(), Error> {
     let settings = new.settings;
     settings.check().map_err(Error::Unprocessable)?;
-    match documents::read_discovery(service, by.school_id, &settings.issuer).await {
+    match documents::read_discovery(service, by.school_id, &settings.issuer, true).await {
         Ok(_) => {}
         Err(DocumentError::Service(error)) => return Err(error),
         Err(DocumentError::Provider(_, why)) => {

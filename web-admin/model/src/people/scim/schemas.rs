@@ -62,7 +62,7 @@ impl Attribute {
         Self { name, kind, is_required: false, is_unique: false, is_read_only: false, parts: Vec::new() }
     }
 
-    fn to_json(self) -> Value {
+    fn into_json(self) -> Value {
         let mut described = json!({
             "name": self.name,
             "type": self.kind,
@@ -94,21 +94,23 @@ impl Attribute {
 pub fn schemas(address: ScimAddress<'_>) -> Vec<Value> {
     let text = |name| Attribute::new(name, "string");
     let of_kind = |name: &'static str, value: &str| {
-        let mut described = text(name).to_json();
+        let mut described = text(name).into_json();
         described["canonicalValues"] = json!([value]);
         described
     };
-    let email = vec![text("value").to_json(), of_kind("type", "work"), Attribute::new("primary", "boolean").to_json()];
-    let member = vec![text("value").to_json(), of_kind("type", "User"), Attribute::new("$ref", "reference").to_json()];
+    let email =
+        vec![text("value").into_json(), of_kind("type", "work"), Attribute::new("primary", "boolean").into_json()];
+    let member =
+        vec![text("value").into_json(), of_kind("type", "User"), Attribute::new("$ref", "reference").into_json()];
     let user = vec![
-        Attribute { is_required: true, is_unique: true, ..text("userName") }.to_json(),
-        Attribute { is_required: true, ..text("displayName") }.to_json(),
-        Attribute { is_required: true, ..Attribute::new("active", "boolean") }.to_json(),
-        Attribute { parts: email, ..Attribute::new("emails", "complex") }.to_json(),
+        Attribute { is_required: true, is_unique: true, ..text("userName") }.into_json(),
+        Attribute { is_required: true, ..text("displayName") }.into_json(),
+        Attribute { is_required: true, ..Attribute::new("active", "boolean") }.into_json(),
+        Attribute { parts: email, ..Attribute::new("emails", "complex") }.into_json(),
     ];
     let group = vec![
-        Attribute { is_required: true, is_unique: true, ..text("displayName") }.to_json(),
-        Attribute { parts: member, ..Attribute::new("members", "complex") }.to_json(),
+        Attribute { is_required: true, is_unique: true, ..text("displayName") }.into_json(),
+        Attribute { parts: member, ..Attribute::new("members", "complex") }.into_json(),
     ];
     let schema = |id: &str, name: &str, attributes: Vec<Value>| {
         json!({

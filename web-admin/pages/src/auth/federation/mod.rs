@@ -80,6 +80,8 @@ pub struct IdentitiesPage {
     pub rows: Vec<IdentityRow>,
     /// Enabled providers of the school.
     pub providers: Vec<ProviderChoice>,
+    /// Path to open after the user has confirmed who they are.
+    pub next: String,
     /// Why a change was refused.
     pub refused: Option<String>,
 }
@@ -161,6 +163,7 @@ mod tests {
             shell: samples::shell(Role::Trainee),
             rows: origins.map(row).to_vec(),
             providers: vec![ProviderChoice { id: ProviderId::nil(), name: "North".to_owned() }],
+            next: "/account/tokens".to_owned(),
             refused: None,
         };
         let html = samples::keep_page("identities", &page);

@@ -125,6 +125,18 @@ pub(crate) async fn find_own_password(
     Ok(if has_proof(state, session).await? { OwnPassword::Proved } else { OwnPassword::Unproved })
 }
 
+/// Why a person has not proved who they are.
+pub(crate) fn explain_missing_proof(own: OwnPassword) -> String {
+    match own {
+        OwnPassword::Known => tr!("This is not your current password.").to_owned(),
+        OwnPassword::Proved | OwnPassword::Unproved => {
+            tr!("You have no password here.").to_owned()
+                + " "
+                + tr!("First confirm who you are at your school’s sign-in")
+        }
+    }
+}
+
 /// Whether a person has entered their password or, without one, has just signed in at their
 /// provider.
 ///

@@ -9,7 +9,7 @@ use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
 use model::ids::PersonId;
 use model::{CurrentPerson, FactorRule, PersonKey};
-use pages::auth::reauthentication::{FactorRefused, ProofAsked};
+use pages::auth::reauthentication::{FactorRefused, OwnPassword, ProofAsked};
 use pages::auth::second_factor::{FactorState, RecoveryCodesPage, SecondFactorPage};
 use pages::form::FilledForm;
 use pages::training::qr;
@@ -125,7 +125,11 @@ pub(super) async fn allow_factor_change(
 ) -> Result<Result<(), FactorRefused>, Error> {
     rate_limits::take_own(state, person.id).await?;
     if !proving::is_proved(state, person, &browser.session, credentials.password).await? {
-        return Ok(Err(FactorRefused::Password));
+        let own = proving::find_own_password(state, person, &browser.session).await?;
+        return Ok(Err(match own {
+            OwnPassword::Known => FactorRefused::Password,
+            _ => FactorRefused::Other(proving::explain_missing_proof(own)),
+        }));
     }
     let key = PersonKey::from(person);
     if !second_factors::is_second_factor_on(state.db.reader(), key).await? {

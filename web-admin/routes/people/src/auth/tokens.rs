@@ -82,7 +82,8 @@ async fn make_token(
     let made = if proving::is_proved(&state, &person, &browser.session, &form.password).await? {
         tokens::make(&state, &person, TokenRequest { name: &form.name, days: form.days }).await
     } else {
-        Err(Error::Unprocessable(tr!("This is not your current password.").to_owned()))
+        let own = proving::find_own_password(&state, &person, &browser.session).await?;
+        Err(Error::Unprocessable(proving::explain_missing_proof(own)))
     };
     match split_refusal(made)? {
         Ok(made) => {

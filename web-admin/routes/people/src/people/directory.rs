@@ -7,7 +7,7 @@ use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::people::directory::{AccountState, BulkAct, DirectoryEntry, PeopleKey, PeopleOrder};
-use model::people::email::{is_email, normalize_email};
+use model::people::email::{is_email, normalize_email, present_email};
 use model::people::roster::is_name;
 use model::search_key::split_search_words;
 use model::{CurrentPerson, PersonKey, Role};
@@ -268,7 +268,7 @@ pub(super) async fn show_person(
     let person = find_person(&state, &visitor, id).await?;
     let form = FilledForm::new(PersonForm {
         name: person.name.clone(),
-        email: person.email.clone(),
+        email: present_email(&person.email).unwrap_or_default().to_owned(),
         number: person.registrar_id.clone().unwrap_or_default(),
         roles: SelectOption::roles(Some(person.role)),
         cohorts: Vec::new(),
@@ -327,7 +327,10 @@ pub(super) async fn change_person(
     if person.state == AccountState::Erased {
         return Err(Error::Conflict(tr!("this person is anonymised; that cannot be undone").to_owned()).into());
     }
-    let details = typed_details(&form.name, &form.email, &form.number);
+    // A person without an address may stay so.
+    let is_kept = form.email.trim().is_empty() && present_email(&person.email).is_none();
+    let email = if is_kept { &person.email } else { &form.email };
+    let details = typed_details(&form.name, email, &form.number);
     let own_role = visitor.id == id && form.role != Role::Administrator;
     let refused = find_refusal(&state, visitor.school_id, Some(id), details).await?;
     let refused = match refused.or(own_role.then_some(PersonRefused::OwnRole)) {

@@ -76,7 +76,8 @@ pub(super) async fn make_token(
     let made = if proving::is_proved(&state, &person, &browser.session, &password).await? {
         tokens::make_token(&state, &person, &fields.name, fields.may_disable_staff).await
     } else {
-        Err(Error::Unprocessable(tr!("This is not your current password.").to_owned()))
+        let own = proving::find_own_password(&state, &person, &browser.session).await?;
+        Err(Error::Unprocessable(proving::explain_missing_proof(own)))
     };
     match split_refusal(made)? {
         Ok(token) => {

@@ -40,7 +40,7 @@ async fn a_fresh_proof_makes_a_token_for_five_minutes() {
     let (world, ada, mut browser) = ada().await;
     assert_eq!(ask(&mut browser).await, 422, "signing in is no fresh proof");
     let page = browser.get(TOKENS).await.text();
-    assert!(page.contains("/account/identities#prove"), "{page}");
+    assert!(page.contains("/account/identities?next=/account/tokens#prove"), "{page}");
     let proved = prove(&world, &mut browser).await;
     assert_eq!((proved.status.as_u16(), proved.header("location")), (303, TOKENS), "{}", proved.text());
     assert!(is_signed_in_as(&mut browser, &ada).await);

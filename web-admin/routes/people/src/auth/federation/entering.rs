@@ -22,7 +22,7 @@ use store::auth::federation::providers;
 use store::auth::federation::providers::SignInProvider;
 use store::people;
 
-use super::joining;
+use super::{identities as own_identities, joining};
 use crate::auth::half;
 use crate::auth::login::own_path;
 use crate::auth::proving;
@@ -70,7 +70,7 @@ pub(super) async fn begin_sign_in(
     CsrfForm(form): CsrfForm<NextForm>,
 ) -> Result<Response, PageError> {
     rate_limits::take_provider_sign_in(&state, browser.from).await?;
-    let provider = flows::find_enabled_provider(&state, id).await?;
+    let provider = flows::find_provider(&state, id).await?;
     let new = NewFlow {
         browser_token: token.text(),
         purpose: FlowPurpose::Enter,
@@ -167,8 +167,13 @@ async fn join(state: &AppState, browser: &Browser, finished: FinishedFlow) -> Re
         flows::note_refusal(state, &provider, SignInRefusal::NoFlow).await?;
         return Ok(answer_refused(SignInRefusal::NoFlow));
     };
-    identities::join_account(state, &provider, &identity, person.id).await?;
-    Ok(Redirect::to("/account/identities").into_response())
+    match identities::join_account(state, &provider, &identity, person.id).await {
+        Ok(()) => Ok(Redirect::to("/account/identities").into_response()),
+        Err(Error::Conflict(why)) => {
+            own_identities::show_conflict(state, Visit::new(&person, &browser.csrf), why).await
+        }
+        Err(error) => Err(error.into()),
+    }
 }
 
 /// Records in the session that the person has confirmed who they are.

@@ -3,7 +3,7 @@
 use acts::auth::federation::flows::{self, NewFlow};
 use acts::auth::federation::identities as joined;
 use acts::error::Error;
-use axum::extract::State;
+use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use model::auth::federation::FlowPurpose;
@@ -29,8 +29,16 @@ pub(super) async fn show_identities(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     csrf: Csrf,
+    Query(query): Query<ProofForm>,
 ) -> Result<IdentitiesPage, PageError> {
-    Ok(make_page(&state, Visit::new(&person, &csrf), None).await?)
+    let page = make_page(&state, Visit::new(&person, &csrf), None).await?;
+    Ok(IdentitiesPage { next: query.next, ..page })
+}
+
+/// Shows the page with the reason why nothing was changed.
+pub(super) async fn show_conflict(state: &AppState, visit: Visit<'_>, why: String) -> Result<Response, PageError> {
+    let page = make_page(state, visit, Some(why)).await?;
+    Ok((StatusCode::CONFLICT, page).into_response())
 }
 
 async fn make_page(
@@ -53,6 +61,7 @@ async fn make_page(
         shell: Shell::new(person, csrf.token(), NavPlace::Account),
         rows: identities::list_identities(reader, person.into()).await?.into_iter().map(row).collect(),
         providers: offered.map(|offered| ProviderChoice { id: offered.id, name: offered.settings.name }).collect(),
+        next: String::new(),
         refused,
     })
 }
@@ -93,7 +102,7 @@ async fn leave(
     id: ProviderId,
     new: NewFlow<'_>,
 ) -> Result<Response, PageError> {
-    let provider = flows::find_enabled_provider(state, id).await?;
+    let provider = flows::find_provider(state, id).await?;
     if provider.school_id != person.school_id {
         return Err(Error::NotFound.into());
     }
@@ -114,10 +123,7 @@ pub(super) async fn remove_identity(
             start_session(&browser.session, known.id, known.credential_version, state.clock.now()).await?;
             Ok(FormAnswer::<IdentitiesPage>::lead_to(PAGE).into_response())
         }
-        Err(Error::Conflict(why)) => {
-            let page = make_page(&state, Visit::new(&person, &browser.csrf), Some(why)).await?;
-            Ok((StatusCode::CONFLICT, page).into_response())
-        }
+        Err(Error::Conflict(why)) => show_conflict(&state, Visit::new(&person, &browser.csrf), why).await,
         Err(error) => Err(error.into()),
     }
 }

@@ -59,11 +59,8 @@ async fn held_identity(state: &AppState, session: &Session) -> Result<Option<(He
     if held.until <= state.clock.now() {
         return Ok(None);
     }
-    match flows::find_enabled_provider(state, held.provider_id).await {
-        Ok(provider) => Ok(Some((held, provider))),
-        Err(Error::NotFound) => Ok(None),
-        Err(error) => Err(error),
-    }
+    let provider = flows::find_provider(state, held.provider_id).await?;
+    Ok(provider.disabled_at.is_none().then_some((held, provider)))
 }
 
 fn make_page(
