@@ -4,8 +4,6 @@
 use unicode_normalization::UnicodeNormalization;
 use unicode_normalization::char::is_combining_mark;
 
-use crate::people::email::present_email;
-
 /// Maximum number of words in a search; further words are ignored.
 const MOST_WORDS: usize = 8;
 
@@ -83,8 +81,7 @@ fn spell_out(text: &str) -> String {
 pub fn make_search_text(name: &str, email: &str, registrar_id: Option<&str>) -> String {
     let (folded, spelt) = (fold_text(name), spell_out(name));
     let spelt = Some(spelt).filter(|spelt| *spelt != folded);
-    let email = present_email(email).map(fold_text);
-    let parts = [Some(folded), spelt, email, registrar_id.map(fold_text)];
+    let parts = [Some(folded), spelt, Some(fold_text(email)), registrar_id.map(fold_text)];
     parts.into_iter().flatten().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
 }
 

@@ -2,7 +2,7 @@
 
 use model::ids::{CohortId, LetterId, PersonId, SchoolId};
 use model::people::directory::{AccountState, DirectoryEntry, PeopleKey, PeopleOrder};
-use model::people::email::normalize_email;
+use model::people::email::{normalize_email, present_email};
 use model::search_key::{fold_text, make_search_text};
 use model::{Moment, PersonKey, Role};
 use sqlx::FromRow;
@@ -152,7 +152,11 @@ pub(crate) async fn fill_search_texts(writer: &Pool) -> Result<()> {
     .fetch_all(&mut *tx)
     .await?;
     for person in unsorted {
-        let search = make_search_text(&person.display_name, &person.email, person.registrar_id.as_deref());
+        let search = make_search_text(
+            &person.display_name,
+            present_email(&person.email).unwrap_or_default(),
+            person.registrar_id.as_deref(),
+        );
         sqlx::query("UPDATE people SET search = $2, sort_name = $3 WHERE id = $1")
             .bind(person.id)
             .bind(search)
@@ -247,7 +251,7 @@ pub async fn change_details(
     .bind(id)
     .bind(details.name)
     .bind(normalize_email(details.email))
-    .bind(make_search_text(details.name, details.email, number))
+    .bind(make_search_text(details.name, present_email(details.email).unwrap_or_default(), number))
     .bind(fold_text(details.name))
     .bind(number)
     .execute(writer)

@@ -5,7 +5,7 @@ pub mod provisioning;
 pub mod rosters;
 
 use model::ids::{PersonId, SchoolId};
-use model::people::email::{email_in_ascii, normalize_email};
+use model::people::email::{email_in_ascii, normalize_email, present_email};
 use model::search_key::{fold_text, make_search_text};
 use model::{CurrentPerson, Moment, PersonKey, Role};
 use sqlx::FromRow;
@@ -127,7 +127,7 @@ pub async fn add_person(writer: &mut Connection, person: &NewPerson<'_>, now: Mo
     .bind(pseudonym)
     .bind(person.password_hash)
     .bind(now)
-    .bind(make_search_text(person.display_name, person.email, None))
+    .bind(make_search_text(person.display_name, present_email(person.email).unwrap_or_default(), None))
     .bind(fold_text(person.display_name))
     .fetch_one(writer)
     .await

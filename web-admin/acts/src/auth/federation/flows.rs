@@ -125,6 +125,9 @@ pub async fn finish_flow(
     service: &Service,
     answer: ProviderAnswer<'_>,
 ) -> Result<Result<FinishedFlow, SignInRefusal>, Error> {
+    if answer.state.is_empty() {
+        return Ok(Err(SignInRefusal::NoFlow));
+    }
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
     let flow = flows::take_flow(&mut tx, &secret::token_sha256(answer.state)).await?;

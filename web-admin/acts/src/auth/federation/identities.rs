@@ -47,7 +47,7 @@ pub async fn find_owner(
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
     let owner = match identities::use_identity(&mut tx, subject_of(provider, identity), now).await? {
-        Some(known) => Some(known),
+        Some(known) => people::find_person(&mut *tx, known).await?,
         None => match match_person(&mut tx, provider, identity).await? {
             Some(matched) if matched.disabled_at.is_none() => {
                 join(&mut tx, &Joining { provider, identity, person: &matched, at: now }, IdentityOrigin::Matched)
@@ -76,13 +76,15 @@ async fn match_person(
     identity: &ProvenIdentity,
 ) -> Result<Option<Person>, Error> {
     let (school, issuer) = (provider.school_id, identity.issuer.as_str());
-    if let Some(number) = &identity.number
-        && let Some(person) = identities::find_unlinked_by_number(&mut *tx, school, issuer, number).await?
-    {
-        return Ok(Some(person));
+    let mut found = None;
+    if let Some(number) = &identity.number {
+        found = identities::find_unlinked_by_number(&mut *tx, school, issuer, number).await?;
     }
-    match identity.email.as_deref().filter(|_| identity.email_verified) {
-        Some(email) => Ok(identities::find_unlinked_by_email(tx, school, issuer, email).await?),
+    if let Some(email) = identity.email.as_deref().filter(|_| identity.email_verified && found.is_none()) {
+        found = identities::find_unlinked_by_email(&mut *tx, school, issuer, email).await?;
+    }
+    match found {
+        Some(person) => Ok(people::find_person(tx, person).await?),
         None => Ok(None),
     }
 }
@@ -195,7 +197,7 @@ pub async fn join_account(
     }
     // A repeated answer changes nothing.
     let known = identities::use_identity(&mut tx, subject_of(provider, identity), at).await?;
-    if known.is_none_or(|known| known.id != person.id) {
+    if known != Some(person.id) {
         join(&mut tx, &Joining { provider, identity, person: &person, at }, IdentityOrigin::Joined).await?;
     }
     tx.commit().await?;

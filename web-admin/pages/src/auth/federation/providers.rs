@@ -161,7 +161,7 @@ impl ProviderForm {
     }
 }
 
-/// The page that shows an administrator what a provider says.
+/// The page that shows the claims of a provider to an administrator.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "auth/federation/claims.html")]
 pub struct ClaimsPage {
@@ -169,7 +169,7 @@ pub struct ClaimsPage {
     pub shell: Shell,
     /// Name of the provider.
     pub provider: String,
-    /// What this service reads.
+    /// The person as this service reads the claims.
     pub identity: ProvenIdentity,
     /// Name and value of each claim.
     pub claims: Vec<(String, String)>,

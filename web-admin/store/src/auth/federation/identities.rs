@@ -6,7 +6,6 @@ use model::people::email::normalize_email;
 use model::{Moment, PersonKey};
 use sqlx::FromRow;
 
-use crate::people::Person;
 use crate::{Connection, Executor, Result};
 
 /// An account at a provider.
@@ -61,23 +60,11 @@ pub async fn has_identity(executor: impl Executor<'_>, key: PersonKey) -> Result
         .await
 }
 
-macro_rules! select_people {
-    ($rest:literal) => {
-        concat!(
-            "SELECT p.id, p.school_id, p.role, p.email, p.display_name, p.pseudonym, p.credential_version, p.disabled_at,
-               p.language
-             FROM ",
-            $rest
-        )
-    };
-}
-
 /// Returns the person of an identity, and records its use.
-pub async fn use_identity(writer: &mut Connection, of: IssuedSubject<'_>, now: Moment) -> Result<Option<Person>> {
-    let found: Option<Person> = sqlx::query_as(select_people!(
-        "identities i JOIN people p ON p.school_id = i.school_id AND p.id = i.person_id
-         WHERE i.school_id = $1 AND i.kind = 'oidc' AND i.issuer = $2 AND i.subject = $3"
-    ))
+pub async fn use_identity(writer: &mut Connection, of: IssuedSubject<'_>, now: Moment) -> Result<Option<PersonId>> {
+    let found: Option<PersonId> = sqlx::query_scalar(
+        "SELECT person_id FROM identities WHERE school_id = $1 AND kind = 'oidc' AND issuer = $2 AND subject = $3",
+    )
     .bind(of.school_id)
     .bind(of.issuer)
     .bind(of.subject)
@@ -101,11 +88,11 @@ pub async fn find_unlinked_by_number(
     school: SchoolId,
     issuer: &str,
     number: &str,
-) -> Result<Option<Person>> {
-    sqlx::query_as(select_people!(
-        "people p WHERE p.school_id = $1 AND p.registrar_id = $3 AND p.role <> 'guest' AND p.erased_at IS NULL
-         AND NOT EXISTS (SELECT 1 FROM identities i WHERE i.school_id = p.school_id AND i.person_id = p.id AND i.issuer = $2)"
-    ))
+) -> Result<Option<PersonId>> {
+    sqlx::query_scalar(
+        "SELECT p.id FROM people p WHERE p.school_id = $1 AND p.registrar_id = $3 AND p.role <> 'guest' AND p.erased_at IS NULL
+         AND NOT EXISTS (SELECT 1 FROM identities i WHERE i.school_id = p.school_id AND i.person_id = p.id AND i.issuer = $2)",
+    )
     .bind(school)
     .bind(issuer)
     .bind(number)
@@ -119,11 +106,11 @@ pub async fn find_unlinked_by_email(
     school: SchoolId,
     issuer: &str,
     email: &str,
-) -> Result<Option<Person>> {
-    sqlx::query_as(select_people!(
-        "people p WHERE p.school_id = $1 AND p.email = $3 AND p.password_hash = '' AND p.role <> 'guest' AND p.erased_at IS NULL
-         AND NOT EXISTS (SELECT 1 FROM identities i WHERE i.school_id = p.school_id AND i.person_id = p.id AND i.issuer = $2)"
-    ))
+) -> Result<Option<PersonId>> {
+    sqlx::query_scalar(
+        "SELECT p.id FROM people p WHERE p.school_id = $1 AND p.email = $3 AND p.password_hash = '' AND p.role <> 'guest' AND p.erased_at IS NULL
+         AND NOT EXISTS (SELECT 1 FROM identities i WHERE i.school_id = p.school_id AND i.person_id = p.id AND i.issuer = $2)",
+    )
     .bind(school)
     .bind(issuer)
     .bind(normalize_email(email))
