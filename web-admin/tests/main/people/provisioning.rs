@@ -97,6 +97,13 @@ async fn a_directory_creates_changes_and_disables_a_trainee() {
         assert_eq!(entra.find(filter).await, std::slice::from_ref(&id), "{filter}");
     }
     assert_eq!(entra.find("userName eq \"nobody\"").await, Vec::<String>::new());
+    let search = json!({ "filter": "externalId eq \"4711\"", "attributes": ["userName"] });
+    let searched = entra.send(Method::POST, "/Users/.search", &search).await.json();
+    assert_eq!(
+        (&searched["totalResults"], &searched["Resources"][0]["userName"]),
+        (&json!(1), &json!("ada@uni.example"))
+    );
+    assert!(searched["Resources"][0].get("externalId").is_none(), "{searched}");
     assert_eq!(entra.send(Method::POST, "/Users", &ada()).await.status, 409, "once");
     let renamed = entra.patch(&path, json!([{ "op": "replace", "path": "name.familyName", "value": "King" }])).await;
     assert_eq!(renamed.json()["displayName"], "King", "{}", renamed.text());

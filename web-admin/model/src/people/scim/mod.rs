@@ -188,7 +188,7 @@ impl ScimUser {
             fields.insert("externalId".to_owned(), json!(number));
         }
         if let Some(email) = present_email(&self.email) {
-            fields.insert("emails".to_owned(), json!([{ "value": email, "type": "work", "primary": true }]));
+            fields.insert("emails".to_owned(), json!([{ "value": email, "type": "work" }]));
         }
         complete(fields, address, "User", &format!("/Users/{}", self.id))
     }

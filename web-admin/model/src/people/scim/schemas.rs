@@ -98,8 +98,7 @@ pub fn schemas(address: ScimAddress<'_>) -> Vec<Value> {
         described["canonicalValues"] = json!([value]);
         described
     };
-    let email =
-        vec![text("value").into_json(), of_kind("type", "work"), Attribute::new("primary", "boolean").into_json()];
+    let email = vec![text("value").into_json(), of_kind("type", "work")];
     let member =
         vec![text("value").into_json(), of_kind("type", "User"), Attribute::new("$ref", "reference").into_json()];
     let user = vec![

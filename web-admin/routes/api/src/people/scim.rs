@@ -10,7 +10,7 @@ use axum::http::request::Parts;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use model::people::scim::{Filter, Object, PatchRequest, ScimAddress, ScimError, Selection, read_resource, schemas};
 use routes_base::error::{finish_answer, status_of};
 use routes_base::{AppState, Routes};
@@ -36,6 +36,9 @@ pub fn scim_routes(state: &AppState) -> Routes {
         .route("/Schemas/{name}", get(show_schema))
         .route("/Users", get(list_users).post(create_user))
         .route("/Users/{id}", get(show_user).put(replace_user).patch(patch_user).delete(delete_user))
+        .route("/Users/.search", post(search_users))
+        .route("/Groups/.search", post(search_groups))
+        .route("/.search", post(search_everything))
         .route("/Groups", get(list_groups).post(create_group))
         .route("/Groups/{id}", get(show_group).put(replace_group).patch(patch_group).delete(delete_group));
     routes.around(|routes| {
@@ -250,6 +253,34 @@ fn read_patch(body: &Bytes) -> Result<PatchRequest, ProvisioningError> {
     read_json(body).and_then(PatchRequest::read).map_err(ProvisioningError::Scim)
 }
 
+/// Reads a search, whose body is a query.
+fn read_search(body: &Bytes) -> Result<ScimQuery, ScimError> {
+    #[derive(Deserialize)]
+    #[serde(rename_all = "camelCase")]
+    struct Search {
+        filter: Option<String>,
+        start_index: Option<i64>,
+        count: Option<i64>,
+        attributes: Option<Vec<String>>,
+        excluded_attributes: Option<Vec<String>>,
+    }
+    let Search { filter, start_index, count, attributes, excluded_attributes } =
+        serde_json::from_slice(body).map_err(|error| ScimError {
+            status: 400,
+            kind: Some("invalidSyntax"),
+            detail: format!("the body is not a search: {error}"),
+        })?;
+    let join = |names: Option<Vec<String>>| names.map(|names| names.join(","));
+    let (attributes, excluded_attributes) = (join(attributes), join(excluded_attributes));
+    Ok(ScimQuery { filter, start_index, count, attributes, excluded_attributes })
+}
+
+/// Users and groups are searched one kind at a time.
+async fn search_everything(_: Directory) -> Response {
+    let detail = "search /Users/.search or /Groups/.search".to_owned();
+    answer_error(&ScimError { status: 501, kind: None, detail })
+}
+
 /// The id in a path. A malformed id is answered like an unknown one.
 fn read_id<T: std::str::FromStr>(text: &str) -> Result<T, ProvisioningError> {
     text.parse().map_err(|_| ProvisioningError::Service(Error::NotFound))
@@ -257,7 +288,7 @@ fn read_id<T: std::str::FromStr>(text: &str) -> Result<T, ProvisioningError> {
 
 /// Defines the handlers of a kind of resource.
 macro_rules! handlers {
-    ($list:ident, $create:ident, $show:ident, $replace:ident, $patch:ident, $delete:ident) => {
+    ($list:ident, $search:ident, $create:ident, $show:ident, $replace:ident, $patch:ident, $delete:ident) => {
         async fn $list(directory: Directory, Query(query): Query<ScimQuery>) -> Response {
             let filter = match query.filter() {
                 Ok(filter) => filter,
@@ -265,6 +296,13 @@ macro_rules! handlers {
             };
             let listed = directory.request().$list(filter.as_ref(), query.offset(), query.limit()).await;
             answer_listed(listed, &query)
+        }
+
+        async fn $search(directory: Directory, body: Bytes) -> Response {
+            match read_search(&body) {
+                Ok(query) => $list(directory, Query(query)).await,
+                Err(error) => answer_error(&error),
+            }
         }
 
         async fn $create(directory: Directory, Query(query): Query<ScimQuery>, body: Bytes) -> Response {
@@ -318,5 +356,5 @@ macro_rules! handlers {
     };
 }
 
-handlers!(list_users, create_user, show_user, replace_user, patch_user, delete_user);
-handlers!(list_groups, create_group, show_group, replace_group, patch_group, delete_group);
+handlers!(list_users, search_users, create_user, show_user, replace_user, patch_user, delete_user);
+handlers!(list_groups, search_groups, create_group, show_group, replace_group, patch_group, delete_group);
