@@ -10,6 +10,7 @@ mod cluster;
 mod commands;
 mod decoders;
 mod deploy;
+mod directory;
 mod documents;
 mod every_page;
 mod foreign_pages;
