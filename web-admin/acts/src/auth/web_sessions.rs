@@ -31,6 +31,9 @@ pub struct SignedInSession {
     /// Absolute expiry. Missing in sessions written by earlier versions.
     #[serde(default)]
     pub until: Option<Moment>,
+    /// A provider that the school trusts has seen a second factor: none is owed here.
+    #[serde(default)]
+    pub has_factor_elsewhere: bool,
 }
 
 /// Returns the expiry of a session: the absolute one if it has one, else half an hour after this

@@ -28,11 +28,27 @@ pub async fn start_session(
     credential_version: i64,
     now: Moment,
 ) -> Result<(), Error> {
+    let until = Some(now.plus_s(SIGNED_IN_S));
+    begin_session(session, SignedInSession { person_id, credential_version, until, has_factor_elsewhere: false }).await
+}
+
+/// Signs a session in, as [`start_session`] does, after a second factor that a trusted provider has
+/// seen.
+pub async fn start_factored_session(
+    session: &Session,
+    person_id: PersonId,
+    credential_version: i64,
+    now: Moment,
+) -> Result<(), Error> {
+    let until = Some(now.plus_s(SIGNED_IN_S));
+    begin_session(session, SignedInSession { person_id, credential_version, until, has_factor_elsewhere: true }).await
+}
+
+async fn begin_session(session: &Session, signed_in: SignedInSession) -> Result<(), Error> {
     session.clear().await;
     session.cycle_id().await?;
     csrf::begin_token(session).await?;
-    let until = Some(now.plus_s(SIGNED_IN_S));
-    Ok(session.insert(SIGNED_IN_KEY, SignedInSession { person_id, credential_version, until }).await?)
+    Ok(session.insert(SIGNED_IN_KEY, signed_in).await?)
 }
 
 /// Sign-in state of a browser's session.
@@ -66,6 +82,7 @@ pub async fn standing_of(state: &AppState, session: &Session) -> Result<SignInSt
     let found = found.filter(|found| found.person.credential_version == signed_in.credential_version);
     let Some(BrowsingPerson { person, time_zone, owes_factor }) = found else { return Ok(SignInStanding::Stranger) };
     let Some(person) = person.into_current() else { return Ok(SignInStanding::Stranger) };
+    let owes_factor = owes_factor && !signed_in.has_factor_elsewhere;
     let signed_in = SignedInPerson { person, time_zone };
     Ok(if owes_factor { SignInStanding::OwesFactor(signed_in) } else { SignInStanding::SignedIn(signed_in) })
 }

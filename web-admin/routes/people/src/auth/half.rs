@@ -11,7 +11,7 @@ use model::ids::PersonId;
 use model::{Moment, PersonKey};
 use pages::auth::login::CodePage;
 use pages::auth::reauthentication::FactorRefused;
-use routes_base::auth::{Browser, CsrfForm, begin_token, start_session};
+use routes_base::auth::{Browser, CsrfForm, begin_token, start_factored_session, start_session};
 use routes_base::error::{PageError, finish_answer, status_of};
 use routes_base::{AppState, Routes, get, post};
 use serde::{Deserialize, Serialize};
@@ -64,7 +64,12 @@ pub(super) async fn enter_session(
     let is_enough = shown == FirstFactor::Provider { is_second_too: true }
         || !second_factors::is_second_factor_on(state.db.reader(), key).await?;
     if is_enough {
-        start_session(session, person.id, person.credential_version, now).await?;
+        match shown {
+            FirstFactor::Provider { is_second_too: true } => {
+                start_factored_session(session, person.id, person.credential_version, now).await?;
+            }
+            _ => start_session(session, person.id, person.credential_version, now).await?,
+        }
         let proof = (shown != FirstFactor::Password).then_some(SignInProof::Provider);
         second_factor::note_sign_in(state, key, proof).await?;
         return Ok(own_path(next).to_owned());

@@ -171,6 +171,20 @@ async fn a_trusted_second_factor_is_not_asked_for_again() {
 }
 
 #[tokio::test]
+async fn a_trusted_second_factor_is_none_that_is_owed() {
+    let mut world = World::with(&[("second_factor_trusted", "true"), ("addresses_verified", "true")]).await;
+    let ada = world.invited(Role::Trainee, ADA, None).await;
+    let csrf = csrf_in(&world.head.get("/admin/sign-in").await.text());
+    let ruled = world.head.form("/admin/second-factor", &[("csrf", &csrf), ("rule", "everybody")]).await;
+    assert_eq!(ruled.status, 303, "{}", ruled.text());
+    for (amr, is_enough) in [(vec!["pwd"], false), (vec!["pwd", "otp"], true)] {
+        world.provider.set_user(User { amr, ..User::new("ada", ADA) });
+        let (mut browser, _) = world.enter_anew().await;
+        assert_eq!(is_signed_in_as(&mut browser, &ada).await, is_enough);
+    }
+}
+
+#[tokio::test]
 async fn joining_by_password_asks_for_the_second_factor() {
     let world = World::new().await;
     world.app.member(world.school, Role::Trainee, ADA).await;
