@@ -121,7 +121,7 @@ pub fn format_month(months: i64) -> String {
     words::dates::month(months.div_euclid(12), month)
 }
 
-/// Splits an email address before its @ sign, where a line may break; says so if there is none.
+/// Splits an email address before its @ sign, where a line may break; without one, the words for it.
 #[must_use]
 pub fn split_email(email: &str) -> (&str, &str) {
     match present_email(email) {

@@ -174,12 +174,12 @@ impl ScimQuery {
     }
 
     fn offset(&self) -> u32 {
-        u32::try_from(self.start_index.unwrap_or(1).max(1) - 1).unwrap_or(u32::MAX)
+        (self.start_index.unwrap_or(1).clamp(1, i64::from(u32::MAX)) - 1) as u32
     }
 
     fn limit(&self) -> u32 {
         let most = schemas::MOST_RESULTS;
-        self.count.map_or(most, |count| u32::try_from(count.max(0)).unwrap_or(most).min(most))
+        self.count.map_or(most, |count| count.clamp(0, i64::from(most)) as u32)
     }
 }
 
