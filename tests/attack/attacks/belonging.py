@@ -124,7 +124,7 @@ def attack_ids_of_another_school(world):
         seen += 200 in owners
         for name in ("chief", "guide", "sam"):
             answer = (town.program if api else town.browser)(name).get(path)
-            refuse(answer.status in (403, 404), f"{path} as {name}: {answer}")
+            refuse(answer.status in ((401,) if path.startswith("/scim/") else (403, 404)), f"{path} as {name}: {answer}")
             refuse("Ada" not in answer.text and session not in answer.text.replace(path, ""), f"{path} as {name} tells of her")
     honest(seen > 20, f"only {seen} of {len(with_ids)} addresses are there for their owners")
     return f"{3 * len(with_ids)} requests refused; {seen} of these pages are there for North"
