@@ -214,10 +214,14 @@ async fn sign_out_browser(
     Ok(Redirect::to("/login"))
 }
 
+/// Maximum length of a path to open after signing in, in bytes: longer than any of this site.
+const LONGEST_PATH: usize = 500;
+
 /// Returns `next` if it is a path of this site, else `/`: browsers resolve `//host` and `/\host`
 /// to other sites.
 pub(crate) fn own_path(next: &str) -> &str {
-    let plain = next.bytes().all(|b| b.is_ascii_alphanumeric() || b"/-_.~".contains(&b));
+    let is_short = next.len() <= LONGEST_PATH;
+    let plain = is_short && next.bytes().all(|b| b.is_ascii_alphanumeric() || b"/-_.~".contains(&b));
     if plain && next.starts_with('/') && !next.starts_with("//") { next } else { "/" }
 }
 
