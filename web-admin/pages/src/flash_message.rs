@@ -13,8 +13,9 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 39] = [
+pub const SAID_HERE: [&str; 46] = [
     "/account/cohorts/{cohort}",
+    "/account/identities/{id}/remove",
     "/account/language",
     "/account/news",
     "/account/second-factor/passkeys/{id}/remove",
@@ -23,6 +24,12 @@ pub const SAID_HERE: [&str; 39] = [
     "/account/studies/{id}/leave",
     "/account/tokens/{id}/revoke",
     "/admin/origins",
+    "/admin/provisioning/{id}/revoke",
+    "/admin/sign-in",
+    "/admin/sign-in/local",
+    "/admin/sign-in/{id}",
+    "/admin/sign-in/{id}/disable",
+    "/admin/sign-in/{id}/enable",
     "/admin/stations/{id}/revoke",
     "/assignments",
     "/assignments/{id}/extend",
@@ -76,7 +83,7 @@ impl FlashMessage {
 
     fn said(self) -> &'static str {
         match SAID_HERE[self.0] {
-            "/account/tokens/{id}/revoke" => tr!("Token revoked."),
+            "/account/tokens/{id}/revoke" | "/admin/provisioning/{id}/revoke" => tr!("Token revoked."),
             "/account/second-factor/passkeys/{id}/remove" => tr!("Passkey removed."),
             "/admin/stations/{id}/revoke" => tr!("Station token revoked."),
             "/assignments" => tr!("Assigned."),

@@ -16,7 +16,7 @@ const SHOW_ATTEMPTS: [(&str, &[&str]); 6] = [
     ("upload", &["own"]),
 ];
 /// The other objects, by which no attempt is seen.
-const SHOW_NONE: [&str; 24] = [
+const SHOW_NONE: [&str; 26] = [
     "asked",
     "asset",
     "assignment",
@@ -27,12 +27,14 @@ const SHOW_NONE: [&str; 24] = [
     "exercise",
     "export",
     "file",
+    "identity",
     "instrument",
     "join",
     "link",
     "number",
     "picture",
     "pictured",
+    "provider",
     "questionnaire",
     "regrading",
     "revision",
