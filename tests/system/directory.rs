@@ -5,6 +5,6 @@ use tests::{program, python_ok, root};
 #[test]
 fn another_projects_checks_of_scim_pass() {
     let script = root().join("tests/counterparts/scim.py").to_string_lossy().into_owned();
-    let said = python_ok(&[&script, &program("web-admin").to_string_lossy()]);
-    assert!(said.contains("checks passed"), "{said}");
+    let printed = python_ok(&[&script, &program("web-admin").to_string_lossy()]);
+    assert!(printed.contains("checks passed"), "{printed}");
 }

@@ -112,13 +112,13 @@ pub async fn set_disabled(service: &Service, by: &CurrentPerson, id: ProviderId,
 /// Sets who may sign in with a password of this service.
 ///
 /// # Errors
-/// Returns [`Error::Unprocessable`] if nobody but administrators could sign in, because no provider
+/// Returns [`Error::Unprocessable`] if only administrators could sign in, because no provider
 /// is enabled.
 pub async fn set_local_passwords(service: &Service, by: &CurrentPerson, rule: LocalPasswords) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     let known = providers::list_providers(&mut *tx, by.school_id).await?;
     if rule == LocalPasswords::Administrators && known.iter().all(|provider| provider.disabled_at.is_some()) {
-        let why = tr!("without an enabled provider nobody but administrators could sign in: add one first");
+        let why = tr!("without an enabled provider only administrators could sign in: add one first");
         return Err(Error::Unprocessable(why.to_owned()));
     }
     providers::set_local_passwords(&mut tx, by.school_id, rule).await?;

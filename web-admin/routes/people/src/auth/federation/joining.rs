@@ -26,7 +26,7 @@ const KEY: &str = "identity";
 /// Time to join an account, in s.
 const WAIT_S: i64 = 10 * 60;
 
-/// An identity that a provider has confirmed in this session, and that belongs to nobody yet.
+/// An identity that a provider has confirmed in this session, and that belongs to no account yet.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct HeldIdentity {
     provider_id: ProviderId,
