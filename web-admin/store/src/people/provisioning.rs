@@ -253,18 +253,36 @@ struct GroupRow {
     external_id: Option<String>,
 }
 
-/// Returns the cohorts of a school by name, without their members, from an offset.
+impl From<GroupRow> for ScimGroup {
+    fn from(row: GroupRow) -> Self {
+        Self { id: row.id, name: row.name, external_id: row.external_id, members: Vec::new() }
+    }
+}
+
+/// Selects cohorts of school `$1` that its directory may see.
+macro_rules! select_groups {
+    ($rest:literal) => {
+        concat!(
+            "SELECT c.id, c.name, g.external_id FROM cohorts c
+             LEFT JOIN provisioned_cohorts g ON g.school_id = c.school_id AND g.cohort_id = c.id
+             WHERE c.school_id = $1 AND g.deleted_at IS NULL ",
+            $rest
+        )
+    };
+}
+
+/// Returns the cohorts of a school by name, without their members.
 pub async fn list_groups(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<ScimGroup>> {
-    let rows: Vec<GroupRow> = sqlx::query_as(
-        "SELECT c.id, c.name, g.external_id FROM cohorts c
-         LEFT JOIN provisioned_cohorts g ON g.school_id = c.school_id AND g.cohort_id = c.id
-         WHERE c.school_id = $1 AND g.deleted_at IS NULL ORDER BY c.name, c.id",
-    )
-    .bind(school)
-    .fetch_all(executor)
-    .await?;
-    let group = |row: GroupRow| ScimGroup { id: row.id, name: row.name, external_id: row.external_id, members: vec![] };
-    Ok(rows.into_iter().map(group).collect())
+    let rows: Vec<GroupRow> =
+        sqlx::query_as(select_groups!("ORDER BY c.name, c.id")).bind(school).fetch_all(executor).await?;
+    Ok(rows.into_iter().map(ScimGroup::from).collect())
+}
+
+/// Returns a cohort, without its members.
+pub async fn find_group(executor: impl Executor<'_>, school: SchoolId, id: CohortId) -> Result<Option<ScimGroup>> {
+    let row: Option<GroupRow> =
+        sqlx::query_as(select_groups!("AND c.id = $2")).bind(school).bind(id).fetch_optional(executor).await?;
+    Ok(row.map(ScimGroup::from))
 }
 
 /// Returns the trainees of a cohort, by id.

@@ -33,12 +33,17 @@ impl<E: Into<Error>> From<E> for DocumentError {
     }
 }
 
-fn unreachable(why: impl ToString) -> DocumentError {
-    DocumentError::Provider(SignInRefusal::Unreachable, why.to_string())
+/// Creates the error of a provider; `why` is in English.
+pub(super) fn refuse(reason: SignInRefusal, why: impl ToString) -> DocumentError {
+    DocumentError::Provider(reason, why.to_string())
 }
 
-fn malformed(why: String) -> DocumentError {
-    DocumentError::Provider(SignInRefusal::Malformed, why)
+fn unreachable(why: impl ToString) -> DocumentError {
+    refuse(SignInRefusal::Unreachable, why)
+}
+
+fn malformed(why: impl ToString) -> DocumentError {
+    refuse(SignInRefusal::Malformed, why)
 }
 
 /// Returns the discovery document of an issuer, fetched now with `anew`; every address in it is
@@ -92,7 +97,7 @@ async fn fetch(service: &Service, school: SchoolId, address: &str, oldest: Momen
     if answer.status != 200 || !answer.is_json {
         return Err(unreachable(format!("HTTP status {}, JSON: {}", answer.status, answer.is_json)));
     }
-    let body = String::from_utf8(answer.body).map_err(|error| malformed(error.to_string()))?;
+    let body = String::from_utf8(answer.body).map_err(malformed)?;
     let document = ProviderDocument { body, fetched_at: service.clock.now() };
     let mut tx = service.db.write().await?;
     providers::put_document(&mut tx, address, &url_sha256, &document).await?;

@@ -117,7 +117,7 @@ pub struct FinishedFlow {
     pub claims: Claims,
 }
 
-/// Finishes a sign-in. The state is used up, whatever the result; a refusal is in the audit log.
+/// Finishes a sign-in. The state is used up even by a refusal, which is in the audit log.
 ///
 /// # Errors
 /// Fails if the key file or the database fails. The inner error is the reason of a refusal.
@@ -167,26 +167,27 @@ async fn read_identity(
     flow: &SignInFlow,
     answer: ProviderAnswer<'_>,
 ) -> Result<(ProvenIdentity, Claims), DocumentError> {
-    let refuse = |reason, why: &str| Err(DocumentError::Provider(reason, why.to_owned()));
     let settings = &provider.settings;
     let discovery = documents::read_discovery(service, provider.school_id, &settings.issuer, false).await?;
     let is_named = answer.iss == Some(settings.issuer.as_str());
     let must_be_named = discovery.authorization_response_iss_parameter_supported;
     if !is_named && (must_be_named || answer.iss.is_some()) {
-        return refuse(SignInRefusal::Issuer, "the answer names another issuer, or none");
+        return Err(documents::refuse(SignInRefusal::Issuer, "the answer names another issuer, or none"));
     }
     if let Some(error) = answer.error {
-        return refuse(SignInRefusal::Denied, &error.chars().take(40).collect::<String>());
+        return Err(documents::refuse(SignInRefusal::Denied, error.chars().take(40).collect::<String>()));
     }
-    let Some(code) = answer.code else { return refuse(SignInRefusal::Malformed, "an answer without a code") };
+    let Some(code) = answer.code else {
+        return Err(documents::refuse(SignInRefusal::Malformed, "an answer without a code"));
+    };
     let issued = IssuedCode { provider, discovery: &discovery, flow, code };
     let claims = issued.read_claims(service).await?;
     if flow.purpose == FlowPurpose::Prove && !claims.is_fresh(service.clock.now()) {
-        return refuse(SignInRefusal::NotAnew, "auth_time is missing or too old");
+        return Err(documents::refuse(SignInRefusal::NotAnew, "auth_time is missing or too old"));
     }
     match ProvenIdentity::read(settings, &claims) {
         Some(identity) => Ok((identity, claims)),
-        None => refuse(SignInRefusal::Subject, "the claim that identifies the person is missing"),
+        None => Err(documents::refuse(SignInRefusal::Subject, "the claim that identifies the person is missing")),
     }
 }
 

@@ -24,17 +24,9 @@ fn subject_of<'a>(provider: &SignInProvider, identity: &'a ProvenIdentity) -> Is
     IssuedSubject { school_id: provider.school_id, issuer: &identity.issuer, subject: &identity.subject }
 }
 
-/// Result of looking up the person of an identity.
-#[derive(Clone, Debug)]
-pub enum IdentityOwner {
-    /// The person.
-    Person(Box<Person>),
-    /// Nobody yet: the person joins an account, or begins one.
-    Nobody,
-}
-
 /// Returns the person of an identity: by the identity, by the registration number, by a verified
-/// address, or a new one if the provider creates accounts and no account has the address.
+/// address, or a new one if the provider creates accounts and no account has the address. Otherwise
+/// `None`: the person joins an account, or begins one.
 ///
 /// # Errors
 /// Fails if the database fails. The inner error is the reason of a refusal, which is in the audit
@@ -43,7 +35,7 @@ pub async fn find_owner(
     service: &Service,
     provider: &SignInProvider,
     identity: &ProvenIdentity,
-) -> Result<Result<IdentityOwner, SignInRefusal>, Error> {
+) -> Result<Result<Option<Person>, SignInRefusal>, Error> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
     let owner = match identities::use_identity(&mut tx, subject_of(provider, identity), now).await? {
@@ -65,8 +57,7 @@ pub async fn find_owner(
     service.mails.notify_one();
     match owner {
         Some(person) if person.disabled_at.is_some() => flows::refuse(service, provider, SignInRefusal::Disabled).await,
-        Some(person) => Ok(Ok(IdentityOwner::Person(Box::new(person)))),
-        None => Ok(Ok(IdentityOwner::Nobody)),
+        owner => Ok(Ok(owner)),
     }
 }
 
@@ -159,10 +150,10 @@ async fn create(
     Ok(person)
 }
 
-/// Begins a new account for an identity, because its owner says that they have none.
+/// Begins a new account for an identity whose owner has none.
 ///
 /// # Errors
-/// Fails if the provider does not create accounts, the identity belongs to somebody already, or
+/// Fails if the provider does not create accounts, the identity belongs to another account, or
 /// the database fails.
 pub async fn begin_account(
     service: &Service,
@@ -181,7 +172,7 @@ pub async fn begin_account(
 /// Adds an identity to the account of a person who has proved both.
 ///
 /// # Errors
-/// Fails if they belong to different schools, the identity belongs to somebody already, or the
+/// Fails if they belong to different schools, the identity belongs to another account, or the
 /// database fails.
 pub async fn join_account(
     service: &Service,

@@ -12,7 +12,7 @@ use store::auth::federation::flows::SignInFlow;
 use store::auth::federation::providers::SignInProvider;
 use url::form_urlencoded::byte_serialize;
 
-use super::documents::{self, DocumentError};
+use super::documents::{self, DocumentError, refuse};
 use crate::service::Service;
 
 /// A code that a provider has issued for a sign-in.
@@ -28,10 +28,6 @@ pub(super) struct IssuedCode<'a> {
 struct TokenAnswer {
     id_token: String,
     access_token: Option<String>,
-}
-
-fn refuse(reason: SignInRefusal, why: impl ToString) -> DocumentError {
-    DocumentError::Provider(reason, why.to_string())
 }
 
 impl IssuedCode<'_> {

@@ -21,8 +21,7 @@ type Result<T> = std::result::Result<T, ProvisioningError>;
 impl DirectoryRequest<'_> {
     async fn read_group(&self, tx: &mut Connection, id: CohortId) -> Result<ScimGroup> {
         let school = self.token.school_id;
-        let all = provisioning::list_groups(&mut *tx, school).await?;
-        let found = all.into_iter().find(|group| group.id == id).ok_or(Error::NotFound)?;
+        let found = provisioning::find_group(&mut *tx, school, id).await?.ok_or(Error::NotFound)?;
         let members = provisioning::list_group_members(tx, school, id).await?;
         Ok(ScimGroup { members, ..found })
     }
@@ -32,11 +31,13 @@ impl DirectoryRequest<'_> {
     /// # Errors
     /// Fails if the directory does not see it, or the database fails.
     pub async fn show_group(&self, id: CohortId) -> Result<Object> {
-        let mut tx = self.service.db.write().await?;
-        Ok(self.read_group(&mut tx, id).await?.to_json(self.address))
+        let (reader, school) = (self.service.db.reader(), self.token.school_id);
+        let found = provisioning::find_group(reader, school, id).await?.ok_or(Error::NotFound)?;
+        let members = provisioning::list_group_members(reader, school, id).await?;
+        Ok(ScimGroup { members, ..found }.to_json(self.address))
     }
 
-    /// Returns the cohorts that match a filter; without members, unless they are asked for.
+    /// Returns the cohorts that match a filter, with their members.
     ///
     /// # Errors
     /// Fails if the database fails.

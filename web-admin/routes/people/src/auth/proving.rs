@@ -137,20 +137,22 @@ pub(crate) fn explain_missing_proof(own: OwnPassword) -> String {
     }
 }
 
-/// Whether a person has entered their password or, without one, has just signed in at their
-/// provider.
+/// Checks that a person has entered their password or, without one, has just signed in at their
+/// provider. The inner error is what they have instead.
 ///
 /// # Errors
 /// When the session cannot be read, or the database fails.
-pub(crate) async fn is_proved(
+pub(crate) async fn check_proof(
     state: &AppState,
     person: &CurrentPerson,
     session: &Session,
     typed: &str,
-) -> Result<bool, Error> {
-    match find_own_password(state, person, session).await? {
-        OwnPassword::Known => accounts::is_own_password(state, person, typed).await,
-        OwnPassword::Proved => Ok(true),
-        OwnPassword::Unproved => Ok(false),
-    }
+) -> Result<Result<(), OwnPassword>, Error> {
+    let own = find_own_password(state, person, session).await?;
+    let is_proved = match own {
+        OwnPassword::Known => accounts::is_own_password(state, person, typed).await?,
+        OwnPassword::Proved => true,
+        OwnPassword::Unproved => false,
+    };
+    Ok(if is_proved { Ok(()) } else { Err(own) })
 }

@@ -124,8 +124,7 @@ pub(super) async fn allow_factor_change(
     credentials: FactorCredentials<'_>,
 ) -> Result<Result<(), FactorRefused>, Error> {
     rate_limits::take_own(state, person.id).await?;
-    if !proving::is_proved(state, person, &browser.session, credentials.password).await? {
-        let own = proving::find_own_password(state, person, &browser.session).await?;
+    if let Err(own) = proving::check_proof(state, person, &browser.session, credentials.password).await? {
         return Ok(Err(match own {
             OwnPassword::Known => FactorRefused::Password,
             _ => FactorRefused::Other(proving::explain_missing_proof(own)),

@@ -79,11 +79,9 @@ async fn make_token(
     CsrfForm(form): CsrfForm<TokenForm>,
 ) -> Result<FormAnswer<TokensPage>, PageError> {
     rate_limits::take_own(&state, person.id).await?;
-    let made = if proving::is_proved(&state, &person, &browser.session, &form.password).await? {
-        tokens::make(&state, &person, TokenRequest { name: &form.name, days: form.days }).await
-    } else {
-        let own = proving::find_own_password(&state, &person, &browser.session).await?;
-        Err(Error::Unprocessable(proving::explain_missing_proof(own)))
+    let made = match proving::check_proof(&state, &person, &browser.session, &form.password).await? {
+        Ok(()) => tokens::make(&state, &person, TokenRequest { name: &form.name, days: form.days }).await,
+        Err(own) => Err(Error::Unprocessable(proving::explain_missing_proof(own))),
     };
     match split_refusal(made)? {
         Ok(made) => {

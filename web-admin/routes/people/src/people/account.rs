@@ -77,7 +77,7 @@ pub(super) async fn set_own_password(
     let own = [person.display_name.as_str(), &shown.email, &shown.school];
     let refused = match passwords::check_typed(&form.password, &form.again, &own) {
         Err(refused) => refused,
-        Ok(()) if proving::is_proved(&state, &person, &browser.session, &form.old).await? => {
+        Ok(()) if proving::check_proof(&state, &person, &browser.session, &form.old).await?.is_ok() => {
             accounts::set_own_password(&state, &person, &form.password).await?;
             let known = people::find_person(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
             start_session(&browser.session, known.id, known.credential_version, state.clock.now()).await?;

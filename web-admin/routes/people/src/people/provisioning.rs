@@ -73,11 +73,9 @@ pub(super) async fn make_token(
     CsrfForm(SentToken { fields, password }): CsrfForm<SentToken>,
 ) -> Result<FormAnswer<ProvisioningPage>, PageError> {
     rate_limits::take_own(&state, person.id).await?;
-    let made = if proving::is_proved(&state, &person, &browser.session, &password).await? {
-        tokens::make_token(&state, &person, &fields.name, fields.may_disable_staff).await
-    } else {
-        let own = proving::find_own_password(&state, &person, &browser.session).await?;
-        Err(Error::Unprocessable(proving::explain_missing_proof(own)))
+    let made = match proving::check_proof(&state, &person, &browser.session, &password).await? {
+        Ok(()) => tokens::make_token(&state, &person, &fields.name, fields.may_disable_staff).await,
+        Err(own) => Err(Error::Unprocessable(proving::explain_missing_proof(own))),
     };
     match split_refusal(made)? {
         Ok(token) => {

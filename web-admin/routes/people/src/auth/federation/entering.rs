@@ -1,16 +1,16 @@
 //! `/sign-in`: leaving for a provider, and coming back from it.
 
 use acts::auth::federation::flows::{self, FinishedFlow, NewFlow, ProviderAnswer};
-use acts::auth::federation::identities::{self, IdentityOwner};
+use acts::auth::federation::identities;
 use acts::auth::rate_limits;
 use acts::error::Error;
 use axum::extract::{Query, State};
 use axum::http::{HeaderName, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
-use model::PersonKey;
-use model::auth::federation::FlowPurpose;
+use model::auth::federation::{FlowPurpose, LocalPasswords};
 use model::auth::sign_in_refusal::SignInRefusal;
 use model::ids::ProviderId;
+use model::{PersonKey, Role};
 use pages::auth::federation::{ClaimsPage, LeavePage, ProviderButton, SignInRefusedPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
@@ -42,7 +42,7 @@ pub(in crate::auth) struct Buttons {
 pub(in crate::auth) async fn list_buttons(state: &AppState, school: Option<&str>) -> Result<Buttons, Error> {
     let offered = providers::list_offered_providers(state.db.reader(), school, MOST_BUTTONS).await?;
     let is_one_school = offered.windows(2).all(|pair| pair[0].school == pair[1].school);
-    let is_folded = |rule: model::auth::federation::LocalPasswords| !rule.allow(model::Role::Trainee);
+    let is_folded = |rule: LocalPasswords| !rule.allow(Role::Trainee);
     Ok(Buttons {
         folded: is_one_school && offered.first().is_some_and(|first| is_folded(first.local_passwords)),
         providers: offered
@@ -146,11 +146,11 @@ async fn enter(state: &AppState, browser: &Browser, finished: FinishedFlow) -> R
     let FinishedFlow { provider, identity, next, .. } = finished;
     match identities::find_owner(state, &provider, &identity).await? {
         Err(reason) => Ok(answer_refused(reason)),
-        Ok(IdentityOwner::Nobody) => {
+        Ok(None) => {
             joining::hold_identity(state, &browser.session, &provider, identity, &next).await?;
             Ok(Redirect::to("/sign-in/join").into_response())
         }
-        Ok(IdentityOwner::Person(person)) => {
+        Ok(Some(person)) => {
             let factor = half::FirstFactor::Provider { is_second_too: identity.has_second_factor };
             let to = half::enter_session(state, &browser.session, &person, &next, factor).await?;
             Ok(Redirect::to(&to).into_response())
@@ -182,8 +182,8 @@ async fn prove(state: &AppState, browser: &Browser, finished: FinishedFlow) -> R
     let signed_in = person_of(state, &browser.session).await?;
     let is_theirs = match signed_in.filter(|person| Some(person.id) == person_id) {
         Some(person) => match identities::find_owner(state, &provider, &identity).await? {
-            Ok(IdentityOwner::Person(owner)) => owner.id == person.id,
-            Ok(IdentityOwner::Nobody) | Err(_) => false,
+            Ok(Some(owner)) => owner.id == person.id,
+            Ok(None) | Err(_) => false,
         },
         None => false,
     };
