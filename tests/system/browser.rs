@@ -12,6 +12,12 @@ use tests::{Service, root, run_ok};
 
 pub(super) const PASSWORD: &str = "a long enough demonstration password";
 
+/// How long an element, an address or words are waited for, in ms: on a busy machine signing in alone takes seconds.
+const LONGEST_WAIT_MS: u64 = 60_000;
+/// Number of looks at a page within that time.
+pub(super) const MOST_LOOKS: u64 = LONGEST_WAIT_MS / BETWEEN_LOOKS.as_millis() as u64;
+pub(super) const BETWEEN_LOOKS: Duration = Duration::from_millis(100);
+
 /// A WebDriver on a port of its own, ended when dropped.
 pub(super) struct Driver {
     child: Child,
@@ -45,17 +51,18 @@ impl Driver {
         let options = json!({
             "goog:chromeOptions": { "args": arguments },
             "goog:loggingPrefs": { "browser": "ALL" },
+            "timeouts": { "implicit": LONGEST_WAIT_MS, "script": LONGEST_WAIT_MS },
         });
         let Value::Object(capabilities) = options else { unreachable!("an object was just made") };
         let driver = format!("http://127.0.0.1:{}", self.port);
-        for _ in 0..100 {
+        for _ in 0..MOST_LOOKS {
             let mut builder = ClientBuilder::new(hyper_util::client::legacy::connect::HttpConnector::new());
             match builder.capabilities(capabilities.clone()).connect(&driver).await {
                 Ok(client) => return client,
-                Err(_) => tokio::time::sleep(Duration::from_millis(100)).await,
+                Err(_) => tokio::time::sleep(BETWEEN_LOOKS).await,
             }
         }
-        panic!("chromedriver did not open a browser within ten seconds");
+        panic!("chromedriver did not open a browser in time");
     }
 }
 
@@ -134,12 +141,12 @@ pub(super) async fn sign_in_with(browser: &Client, url: &str, (email, password):
 /// Waits for an address: a click and a sent form return before the next page is there.
 pub(super) async fn lands(browser: &Client, wanted: impl Fn(&str) -> bool) -> String {
     let mut path = String::new();
-    for _ in 0..50 {
+    for _ in 0..MOST_LOOKS {
         browser.current_url().await.expect("an address").path().clone_into(&mut path);
         if wanted(&path) {
             break;
         }
-        tokio::time::sleep(Duration::from_millis(100)).await;
+        tokio::time::sleep(BETWEEN_LOOKS).await;
     }
     path
 }
@@ -163,12 +170,12 @@ pub(super) async fn press(browser: &Client, path: &str) {
 /// Waits for words on the page: what a pressed button leads to may have the same address.
 pub(super) async fn contains(browser: &Client, what: &str, words: &[&str]) {
     let mut said = String::new();
-    for _ in 0..50 {
+    for _ in 0..MOST_LOOKS {
         said = text(browser).await.to_lowercase();
         if words.iter().all(|word| said.contains(word)) {
             return;
         }
-        tokio::time::sleep(Duration::from_millis(100)).await;
+        tokio::time::sleep(BETWEEN_LOOKS).await;
     }
     panic!("{what} does not show all of {words:?}:\n{said}");
 }

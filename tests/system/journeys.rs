@@ -3,12 +3,13 @@
 //! cannot get from one step to the next, or when a page on the way breaks an accessibility rule.
 
 use std::path::Path;
-use std::time::Duration;
 
 use fantoccini::{Client, Locator};
 use tests::{Service, run_ok};
 
-use super::browser::{Driver, PASSWORD, complaints, contains, follow, inspect, lands, press, sign_in};
+use super::browser::{
+    BETWEEN_LOOKS, Driver, MOST_LOOKS, PASSWORD, complaints, contains, follow, inspect, lands, press, sign_in,
+};
 use super::visitor::{INITIAL, choose_password};
 
 pub(super) const INSTRUCTOR: &str = "ina@journey.example";
@@ -81,11 +82,11 @@ impl School<'_> {
     /// Until the page from which a form was sent is gone. While one goes and the other comes there is none to ask.
     async fn waits_for_next_page(&self) {
         let is_next = "return document.readyState !== 'loading' && !document.documentElement.dataset.sent";
-        for _ in 0..200 {
+        for _ in 0..MOST_LOOKS {
             if self.browser.execute(is_next, Vec::new()).await.is_ok_and(|answer| answer == true) {
                 return;
             }
-            tokio::time::sleep(Duration::from_millis(50)).await;
+            tokio::time::sleep(BETWEEN_LOOKS).await;
         }
     }
 
@@ -95,13 +96,13 @@ impl School<'_> {
 
     /// Opens a page until it shows some words: what is uploaded is scored a little later.
     pub(super) async fn shows_soon(&self, path: &str, word: &str) {
-        for _ in 0..400 {
+        for _ in 0..MOST_LOOKS {
             self.browser.goto(&format!("{}{path}", self.url)).await.expect("an address");
             let text = self.browser.find(Locator::Css("main")).await.expect("a page").text().await.expect("its words");
             if text.contains(word) {
                 return;
             }
-            tokio::time::sleep(Duration::from_millis(200)).await;
+            tokio::time::sleep(BETWEEN_LOOKS).await;
         }
         panic!("{path} never showed {word:?}");
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 use fantoccini::{Client, Locator};
 use tests::Service;
 
-use super::browser::{contains, follow, inspect, lands, sign_in};
+use super::browser::{BETWEEN_LOOKS, MOST_LOOKS, contains, follow, inspect, lands, sign_in};
 
 /// Presses a button or ticks a box, and waits until the address is as wanted.
 async fn click(browser: &Client, css: &str, wanted: impl Fn(&str) -> bool) {
@@ -23,12 +23,12 @@ async fn path(browser: &Client) -> String {
 
 /// Waits until the page says what has become of an answer.
 async fn saved(browser: &Client, word: &str) {
-    for _ in 0..100 {
+    for _ in 0..MOST_LOOKS {
         let status = browser.find(Locator::Css("[role=status]")).await.expect("a status line");
         if status.text().await.expect("its text").contains(word) {
             return;
         }
-        tokio::time::sleep(std::time::Duration::from_millis(100)).await;
+        tokio::time::sleep(BETWEEN_LOOKS).await;
     }
     panic!("the page did not say {word:?} by itself");
 }
@@ -131,7 +131,7 @@ pub async fn lost_connection(browser: &Client, link: &str, (service, data): (Ser
         if said.ends_with("zuletzt") {
             break;
         }
-        tokio::time::sleep(std::time::Duration::from_millis(100)).await;
+        tokio::time::sleep(BETWEEN_LOOKS).await;
     }
     assert_eq!(said, "Auch ohne Netz. Und zuletzt");
     service
