@@ -96,6 +96,16 @@ pub async fn person_of(state: &AppState, session: &Session) -> Result<Option<Cur
     })
 }
 
+/// Runs a future whose pages show times in the time zone of the session's person; UTC if nobody is
+/// signed in.
+pub async fn on_own_clock<F: Future>(state: &AppState, session: &Session, future: F) -> Result<F::Output, Error> {
+    let zone = match standing_of(state, session).await? {
+        SignInStanding::SignedIn(signed_in) | SignInStanding::OwesFactor(signed_in) => signed_in.time_zone,
+        SignInStanding::Stranger => String::new(),
+    };
+    Ok(school_time::on_school_clock(&zone, future).await)
+}
+
 /// Page to set up a second factor.
 const ENROLMENT: &str = "/account/second-factor";
 

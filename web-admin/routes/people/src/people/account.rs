@@ -9,6 +9,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use model::auth::password_refused::PasswordRefused;
 use model::{CurrentPerson, Moment};
 use pages::auth::account::AccountPage;
+use pages::auth::reauthentication::OwnPassword;
 use pages::{NavPlace, Shell};
 use routes_base::auth::{Browser, CsrfForm, Visitor, start_session};
 use routes_base::error::PageError;
@@ -77,13 +78,16 @@ pub(super) async fn set_own_password(
     let own = [person.display_name.as_str(), &shown.email, &shown.school];
     let refused = match passwords::check_typed(&form.password, &form.again, &own) {
         Err(refused) => refused,
-        Ok(()) if proving::check_proof(&state, &person, &browser.session, &form.old).await?.is_ok() => {
-            accounts::set_own_password(&state, &person, &form.password).await?;
-            let known = people::find_person(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
-            start_session(&browser.session, known.id, known.credential_version, state.clock.now()).await?;
-            return Ok(FormAnswer::lead_to("/account"));
-        }
-        Ok(()) => PasswordRefused::WrongOld,
+        Ok(()) => match proving::check_proof(&state, &person, &browser.session, &form.old).await? {
+            Ok(()) => {
+                accounts::set_own_password(&state, &person, &form.password).await?;
+                let known = people::find_person(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
+                start_session(&browser.session, known.id, known.credential_version, state.clock.now()).await?;
+                return Ok(FormAnswer::lead_to("/account"));
+            }
+            Err(OwnPassword::Known) => PasswordRefused::WrongOld,
+            Err(OwnPassword::Proved | OwnPassword::Unproved) => PasswordRefused::Unproved,
+        },
     };
     Ok(FormAnswer::Refused(AccountPage { refused: Some(refused), ..shown }))
 }

@@ -114,6 +114,7 @@ async fn the_client_secret_is_kept_and_shown_nowhere() {
 async fn trying_a_provider_shows_claims_and_signs_nobody_in() {
     let mut world = World::with(&[("addresses_verified", "true"), ("creates", "trainee")]).await;
     world.invited(Role::Trainee, ADA, None).await;
+    world.app.keep_time_zone(world.school, "Europe/Berlin").await;
     let user = User::new("ada", ADA).with("eduperson_affiliation", "<b>student</b>");
     world.provider.set_user(user);
     let begun = world.act("try").await;
@@ -121,7 +122,7 @@ async fn trying_a_provider_shows_claims_and_signs_nobody_in() {
     let shown = world.head.get(&address).await;
     assert_eq!(shown.status, 200, "{}", shown.text());
     let page = shown.text();
-    for wanted in [ADA, "eduperson_affiliation", "Name of ada", "student"] {
+    for wanted in [ADA, "eduperson_affiliation", "Name of ada", "student", "Europe/Berlin"] {
         assert!(page.contains(wanted), "{wanted} in {page}");
     }
     assert!(!page.contains("<b>student") && !page.contains("eyJ") && !page.contains("access-"), "{page}");

@@ -96,3 +96,26 @@ async fn a_password_is_still_asked_of_those_who_have_one() {
     }
     assert_eq!(ask(&mut browser).await, 422);
 }
+
+#[tokio::test]
+async fn a_password_is_chosen_after_a_fresh_proof() {
+    let (world, _, mut browser) = ada().await;
+    let chosen = "ferry lantern opal";
+    let fields = [("old", ""), ("password", chosen), ("again", chosen)];
+    let refused = send(&mut browser, "/account", "/account/password", &fields).await;
+    assert_eq!(refused.status, 422);
+    let page = refused.text();
+    assert!(page.contains("You have no password here") && !page.contains("not your current password"), "{page}");
+    assert_eq!(prove(&world, &mut browser).await.status, 303);
+    assert_eq!(send(&mut browser, "/account", "/account/password", &fields).await.status, 303);
+    assert_eq!(world.app.stranger().sign_in(ADA, chosen).await.header("location"), "/");
+}
+
+#[tokio::test]
+async fn without_an_enabled_provider_the_page_says_what_helps() {
+    let (mut world, _, mut browser) = ada().await;
+    assert!(browser.get("/account/identities").await.text().contains("Confirm at University"));
+    assert_eq!(world.act("disable").await.status, 303);
+    let page = browser.get("/account/identities?next=/account/tokens").await.text();
+    assert!(page.contains("id=\"prove\"") && page.contains("Choose a password first"), "{page}");
+}

@@ -15,7 +15,7 @@ use pages::auth::federation::{ClaimsPage, LeavePage, ProviderButton, SignInRefus
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
-use routes_base::auth::{Browser, BrowserToken, CsrfForm, Visit, person_of};
+use routes_base::auth::{Browser, BrowserToken, CsrfForm, Visit, on_own_clock, person_of};
 use routes_base::error::PageError;
 use serde::Deserialize;
 use store::auth::federation::providers;
@@ -133,12 +133,16 @@ pub(super) async fn finish_sign_in(
     };
     match flows::finish_flow(&state, answer).await? {
         Err(reason) => Ok(answer_refused(reason)),
-        Ok(finished) => match finished.purpose {
-            FlowPurpose::Enter => enter(&state, &browser, finished).await,
-            FlowPurpose::Join => join(&state, &browser, finished).await,
-            FlowPurpose::Prove => prove(&state, &browser, finished).await,
-            FlowPurpose::Try => show_claims(&state, &browser, finished).await,
-        },
+        Ok(finished) => on_own_clock(&state, &browser.session, end_flow(&state, &browser, finished)).await?,
+    }
+}
+
+async fn end_flow(state: &AppState, browser: &Browser, finished: FinishedFlow) -> Result<Response, PageError> {
+    match finished.purpose {
+        FlowPurpose::Enter => enter(state, browser, finished).await,
+        FlowPurpose::Join => join(state, browser, finished).await,
+        FlowPurpose::Prove => prove(state, browser, finished).await,
+        FlowPurpose::Try => show_claims(state, browser, finished).await,
     }
 }
 
