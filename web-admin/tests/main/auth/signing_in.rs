@@ -13,7 +13,7 @@ use platform::clock::Clock;
 use platform::secret;
 use store::people;
 
-use crate::support::client::csrf_in;
+use crate::support::client::{csrf_in, without_csrf};
 use crate::support::database::rows_of;
 use crate::support::{App, PASSWORD};
 
@@ -393,5 +393,42 @@ async fn a_password_is_the_same_however_a_keyboard_composes_it() {
             assert_eq!(app.stranger().sign_in("ada@example.org", typed).await.status, 303, "{kept:?} {typed:?}");
         }
         assert_eq!(app.stranger().sign_in("ada@example.org", "Ubergroßentrager 27").await.status, 401);
+    }
+}
+
+/// Headers by which an authenticating proxy names a user to a service that trusts it.
+const HEADERS_OF_PROXIES: [&str; 12] = [
+    "remote-user",
+    "remote_user",
+    "x-remote-user",
+    "x-remote-email",
+    "x-remote-name",
+    "x-forwarded-user",
+    "x-forwarded-email",
+    "x-forwarded-preferred-username",
+    "x-auth-request-user",
+    "x-auth-request-email",
+    "x-webauth-user",
+    "eppn",
+];
+
+#[tokio::test]
+async fn headers_of_proxies_change_nothing() {
+    let app = app().await;
+    let school = app.school("North").await;
+    app.member(school, Role::Administrator, "head@example.org").await;
+    for mut browser in [app.stranger(), app.signed_in("ada@example.org").await] {
+        for path in
+            ["/", "/login", "/account", "/people", "/admin", "/sign-in/join", "/api/v1/sessions", "/scim/v2/Users"]
+        {
+            let plain = browser.get(path).await;
+            let mut request = Request::get(path).body(Body::empty()).unwrap();
+            for name in HEADERS_OF_PROXIES {
+                request.headers_mut().append(name, "head@example.org".parse().unwrap());
+            }
+            let named = browser.send(request).await;
+            assert_eq!((named.status, named.header("location")), (plain.status, plain.header("location")), "{path}");
+            assert_eq!(without_csrf(&named.text()), without_csrf(&plain.text()), "{path}");
+        }
     }
 }
