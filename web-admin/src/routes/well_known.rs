@@ -1,9 +1,11 @@
-//! Public endpoints: the certificate key at a well-known URI (RFC 8615), and the check of a
+//! Public endpoints: the keys of this service at well-known URIs (RFC 8615), and the check of a
 //! certificate.
 
+use acts::auth::federation::client_keys;
 use acts::training::certificates;
+use axum::Json;
 use axum::extract::{Query, State};
-use axum::http::header::CONTENT_TYPE;
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::middleware::from_fn;
 use axum::response::IntoResponse;
 use axum::routing::get;
@@ -13,13 +15,19 @@ use routes_base::error::{ApiError, PageError};
 use routes_base::language::settle_language;
 use routes_base::{AppState, Routes};
 use serde::Deserialize;
+use serde_json::json;
 
-/// Returns the routes `/.well-known/stylet-certificate-key` and `/certificate`.
+/// Returns the routes below `/.well-known`, and `/certificate`.
 #[must_use]
 pub fn well_known_routes() -> Routes {
-    Routes::new().route("/.well-known/stylet-certificate-key", get(serve_certificate_key)).merge(
-        Routes::new().route("/certificate", get(check_certificate)).around(|page| page.layer(from_fn(settle_language))),
-    )
+    Routes::new()
+        .route("/.well-known/stylet-certificate-key", get(serve_certificate_key))
+        .route("/.well-known/jwks.json", get(serve_client_keys))
+        .merge(
+            Routes::new()
+                .route("/certificate", get(check_certificate))
+                .around(|page| page.layer(from_fn(settle_language))),
+        )
 }
 
 /// Parameters of the code printed on a certificate.
@@ -47,4 +55,10 @@ async fn check_certificate(
 async fn serve_certificate_key(State(state): State<AppState>) -> Result<impl IntoResponse, ApiError> {
     let key = certificates::public_key(&state.config.keys_dir)?;
     Ok(([(CONTENT_TYPE, "text/plain; charset=utf-8")], format!("{key}\n")))
+}
+
+/// Returns the public keys with which this service authenticates at other systems (RFC 7517).
+async fn serve_client_keys(State(state): State<AppState>) -> Result<impl IntoResponse, ApiError> {
+    let keys = client_keys::list_public_keys(&state).await?;
+    Ok(([(CACHE_CONTROL, "public, max-age=600")], Json(json!({ "keys": keys }))))
 }

@@ -5,6 +5,7 @@ use store::people::rosters;
 use store::recordings::parse_attempts;
 use store::scoring::regradings;
 
+use crate::auth::federation::client_keys;
 use crate::auth::signing_in::note_unknown_sign_ins;
 use crate::error::Error;
 use crate::people::roster_import::DRAFT_LIFETIME_S;
@@ -16,9 +17,10 @@ const READING_LIFETIME_S: i64 = 90 * 24 * 3600;
 
 /// Writes the counted sign-in attempts with unknown addresses to the audit log, and removes expired
 /// links, rate limits, passkey challenges and records of crashes, and unconfirmed rosters and
-/// re-gradings.
+/// re-gradings; renews the keys of this service.
 pub async fn forget_expired(service: &Service) -> Result<(), Error> {
     note_unknown_sign_ins(service).await?;
+    client_keys::renew_keys(service).await?;
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
     account_links::forget_expired(&mut tx, now).await?;

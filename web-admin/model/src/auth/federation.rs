@@ -12,8 +12,8 @@ use crate::{Moment, Role};
 
 /// Maximum length of each text in a provider's settings, in characters.
 const LONGEST_SETTING: usize = 500;
-/// Maximum number of values in a role map.
-const MOST_ROLES: usize = 50;
+/// Maximum number of values in a role map, and of `acr`.
+const MOST_VALUES: usize = 50;
 /// Maximum length of a name taken from a provider, in characters.
 const LONGEST_NAME: usize = 200;
 /// Methods in the claim `amr` that count as a second factor (RFC 8176).
@@ -61,6 +61,36 @@ impl LocalPasswords {
     }
 }
 
+/// How this service authenticates at a provider.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ClientAuthentication {
+    /// By a secret of the provider.
+    #[default]
+    Secret,
+    /// By a signature with a key of this service.
+    Key,
+}
+
+impl ClientAuthentication {
+    /// Every way.
+    pub const ALL: [Self; 2] = [Self::Secret, Self::Key];
+
+    /// Returns the word used in forms.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Secret => "secret",
+            Self::Key => "key",
+        }
+    }
+
+    /// Returns the way of a word.
+    #[must_use]
+    pub fn of_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|way| way.word() == word)
+    }
+}
+
 /// Purpose of a sign-in at a provider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
@@ -101,6 +131,8 @@ pub struct ProviderSettings {
     pub issuer: String,
     /// Id of this service at the provider.
     pub client_id: String,
+    /// How this service authenticates there.
+    pub authentication: ClientAuthentication,
     /// Scopes, separated by spaces; contain `openid`.
     pub scopes: String,
     /// Claim that identifies a person, usually `sub`.
@@ -111,6 +143,8 @@ pub struct ProviderSettings {
     pub addresses_verified: bool,
     /// Its second factor replaces the one of this service.
     pub second_factor_trusted: bool,
+    /// Values of the claim `acr` that count as a second factor, beside the methods in `amr`.
+    pub second_factor_acr: Vec<String>,
     /// Unknown people get a new account as trainees.
     pub creates_trainees: bool,
     /// Claim that names a person's roles.
@@ -145,8 +179,8 @@ impl RoleMap {
             roles.insert(role.0.to_owned(), role.1);
         }
         match roles.len() {
-            0..=MOST_ROLES => Ok(Self(roles)),
-            count => Err(tr!("roles: {count} values; at most {most} are allowed", count = count, most = MOST_ROLES)),
+            0..=MOST_VALUES => Ok(Self(roles)),
+            count => Err(tr!("roles: {count} values; at most {most} are allowed", count = count, most = MOST_VALUES)),
         }
     }
 
@@ -190,6 +224,12 @@ impl ProviderSettings {
             [(tr!("claim of the number"), &self.match_claim), (tr!("claim of the roles"), &self.role_claim)]
         {
             check_text(field, value.as_deref().unwrap_or_default())?;
+        }
+        if self.second_factor_acr.len() > MOST_VALUES {
+            return Err(tr!("values of acr: more than {most}", most = MOST_VALUES));
+        }
+        for value in &self.second_factor_acr {
+            check_text(tr!("values of acr"), value)?;
         }
         if !self.scopes.split(' ').any(|scope| scope == "openid") {
             return Err(tr!("scopes: “{scopes}”; openid must be among them", scopes = shorten(&self.scopes)));
@@ -301,6 +341,7 @@ impl ProvenIdentity {
         let number = settings.match_claim.as_ref().and_then(|claim| claims.text(claim));
         let roles = settings.role_claim.as_ref().map(|claim| claims.list(claim)).unwrap_or_default();
         let is_strong = |method: &String| STRONG_METHODS.contains(&method.as_str());
+        let is_listed = |context: &String| settings.second_factor_acr.contains(context);
         Some(Self {
             issuer: settings.issuer.clone(),
             subject,
@@ -309,7 +350,8 @@ impl ProvenIdentity {
             email,
             number: number.filter(|number| single_line_text::refusal("", number).is_none() && number.len() <= 100),
             role: settings.role_map.find_role(&roles),
-            has_second_factor: settings.second_factor_trusted && claims.list("amr").iter().any(is_strong),
+            has_second_factor: settings.second_factor_trusted
+                && (claims.list("amr").iter().any(is_strong) || claims.list("acr").iter().any(is_listed)),
         })
     }
 }

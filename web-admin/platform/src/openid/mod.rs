@@ -1,11 +1,13 @@
 //! The client of OpenID Connect (OpenID Connect Core 1.0, authorization code flow): addresses,
 //! discovery documents, and verification of ID tokens. Without input and output.
 
+mod client_key;
 mod discovery;
 mod id_token;
 mod signatures;
 
-pub use discovery::Discovery;
+pub use client_key::{ASSERTION_TYPE, ClientKey, NewClientKey};
+pub use discovery::{Discovery, TokenAuthentication};
 pub use id_token::{ExpectedToken, KeySet, verify_id_token};
 
 use data_encoding::BASE64URL_NOPAD;

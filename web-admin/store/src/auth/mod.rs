@@ -1,6 +1,7 @@
 //! Signing in.
 
 pub mod account_links;
+pub mod client_keys;
 pub mod federation;
 pub mod passkeys;
 pub mod rate_limits;

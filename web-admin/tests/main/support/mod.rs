@@ -1,5 +1,6 @@
 //! What the tests share: a service in a folder of its own, clients, and recordings of real, short attempts.
 
+pub mod assertions;
 pub mod authenticator;
 #[cfg(feature = "replicas")]
 pub mod bucket;

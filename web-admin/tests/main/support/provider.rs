@@ -17,6 +17,7 @@ use sha2::{Digest, Sha256, Sha384};
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 
+use super::assertions::{Assertions, ExpectedAssertion};
 use super::client::encoded;
 pub use super::forgery::{Endpoint, Forgery, Trouble};
 use super::signer::{Algorithm, Signer, encode};
@@ -82,6 +83,11 @@ struct Inner {
     forgery: Option<Forgery>,
     /// All are published; the last signs.
     signers: Vec<Signer>,
+    /// How a client may authenticate.
+    methods: Vec<&'static str>,
+    /// Public keys of the client.
+    client_keys: Value,
+    assertions: Assertions,
     codes: BTreeMap<String, Grant>,
     tokens: BTreeMap<String, Grant>,
     requests: BTreeMap<Endpoint, usize>,
@@ -110,6 +116,9 @@ impl Provider {
             user: User::new("ada", "ada@example.org"),
             forgery: None,
             signers: vec![Signer::new("first", Algorithm::Es256)],
+            methods: vec!["client_secret_basic"],
+            client_keys: Value::Null,
+            assertions: Assertions::default(),
             codes: BTreeMap::new(),
             tokens: BTreeMap::new(),
             requests: BTreeMap::new(),
@@ -139,6 +148,16 @@ impl Provider {
 
     pub fn set_user(&self, user: User) {
         self.shared.lock().user = user;
+    }
+
+    /// Sets how a client may authenticate.
+    pub fn set_methods(&self, methods: &[&'static str]) {
+        self.shared.lock().methods = methods.to_vec();
+    }
+
+    /// Sets the key set of the client.
+    pub fn set_client_keys(&self, keys: Value) {
+        self.shared.lock().client_keys = keys;
     }
 
     pub fn forge(&self, forgery: Forgery) {
@@ -319,7 +338,7 @@ fn at_hash(algorithm: Algorithm, access_token: &str) -> Value {
 }
 
 async fn discovery(State(shared): State<Arc<Shared>>) -> Response {
-    shared.answer(Endpoint::Discovery, |_| {
+    shared.answer(Endpoint::Discovery, |inner| {
         let issuer = &shared.issuer;
         let algorithms = Algorithm::ALL.map(Algorithm::name);
         let document = json!({
@@ -333,7 +352,8 @@ async fn discovery(State(shared): State<Arc<Shared>>) -> Response {
             "subject_types_supported": ["public"],
             "scopes_supported": ["openid", "profile", "email"],
             "id_token_signing_alg_values_supported": algorithms,
-            "token_endpoint_auth_methods_supported": ["client_secret_basic"],
+            "token_endpoint_auth_methods_supported": inner.methods,
+            "token_endpoint_auth_signing_alg_values_supported": ["RS256"],
             "code_challenge_methods_supported": ["S256"],
             "authorization_response_iss_parameter_supported": true,
         });
@@ -365,7 +385,15 @@ async fn token(
 ) -> Response {
     let refuse = |status: StatusCode, error: &str| (status, Json(json!({ "error": error }))).into_response();
     shared.answer(Endpoint::Token, |inner| {
-        if !is_client(&headers) {
+        let is_authenticated = match inner.methods.contains(&"private_key_jwt") {
+            true => {
+                let audience = format!("{}/token", shared.issuer);
+                let now_s = shared.clock.now().micros() / 1_000_000;
+                inner.assertions.take(&form, ExpectedAssertion { keys: &inner.client_keys, audience: &audience, now_s })
+            }
+            false => is_client(&headers),
+        };
+        if !is_authenticated {
             return refuse(StatusCode::UNAUTHORIZED, "invalid_client");
         }
         let field = |name: &str| form.get(name).map(String::as_str).unwrap_or_default();

@@ -56,7 +56,7 @@ pub(super) async fn read_discovery(
 ) -> Result<Discovery, DocumentError> {
     let oldest = service.clock.now().plus_s(if anew { 0 } else { -LIFETIME_S });
     let body = fetch(service, school, &Discovery::address_of(issuer), oldest).await?;
-    let discovery = Discovery::parse(body.as_bytes(), issuer).map_err(malformed)?;
+    let discovery = Discovery::parse(body.as_bytes(), issuer).map_err(|(reason, why)| refuse(reason, why))?;
     for address in discovery.addresses() {
         service.outgoing.rules().check(address.as_str()).map_err(unreachable)?;
     }

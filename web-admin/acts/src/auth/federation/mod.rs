@@ -1,5 +1,6 @@
 //! Sign-in with accounts of other systems, by OpenID Connect.
 
+pub mod client_keys;
 mod documents;
 pub mod flows;
 pub mod identities;

@@ -1,14 +1,17 @@
 //! The providers of a school, set up by its administrators.
 
 use model::CurrentPerson;
-use model::auth::federation::{LocalPasswords, ProviderSettings};
+use model::auth::federation::{ClientAuthentication, LocalPasswords, ProviderSettings};
+use model::auth::sign_in_refusal::SignInRefusal;
 use model::ids::ProviderId;
+use model::single_line_text;
 use platform::sealing;
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::auth::federation::providers;
 use store::auth::federation::providers::{NewProvider, SignInProvider};
 
+use super::client_keys;
 use super::documents::{self, DocumentError};
 use crate::error::Error;
 use crate::service::Service;
@@ -29,14 +32,11 @@ pub async fn add_provider(
     settings: &ProviderSettings,
     secret: &str,
 ) -> Result<ProviderId, Error> {
-    if secret.is_empty() {
-        return Err(Error::Unprocessable(tr!("client secret: empty; it is required").to_owned()));
-    }
     if providers::list_providers(service.db.reader(), by.school_id).await?.len() >= MOST {
         return Err(Error::Unprocessable(tr!("at most {most} providers are allowed", most = MOST)));
     }
     let id = ProviderId::made_at(service.clock.now());
-    let sealed = seal(service, id, secret)?;
+    let sealed = seal_secret(service, id, NewSecret { settings, typed: secret, stored: &[] }).await?;
     put(service, by, NewProvider { id, school_id: by.school_id, settings, sealed_secret: &sealed }, "provider.added")
         .await?;
     Ok(id)
@@ -53,26 +53,59 @@ pub async fn change_provider(
     settings: &ProviderSettings,
     secret: &str,
 ) -> Result<(), Error> {
-    let sealed = if secret.is_empty() { known.sealed_secret.clone() } else { seal(service, known.id, secret)? };
+    let secret = NewSecret { settings, typed: secret, stored: &known.sealed_secret };
+    let sealed = seal_secret(service, known.id, secret).await?;
     let new = NewProvider { id: known.id, school_id: by.school_id, settings, sealed_secret: &sealed };
     put(service, by, new, "provider.changed").await
 }
 
-fn seal(service: &Service, id: ProviderId, secret: &str) -> Result<Vec<u8>, Error> {
-    if secret.len() > LONGEST_SECRET {
-        return Err(Error::Unprocessable(tr!("client secret: longer than {most} characters", most = LONGEST_SECRET)));
+/// The secret of a provider that is added or changed.
+struct NewSecret<'a> {
+    settings: &'a ProviderSettings,
+    typed: &'a str,
+    /// Encrypted; empty if there is none.
+    stored: &'a [u8],
+}
+
+/// Returns the encrypted secret; empty if this service authenticates by its key, which is created if
+/// there is none.
+async fn seal_secret(service: &Service, id: ProviderId, secret: NewSecret<'_>) -> Result<Vec<u8>, Error> {
+    if secret.settings.authentication == ClientAuthentication::Key {
+        client_keys::read_signing_key(service).await?;
+        return Ok(Vec::new());
     }
-    Ok(sealing::seal(&service.config.keys_dir, id.uuid().as_bytes(), secret.as_bytes())?)
+    match (secret.typed, secret.stored) {
+        ("", []) => Err(Error::Unprocessable(tr!("client secret: empty; it is required").to_owned())),
+        ("", stored) => Ok(stored.to_vec()),
+        (typed, _) if typed.len() > LONGEST_SECRET => {
+            Err(Error::Unprocessable(tr!("client secret: longer than {most} characters", most = LONGEST_SECRET)))
+        }
+        (typed, _) => Ok(sealing::seal(&service.config.keys_dir, id.uuid().as_bytes(), typed.as_bytes())?),
+    }
 }
 
 async fn put(service: &Service, by: &CurrentPerson, new: NewProvider<'_>, action: &str) -> Result<(), Error> {
     let settings = new.settings;
     settings.check().map_err(Error::Unprocessable)?;
     match documents::read_discovery(service, by.school_id, &settings.issuer, true).await {
-        Ok(_) => {}
+        Ok(discovery) if discovery.find_authentication(settings.authentication).is_some() => {}
+        Ok(_) => {
+            let why = match settings.authentication {
+                ClientAuthentication::Secret => tr!("the provider does not accept a secret; use the key"),
+                ClientAuthentication::Key => tr!("the provider does not accept a key (private_key_jwt with RS256)"),
+            };
+            return Err(Error::Unprocessable(why.to_owned()));
+        }
         Err(DocumentError::Service(error)) => return Err(error),
+        Err(DocumentError::Provider(SignInRefusal::Issuer, named)) => {
+            return Err(Error::Unprocessable(tr!(
+                "issuer: the provider calls itself “{named}”; enter exactly that",
+                named = single_line_text::on_one_line(&named).chars().take(200).collect::<String>()
+            )));
+        }
         Err(DocumentError::Provider(_, why)) => {
-            return Err(Error::Unprocessable(tr!("the provider’s description cannot be read: {why}", why = why)));
+            let why = tr!("the provider’s description cannot be read (technical reason, in English: {why})", why = why);
+            return Err(Error::Unprocessable(why));
         }
     }
     let now = service.clock.now();
@@ -84,8 +117,10 @@ async fn put(service: &Service, by: &CurrentPerson, new: NewProvider<'_>, action
     AuditEntry::by(by, action, new.id)
         .with(json!({
             "issuer": settings.issuer,
+            "authentication": settings.authentication.word(),
             "addresses_verified": settings.addresses_verified,
             "second_factor_trusted": settings.second_factor_trusted,
+            "second_factor_acr": settings.second_factor_acr,
             "creates_trainees": settings.creates_trainees,
             "role_map": settings.role_map,
         }))

@@ -3,7 +3,7 @@
 use data_encoding::BASE64;
 use model::auth::federation::Claims;
 use model::auth::sign_in_refusal::SignInRefusal;
-use platform::openid::{Discovery, ExpectedToken, verify_id_token};
+use platform::openid::{ASSERTION_TYPE, Discovery, ExpectedToken, TokenAuthentication, verify_id_token};
 use platform::outgoing::Call;
 use platform::sealing;
 use serde::Deserialize;
@@ -12,6 +12,7 @@ use store::auth::federation::flows::SignInFlow;
 use store::auth::federation::providers::SignInProvider;
 use url::form_urlencoded::byte_serialize;
 
+use super::client_keys;
 use super::documents::{self, DocumentError, refuse};
 use crate::service::Service;
 
@@ -48,26 +49,42 @@ impl IssuedCode<'_> {
         let keys_dir = &service.config.keys_dir;
         let settings = &self.provider.settings;
         let id = self.provider.id.uuid();
-        let secret = sealing::open(keys_dir, id.as_bytes(), &self.provider.sealed_secret)?;
-        let verifier = sealing::open(keys_dir, id.as_bytes(), &self.flow.pkce_sealed)?;
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).map_err(anyhow::Error::from);
-        let (secret, verifier) = (text(secret)?, text(verifier)?);
+        let open = |sealed: &[u8]| {
+            let opened = sealing::open(keys_dir, id.as_bytes(), sealed)?;
+            String::from_utf8(opened).map_err(anyhow::Error::from)
+        };
         let mut form = vec![
             ("grant_type", "authorization_code".to_owned()),
             ("code", self.code.to_owned()),
             ("redirect_uri", super::flows::redirect_uri(service)),
-            ("code_verifier", verifier),
+            ("code_verifier", open(&self.flow.pkce_sealed)?),
         ];
-        let authorization = if self.discovery.takes_secret_in_form() {
-            form.extend([("client_id", settings.client_id.clone()), ("client_secret", secret)]);
-            None
-        } else {
-            // RFC 6749, section 2.3.1: both are form-encoded first.
-            let encode = |text: &str| byte_serialize(text.as_bytes()).collect::<String>();
-            let both = format!("{}:{}", encode(&settings.client_id), encode(&secret));
-            Some(format!("Basic {}", BASE64.encode(both.as_bytes())))
+        let token_endpoint = &self.discovery.token_endpoint;
+        let client_id = &settings.client_id;
+        let authorization = match self.discovery.find_authentication(settings.authentication) {
+            Some(TokenAuthentication::Header) => {
+                // RFC 6749, section 2.3.1: both are form-encoded first.
+                let encode = |text: &str| byte_serialize(text.as_bytes()).collect::<String>();
+                let both = format!("{}:{}", encode(client_id), encode(&open(&self.provider.sealed_secret)?));
+                Some(format!("Basic {}", BASE64.encode(both.as_bytes())))
+            }
+            Some(TokenAuthentication::Form) => {
+                form.extend([("client_id", client_id.clone()), ("client_secret", open(&self.provider.sealed_secret)?)]);
+                None
+            }
+            Some(TokenAuthentication::Assertion) => {
+                let key = client_keys::read_signing_key(service).await?;
+                let now_s = service.clock.now().micros().div_euclid(1_000_000);
+                form.extend([
+                    ("client_id", client_id.clone()),
+                    ("client_assertion_type", ASSERTION_TYPE.to_owned()),
+                    ("client_assertion", key.sign_assertion(client_id, token_endpoint.as_str(), now_s)?),
+                ]);
+                None
+            }
+            None => return Err(refuse(SignInRefusal::Code, "no supported method of client authentication")),
         };
-        let call = Call { url: self.discovery.token_endpoint.clone(), authorization, form: Some(form) };
+        let call = Call { url: token_endpoint.clone(), authorization, form: Some(form) };
         let answer = service.outgoing.send(call).await.map_err(|why| refuse(SignInRefusal::Unreachable, why))?;
         match answer.status {
             200 => serde_json::from_slice(&answer.body)

@@ -2,7 +2,7 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use model::auth::federation::{LocalPasswords, ProvenIdentity, ProviderSettings, RoleMap};
+use model::auth::federation::{ClientAuthentication, LocalPasswords, ProvenIdentity, ProviderSettings, RoleMap};
 use serde::Deserialize;
 
 use crate::form::{FilledForm, read_ticked_box, read_trimmed_text};
@@ -20,6 +20,8 @@ pub struct ProvidersPage {
     pub form: FilledForm<ProviderForm>,
     /// Address to which providers send their answers.
     pub redirect_uri: String,
+    /// Address of the public keys of this service.
+    pub keys_uri: String,
     /// Who may sign in with a password.
     pub local: LocalPasswords,
     /// Why this rule was not changed.
@@ -58,6 +60,8 @@ pub struct ProviderPage {
     pub href: String,
     /// The form.
     pub form: FilledForm<ProviderForm>,
+    /// Address of the public keys of this service.
+    pub keys_uri: String,
 }
 
 impl ProviderPage {
@@ -79,6 +83,9 @@ pub struct ProviderForm {
     /// Id of this service at the provider.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub client_id: String,
+    /// How this service authenticates: `secret` or `key`.
+    #[serde(default = "default_authentication")]
+    pub authentication: String,
     /// Scopes, separated by spaces.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub scopes: String,
@@ -94,6 +101,9 @@ pub struct ProviderForm {
     /// Its second factor is trusted.
     #[serde(default, deserialize_with = "read_ticked_box")]
     pub second_factor_trusted: bool,
+    /// Values of `acr` that count as a second factor, one per line.
+    #[serde(default)]
+    pub second_factor_acr: String,
     /// `trainee` if unknown people get an account.
     #[serde(default)]
     pub creates: String,
@@ -103,6 +113,10 @@ pub struct ProviderForm {
     /// Roles of new accounts, one `value = role` per line.
     #[serde(default)]
     pub role_map: String,
+}
+
+fn default_authentication() -> String {
+    ClientAuthentication::default().word().to_owned()
 }
 
 impl Default for ProviderForm {
@@ -121,11 +135,13 @@ impl From<&ProviderSettings> for ProviderForm {
             name: settings.name.clone(),
             issuer: settings.issuer.clone(),
             client_id: settings.client_id.clone(),
+            authentication: settings.authentication.word().to_owned(),
             scopes: settings.scopes.clone(),
             subject_claim: settings.subject_claim.clone(),
             match_claim: settings.match_claim.clone().unwrap_or_default(),
             addresses_verified: settings.addresses_verified,
             second_factor_trusted: settings.second_factor_trusted,
+            second_factor_acr: settings.second_factor_acr.join("\n"),
             creates: if settings.creates_trainees { "trainee" } else { "" }.to_owned(),
             role_claim: settings.role_claim.clone().unwrap_or_default(),
             role_map: settings.role_map.to_lines(),
@@ -144,16 +160,21 @@ impl ProviderForm {
             "trainee" => true,
             other => return Err(tr!("new people: “{choice}”; allowed: empty, trainee", choice = other)),
         };
+        let authentication = ClientAuthentication::of_word(&self.authentication)
+            .ok_or_else(|| tr!("authentication: “{choice}”; allowed: secret, key", choice = self.authentication))?;
+        let acr = self.second_factor_acr.lines().map(str::trim).filter(|value| !value.is_empty());
         let optional = |text: &String| Some(text.clone()).filter(|text| !text.is_empty());
         Ok(ProviderSettings {
             name: self.name.clone(),
             issuer: self.issuer.clone(),
             client_id: self.client_id.clone(),
+            authentication,
             scopes: self.scopes.split_whitespace().collect::<Vec<_>>().join(" "),
             subject_claim: self.subject_claim.clone(),
             match_claim: optional(&self.match_claim),
             addresses_verified: self.addresses_verified,
             second_factor_trusted: self.second_factor_trusted,
+            second_factor_acr: acr.map(str::to_owned).collect(),
             creates_trainees,
             role_claim: optional(&self.role_claim),
             role_map: RoleMap::parse(&self.role_map)?,
@@ -212,6 +233,7 @@ mod tests {
             rows: vec![row(false), row(true)],
             form: FilledForm::refused(typed.clone(), "no".to_owned()),
             redirect_uri: "https://stylet.example.edu/sign-in/callback".to_owned(),
+            keys_uri: "https://stylet.example.edu/.well-known/jwks.json".to_owned(),
             local: LocalPasswords::Administrators,
             local_refused: Some("no".to_owned()),
         };
@@ -222,6 +244,7 @@ mod tests {
             title: "North".to_owned(),
             href: "/admin/sign-in/1".to_owned(),
             form: FilledForm::new(typed),
+            keys_uri: "https://stylet.example.edu/.well-known/jwks.json".to_owned(),
         };
         assert!(samples::keep_page("provider", &page).contains("keep the stored one"));
     }

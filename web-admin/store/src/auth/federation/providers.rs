@@ -1,7 +1,7 @@
 //! Providers of a school, and their documents.
 
 use model::Moment;
-use model::auth::federation::{LocalPasswords, ProviderSettings, RoleMap};
+use model::auth::federation::{ClientAuthentication, LocalPasswords, ProviderSettings, RoleMap};
 use model::ids::{ProviderId, SchoolId};
 use sqlx::FromRow;
 
@@ -16,7 +16,7 @@ pub struct SignInProvider {
     pub school_id: SchoolId,
     /// Settings.
     pub settings: ProviderSettings,
-    /// The secret of this service at the provider, encrypted.
+    /// The secret of this service at the provider, encrypted; empty if it authenticates by its key.
     pub sealed_secret: Vec<u8>,
     /// When it was disabled.
     pub disabled_at: Option<Moment>,
@@ -35,6 +35,7 @@ struct ProviderRow {
     match_claim: Option<String>,
     addresses_verified: bool,
     second_factor_trusted: bool,
+    second_factor_acr: Json<Vec<String>>,
     creates: Option<String>,
     role_claim: Option<String>,
     role_map: Json<RoleMap>,
@@ -43,6 +44,10 @@ struct ProviderRow {
 
 impl From<ProviderRow> for SignInProvider {
     fn from(row: ProviderRow) -> Self {
+        let authentication = match row.client_secret_sealed.is_empty() {
+            true => ClientAuthentication::Key,
+            false => ClientAuthentication::Secret,
+        };
         Self {
             id: row.id,
             school_id: row.school_id,
@@ -50,11 +55,13 @@ impl From<ProviderRow> for SignInProvider {
                 name: row.name,
                 issuer: row.issuer,
                 client_id: row.client_id,
+                authentication,
                 scopes: row.scopes,
                 subject_claim: row.subject_claim,
                 match_claim: row.match_claim,
                 addresses_verified: row.addresses_verified,
                 second_factor_trusted: row.second_factor_trusted,
+                second_factor_acr: row.second_factor_acr.0,
                 creates_trainees: row.creates.is_some(),
                 role_claim: row.role_claim,
                 role_map: row.role_map.0,
@@ -69,7 +76,7 @@ macro_rules! select_providers {
     ($rest:literal) => {
         concat!(
             "SELECT id, school_id, name, issuer, client_id, client_secret_sealed, scopes, subject_claim, match_claim,
-               addresses_verified, second_factor_trusted, creates, role_claim, role_map, disabled_at
+               addresses_verified, second_factor_trusted, second_factor_acr, creates, role_claim, role_map, disabled_at
              FROM sign_in_providers ",
             $rest
         )
@@ -149,7 +156,7 @@ pub struct NewProvider<'a> {
     pub school_id: SchoolId,
     /// Settings.
     pub settings: &'a ProviderSettings,
-    /// The secret of this service at the provider, encrypted.
+    /// The secret of this service at the provider, encrypted; empty if it authenticates by its key.
     pub sealed_secret: &'a [u8],
 }
 
@@ -172,13 +179,15 @@ pub async fn put_provider(writer: &mut Connection, new: NewProvider<'_>, now: Mo
     }
     sqlx::query(
         "INSERT INTO sign_in_providers (id, school_id, name, issuer, client_id, client_secret_sealed, scopes, subject_claim,
-           match_claim, addresses_verified, second_factor_trusted, creates, role_claim, role_map, made_at)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15)
+           match_claim, addresses_verified, second_factor_trusted, creates, role_claim, role_map, made_at,
+           second_factor_acr)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)
          ON CONFLICT (id) DO UPDATE SET name = excluded.name, issuer = excluded.issuer, client_id = excluded.client_id,
            client_secret_sealed = excluded.client_secret_sealed, scopes = excluded.scopes,
            subject_claim = excluded.subject_claim, match_claim = excluded.match_claim,
            addresses_verified = excluded.addresses_verified, second_factor_trusted = excluded.second_factor_trusted,
-           creates = excluded.creates, role_claim = excluded.role_claim, role_map = excluded.role_map
+           creates = excluded.creates, role_claim = excluded.role_claim, role_map = excluded.role_map,
+           second_factor_acr = excluded.second_factor_acr
          WHERE sign_in_providers.school_id = excluded.school_id",
     )
     .bind(new.id)
@@ -196,6 +205,7 @@ pub async fn put_provider(writer: &mut Connection, new: NewProvider<'_>, now: Mo
     .bind(&settings.role_claim)
     .bind(Json(&settings.role_map))
     .bind(now)
+    .bind(Json(&settings.second_factor_acr))
     .execute(writer)
     .await
     .map(|done| done.rows_affected() == 1)

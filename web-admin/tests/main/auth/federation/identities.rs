@@ -171,6 +171,25 @@ async fn a_trusted_second_factor_is_not_asked_for_again() {
 }
 
 #[tokio::test]
+async fn a_listed_acr_counts_as_a_second_factor() {
+    let listed = ("second_factor_acr", " urn:example:strong \r\n\r\nhttps://refeds.org/profile/mfa");
+    for (changes, acr, is_enough) in [
+        (&[("second_factor_trusted", "true"), listed][..], "https://refeds.org/profile/mfa", true),
+        (&[("second_factor_trusted", "true"), listed], "urn:example:strong", true),
+        (&[("second_factor_trusted", "true"), listed], "urn:example:strong2", false),
+        (&[("second_factor_trusted", "true")], "urn:example:strong", false),
+        (&[listed], "urn:example:strong", false),
+    ] {
+        let world = World::with(changes).await;
+        let (ada, mut here) = joined(&world).await;
+        enrol(&world.app, &mut here).await;
+        world.provider.set_user(User::new("ada", ADA).with("acr", acr));
+        let (mut browser, _) = world.enter_anew().await;
+        assert_eq!(is_signed_in_as(&mut browser, &ada.person).await, is_enough, "{changes:?}, {acr}");
+    }
+}
+
+#[tokio::test]
 async fn a_trusted_second_factor_is_none_that_is_owed() {
     let mut world = World::with(&[("second_factor_trusted", "true"), ("addresses_verified", "true")]).await;
     let ada = world.invited(Role::Trainee, ADA, None).await;

@@ -4,6 +4,7 @@
 
 pub(crate) mod administration;
 pub(crate) mod answers;
+pub(crate) mod client_keys;
 pub(crate) mod flows;
 pub(crate) mod forgeries;
 pub(crate) mod identities;

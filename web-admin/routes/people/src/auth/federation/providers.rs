@@ -1,5 +1,6 @@
 //! `/admin/sign-in`: the providers of the school.
 
+use acts::auth::federation::client_keys;
 use acts::auth::federation::flows::{self, NewFlow};
 use acts::auth::federation::providers as settling;
 use acts::error::Error;
@@ -49,6 +50,7 @@ async fn make_page(
         rows: providers::list_providers(reader, person.school_id).await?.into_iter().map(row).collect(),
         form,
         redirect_uri: flows::redirect_uri(state),
+        keys_uri: client_keys::keys_uri(state),
         local: providers::find_local_passwords(reader, person.school_id).await?,
         local_refused: None,
     })
@@ -86,12 +88,18 @@ async fn find(state: &AppState, person: &CurrentPerson, id: ProviderId) -> Resul
     providers::find_provider(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)
 }
 
-fn make_provider_page(visit: Visit<'_>, known: &SignInProvider, form: FilledForm<ProviderForm>) -> ProviderPage {
+fn make_provider_page(
+    state: &AppState,
+    visit: Visit<'_>,
+    known: &SignInProvider,
+    form: FilledForm<ProviderForm>,
+) -> ProviderPage {
     ProviderPage {
         shell: Shell::new(visit.person, visit.csrf.token(), NavPlace::Administration),
         title: known.settings.name.clone(),
         href: format!("{PAGE}/{}", known.id),
         form,
+        keys_uri: client_keys::keys_uri(state),
     }
 }
 
@@ -104,7 +112,7 @@ pub(super) async fn show_provider(
     let visit = Visit::new(&person, &csrf);
     let known = find(&state, &person, id).await?;
     let form = FilledForm::new(ProviderForm::from(&known.settings));
-    Ok(make_provider_page(visit, &known, form))
+    Ok(make_provider_page(&state, visit, &known, form))
 }
 
 pub(super) async fn change_provider(
@@ -124,7 +132,9 @@ pub(super) async fn change_provider(
     };
     match changed {
         Ok(()) => Ok(FormAnswer::lead_to(PAGE)),
-        Err(why) => Ok(FormAnswer::Refused(make_provider_page(visit, &known, FilledForm::refused(fields, why)))),
+        Err(why) => {
+            Ok(FormAnswer::Refused(make_provider_page(&state, visit, &known, FilledForm::refused(fields, why))))
+        }
     }
 }
 
