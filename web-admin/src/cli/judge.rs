@@ -1,12 +1,14 @@
 //! `web-admin judge`: the helper process in which the service works on untrusted input: it scores,
 //! reads and annotates recordings, previews drafts, and reads workbooks and pictures. The request
-//! is read from standard input, the response is written to standard output.
+//! is read from standard input, the response is written to standard output. Before it works, the
+//! helper gives up its rights to other files, to sockets and to programs.
 
 use std::io::{Read, Write};
 
 use acts::sandbox_jobs;
 use acts::sandbox_jobs::SandboxRequest;
 use clap::Args;
+use platform::helper::confine;
 use routes_base::examine_draft;
 use rustix::process::{Resource, Rlimit, nice, setrlimit};
 
@@ -45,6 +47,7 @@ pub(super) fn run_judge(args: &JudgeArgs) -> anyhow::Result<()> {
         // anyway.
         let _ = nice(BEHIND_PAGES);
     }
+    confine(&question.permitted_paths())?;
     let answer = sandbox_jobs::answer(question, examine_draft);
     let mut out = std::io::stdout().lock();
     out.write_all(&serde_json::to_vec(&answer)?)?;

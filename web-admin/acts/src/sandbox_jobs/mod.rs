@@ -24,6 +24,7 @@ use model::authoring::draft::{DraftRemark, DraftVerdict};
 use model::count_i64;
 use model::people::roster::{Unreadable, WorkbookSheet};
 use platform::files::hash_file;
+use platform::helper::PermittedPaths;
 use recording::annotate::Annotation;
 use recording::{ReadError, Recording};
 use serde::{Deserialize, Serialize};
@@ -47,6 +48,21 @@ pub enum SandboxRequest {
     Picture(PictureQuestion),
     /// Writes annotations into a copy of a recording.
     Annotate(AnnotationQuestion),
+}
+
+impl SandboxRequest {
+    /// Returns the files that the job uses.
+    #[must_use]
+    pub fn permitted_paths(&self) -> PermittedPaths {
+        let folder_of = |path: &Path| path.parent().unwrap_or(path).to_owned();
+        let (read, write) = match self {
+            Self::Recording(brief) => (vec![brief.recording.clone()], vec![folder_of(&brief.replay)]),
+            Self::Arrival(recording) => (vec![recording.clone()], Vec::new()),
+            Self::Annotate(question) => (vec![question.recording.clone()], vec![folder_of(&question.copy)]),
+            Self::Draft(_) | Self::Workbook(_) | Self::Picture(_) => (Vec::new(), Vec::new()),
+        };
+        PermittedPaths { read, write }
+    }
 }
 
 /// An uploaded image.

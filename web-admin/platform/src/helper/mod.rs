@@ -1,5 +1,9 @@
 //! Runs a helper process within time and memory limits, and kills it when its caller goes away.
 
+mod confinement;
+
+pub use confinement::{PermittedPaths, confine};
+
 use std::io::{Read, Write};
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
