@@ -3,6 +3,7 @@
 use std::io::ErrorKind;
 
 use model::CurrentPerson;
+use platform::bounded_queue::QueueTimeout;
 use platform::recording_store::StoreError;
 use tower_sessions::{session, session_store};
 
@@ -223,6 +224,12 @@ impl From<StoreError> for Error {
             StoreError::Away(cause) => Self::StoreUnavailable(cause),
             StoreError::Full(cause) => Self::NoRoom(cause),
         }
+    }
+}
+
+impl From<QueueTimeout> for Error {
+    fn from(QueueTimeout(waited): QueueTimeout) -> Self {
+        Self::Busy { retry_after_s: waited.as_secs() }
     }
 }
 

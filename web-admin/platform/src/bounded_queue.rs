@@ -23,6 +23,11 @@ pub struct QueuePlace {
     _of_all: OwnedSemaphorePermit,
 }
 
+/// No permit was free in time; contains the time that was waited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no place in the queue within {0:?}")]
+pub struct QueueTimeout(pub Duration);
+
 impl BoundedQueue {
     /// Creates a limit of `all` concurrent permits in total and `of_each` per school.
     #[must_use]
@@ -30,15 +35,18 @@ impl BoundedQueue {
         Self { all: Arc::new(Semaphore::new(all)), of_each, schools: Mutex::default() }
     }
 
-    /// Waits for a permit; returns `None` after `patience`.
-    pub async fn enter(&self, school: SchoolId, patience: Duration) -> Option<QueuePlace> {
+    /// Waits for a permit.
+    ///
+    /// # Errors
+    /// Returns [`QueueTimeout`] after `patience`.
+    pub async fn enter(&self, school: SchoolId, patience: Duration) -> Result<QueuePlace, QueueTimeout> {
         let line = self.of(school);
         let wait = async {
             let of_school = line.acquire_owned().await.ok()?;
             let of_all = Arc::clone(&self.all).acquire_owned().await.ok()?;
             Some(QueuePlace { _of_school: of_school, _of_all: of_all })
         };
-        tokio::time::timeout(patience, wait).await.ok().flatten()
+        tokio::time::timeout(patience, wait).await.ok().flatten().ok_or(QueueTimeout(patience))
     }
 
     fn of(&self, school: SchoolId) -> Arc<Semaphore> {
@@ -60,14 +68,14 @@ mod tests {
     async fn a_school_waits_for_itself_and_no_other_does() {
         let (lines, [north, south, east]) = (BoundedQueue::new(2, 1), [1, 2, 3].map(SchoolId::from_u128));
         let first = lines.enter(north, SHORT).await;
-        assert!(first.is_some());
-        assert!(lines.enter(north, SHORT).await.is_none(), "one at a time");
+        assert!(first.is_ok());
+        assert!(lines.enter(north, SHORT).await.is_err(), "one at a time");
         let other = lines.enter(south, SHORT).await;
-        assert!(other.is_some(), "another school has a place");
-        assert!(lines.enter(east, SHORT).await.is_none(), "but there are two in all");
+        assert!(other.is_ok(), "another school has a place");
+        assert!(lines.enter(east, SHORT).await.is_err(), "but there are two in all");
         drop(other);
-        assert!(lines.enter(east, SHORT).await.is_some());
+        assert!(lines.enter(east, SHORT).await.is_ok());
         drop(first);
-        assert!(lines.enter(north, SHORT).await.is_some());
+        assert!(lines.enter(north, SHORT).await.is_ok());
     }
 }

@@ -26,8 +26,7 @@ pub(crate) async fn copy_picture(
     sent: &[u8],
     is_logo: bool,
 ) -> Result<Result<PictureCopy, String>, Error> {
-    let place = state.helpers.enter(school, PATIENCE).await;
-    let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+    let _place = state.helpers.enter(school, PATIENCE).await?;
     let language = words::current().code().to_owned();
     let question = SandboxRequest::Picture(PictureQuestion { base64: BASE64.encode(sent), is_logo, language });
     match sandbox::ask(state, question).await? {

@@ -96,8 +96,7 @@ fn headings_sha256(table: &RosterTable) -> [u8; 32] {
 /// Reads a file. A workbook is read by a helper with memory and time limits, in the school's queue.
 async fn parse(state: &Service, school: SchoolId, body: &[u8]) -> Result<RosterTable, Error> {
     let parsed = if is_workbook(body) {
-        let place = state.helpers.enter(school, PATIENCE).await;
-        let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+        let _place = state.helpers.enter(school, PATIENCE).await?;
         match sandbox::ask(state, SandboxRequest::Workbook(BASE64.encode(body))).await? {
             SandboxResponse::Sheet(sheet) => sheet.and_then(RosterTable::of_sheet),
             SandboxResponse::Died(how) => {

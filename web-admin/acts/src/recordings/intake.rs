@@ -80,8 +80,7 @@ pub async fn take_in(state: &Service, bearer: &Bearer, received: Received) -> Re
 /// Reads the metadata of a recording in a helper process, in the school's queue.
 async fn read(state: &Service, bearer: &Bearer, received: &Received) -> Result<RecordingFacts, Error> {
     let school = bearer.school_id;
-    let place = state.helpers.enter(school, PATIENCE).await;
-    let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+    let _place = state.helpers.enter(school, PATIENCE).await?;
     scan(state, bearer, received).await?;
     match received.upload {
         // A resumable upload counts its attempts in its own row.

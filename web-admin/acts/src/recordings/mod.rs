@@ -23,7 +23,6 @@ use model::training::comment::CommentKind;
 use platform::files::{PartFile, hash_file};
 use platform::recording_store::{Bucket, LocalRecording, StoredFile};
 use recording::annotate::Annotation;
-use recording::{ReadError, Recording};
 use sha2::{Digest, Sha256};
 use store::recordings::sessions::Session;
 use store::training::comments;
@@ -34,7 +33,6 @@ use crate::error::Error;
 use crate::recordings::checksum::Checksum;
 use crate::recordings::quotas::{LOOK_BYTES, ensure_room};
 use crate::sandbox;
-use crate::sandbox_jobs::recording_files::read;
 use crate::sandbox_jobs::{AnnotationQuestion, SandboxRequest, SandboxResponse};
 use crate::service::Service;
 
@@ -168,19 +166,6 @@ pub async fn receive(state: &Service, body: Arriving, checksum: Option<Checksum>
     Ok(Received { part, sha256: HEXLOWER.encode(&hash.finalize()), size, upload: None })
 }
 
-/// Parses a recording on the blocking thread pool, within the limit on concurrent parsing, and maps
-/// it.
-///
-/// # Errors
-/// Fails if the task cannot run; the inner error reports an invalid recording.
-pub async fn with<T: Send + 'static>(
-    state: &Service,
-    recording: LocalRecording,
-    make: impl FnOnce(Recording) -> T + Send + 'static,
-) -> Result<Result<T, ReadError>, Error> {
-    state.parse(move || read(recording.path()).map(make)).await
-}
-
 /// Rejects an attempt whose recording was erased with its trainee.
 ///
 /// # Errors
@@ -232,8 +217,7 @@ pub async fn with_comments(state: &Service, session: &Session) -> Result<Copied,
     let remarks = remarks(&said);
     ensure_room(state, session.recording_size.unsigned_abs()).await?;
     let part = PartFile { path: state.config.uploads_dir().join(format!("{}.part", Uuid::new_v4())), kept: false };
-    let place = state.helpers.enter(session.school_id, PATIENCE).await;
-    let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+    let _place = state.helpers.enter(session.school_id, PATIENCE).await?;
     let recording = fetch(state, session).await?;
     let (recorded, copy) = (recording.path().to_owned(), part.path.clone());
     let question = SandboxRequest::Annotate(AnnotationQuestion { recording: recorded, copy, remarks });

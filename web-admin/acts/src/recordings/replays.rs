@@ -45,8 +45,7 @@ pub async fn file(state: &Service, session: &Session, name: &str) -> Result<Stor
 
 /// Builds the replay of a session.
 async fn make(state: &Service, session: &Session) -> Result<(), Error> {
-    let place = state.helpers.enter(session.school_id, PATIENCE).await;
-    let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+    let _place = state.helpers.enter(session.school_id, PATIENCE).await?;
     let recording = recordings::fetch(state, session).await?;
     let brief = brief(state, session, &recording, JudgingTask::Replay);
     match sandbox::ask(state, SandboxRequest::Recording(brief)).await? {

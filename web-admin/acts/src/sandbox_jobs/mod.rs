@@ -115,6 +115,9 @@ pub enum JudgingTask {
     /// Score, re-simulation and replay. Uses this revision, or the exercise embedded in the
     /// recording if `None`.
     Judge(Option<RevisionBytes>),
+    /// The score alone, by the rubric of this revision and otherwise the exercise embedded in the
+    /// recording.
+    Regrade(RevisionBytes),
     /// The replay only.
     Replay,
 }
@@ -135,6 +138,8 @@ pub struct JudgingOutcome {
 pub enum SandboxResponse {
     /// The recording was scored.
     Judged(Box<JudgingOutcome>),
+    /// The recording was scored by another rubric.
+    Regraded(Box<Assessment>),
     /// The replay has been written.
     Replayed,
     /// Metadata of the uploaded recording.
@@ -233,6 +238,10 @@ fn make_of(brief: Brief) -> SandboxResponse {
             }
             Err(why) => SandboxResponse::Permanent(why),
         },
+        JudgingTask::Regrade(rubric) => match regrade(&recording, &rubric) {
+            Ok(assessment) => SandboxResponse::Regraded(Box::new(assessment)),
+            Err(why) => SandboxResponse::Permanent(why),
+        },
         JudgingTask::Replay => match replay_writing::write_replay(&brief.replay, &recording) {
             Ok(()) => SandboxResponse::Replayed,
             Err(error) => SandboxResponse::Passing(format!("{error:#}")),
@@ -265,13 +274,23 @@ fn keep_replay(folder: &Path, recording: &Recording) {
 /// school has not published it.
 fn judge(recording: &Recording, published: Option<RevisionBytes>) -> Result<JudgingOutcome, String> {
     let bundle = match published {
-        Some(bytes) => ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes)
-            .map_err(|refused| refused.to_string())?,
+        Some(bytes) => read_bundle(&bytes)?,
         None => own_exercise(recording).map_err(|error| error.to_string())?,
     };
     let assessment = assess(recording, &bundle).map_err(|error| error.to_string())?;
     let verified = resimulate(recording, &bundle)?;
     Ok(JudgingOutcome { assessment, verified, curve: AttemptCurve::draw(recording, &bundle) })
+}
+
+fn read_bundle(bytes: &RevisionBytes) -> Result<ExerciseBundle, String> {
+    ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes).map_err(|refused| refused.to_string())
+}
+
+/// Scores a recording by the rubric of another revision.
+fn regrade(recording: &Recording, rubric: &RevisionBytes) -> Result<Assessment, String> {
+    let mut bundle = own_exercise(recording).map_err(|error| error.to_string())?;
+    bundle.exercise.judge_by(&read_bundle(rubric)?.exercise);
+    assess(recording, &bundle).map_err(|error| error.to_string())
 }
 
 fn resimulate(recording: &Recording, bundle: &ExerciseBundle) -> Result<Verified, String> {

@@ -39,8 +39,7 @@ impl Previews {
     /// # Errors
     /// Returns [`Error::Busy`] if the wait is too long.
     pub async fn enter(&self, school: SchoolId) -> Result<QueuePlace, Error> {
-        let place = self.lines.enter(school, PATIENCE).await;
-        place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })
+        Ok(self.lines.enter(school, PATIENCE).await?)
     }
 
     pub(crate) fn told(&self, key: &[u8; 32]) -> Option<DraftVerdict> {

@@ -428,7 +428,11 @@ async fn headers_of_proxies_change_nothing() {
             }
             let named = browser.send(request).await;
             assert_eq!((named.status, named.header("location")), (plain.status, plain.header("location")), "{path}");
-            assert_eq!(without_csrf(&named.text()), without_csrf(&plain.text()), "{path}");
+            if plain.text().contains("name=\"csrf\"") {
+                assert_eq!(without_csrf(&named.text()), without_csrf(&plain.text()), "{path}");
+            } else {
+                assert_eq!(named.text(), plain.text(), "{path}");
+            }
         }
     }
 }

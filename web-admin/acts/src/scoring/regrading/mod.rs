@@ -7,8 +7,10 @@
 
 pub mod exercise;
 
+use std::time::Duration;
+
 use anyhow::Context;
-use assessment::{AssessError, Assessment, assess, own_exercise, suffices};
+use assessment::{Assessment, suffices};
 use data_encoding::HEXLOWER;
 use documents::{Exercise, ExerciseBundle};
 use model::ids::{RevisionId, SchoolId, ScoreId};
@@ -24,12 +26,21 @@ use store::scoring::{regradings, scores};
 use store::training::practice;
 
 use crate::error::Error;
-use crate::recordings;
+use crate::recordings::replays;
+use crate::sandbox_jobs::{JudgingTask, SandboxRequest, SandboxResponse};
 use crate::service::Service;
+use crate::{recordings, sandbox};
+
+/// Maximum time in the school's queue for scoring a recording again.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The parts of an exercise that determine a score.
 #[derive(Clone, Debug)]
-pub struct Rubric(Exercise);
+pub struct Rubric {
+    exercise: Exercise,
+    /// The revision that it is from.
+    revision: RevisionId,
+}
 
 impl Rubric {
     /// Returns the current rubric of an exercise; `None` if the school no longer teaches it.
@@ -45,11 +56,11 @@ impl Rubric {
     /// # Errors
     /// Fails if there is no such revision, or the database fails.
     pub async fn of_revision(state: &Service, school: SchoolId, revision: RevisionId) -> Result<Self, Error> {
-        let bytes =
-            exercises::read_exercise_bytes(state.db.reader(), school, revision).await?.ok_or(Error::NotFound)?;
+        let bytes = exercises::read_exercise_bytes(state.db.reader(), school, revision).await?;
+        let bytes = bytes.ok_or(Error::NotFound)?;
         let bundle = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
         let bundle = bundle.map_err(|refused| anyhow::Error::new(refused).context("published exercise is invalid"))?;
-        Ok(Self(bundle.exercise))
+        Ok(Self { exercise: bundle.exercise, revision })
     }
 
     /// Returns the rubric with this digest among the revisions of an exercise; `None` if the school
@@ -73,14 +84,14 @@ impl Rubric {
     #[must_use]
     pub fn judging(&self, asked: &Exercise) -> Exercise {
         let mut exercise = asked.clone();
-        exercise.judge_by(&self.0);
+        exercise.judge_by(&self.exercise);
         exercise
     }
 
     /// Returns the SHA-256 of the rubric.
     #[must_use]
     pub fn sha256(&self) -> String {
-        self.0.rubric_sha256()
+        self.exercise.rubric_sha256()
     }
 
     /// Scores an attempt by this rubric: from its stored metrics, or from its recording if a metric
@@ -89,28 +100,27 @@ impl Rubric {
     /// # Errors
     /// Fails if the recording is needed and cannot be read or assessed.
     pub async fn judge(&self, state: &Service, session: &Session) -> Result<Assessment, Error> {
-        let Self(rubric) = self;
         let metrics = scores::list_score_metrics(state.db.reader(), session.key()).await?;
-        let judged = match suffices(rubric, &metrics) {
-            true => assessment::judge(metrics, rubric, &session.simulator_version),
-            false => self.judge_recording(state, session).await?,
-        };
+        if !suffices(&self.exercise, &metrics) {
+            return self.judge_recording(state, session).await;
+        }
+        let judged = assessment::judge(metrics, &self.exercise, &session.simulator_version);
         judged.map_err(|refused| Error::Unprocessable(refused.to_string()))
     }
 
-    async fn judge_recording(
-        &self,
-        state: &Service,
-        session: &Session,
-    ) -> Result<Result<Assessment, AssessError>, Error> {
+    /// Scores the recording in a helper process, in the school's queue.
+    async fn judge_recording(&self, state: &Service, session: &Session) -> Result<Assessment, Error> {
+        let school = session.school_id;
+        let bytes = exercises::read_exercise_bytes(state.db.reader(), school, self.revision).await?;
+        let _place = state.helpers.enter(school, PATIENCE).await?;
         let recording = recordings::fetch(state, session).await?;
-        let Self(rubric) = self.clone();
-        let judged = recordings::with(state, recording, move |recording| {
-            let mut tried = own_exercise(&recording)?;
-            tried.exercise.judge_by(&rubric);
-            assess(&recording, &tried)
-        });
-        Ok(judged.await?.map_err(|error| anyhow::Error::from(error).context("a stored recording"))?)
+        let task = JudgingTask::Regrade(bytes.ok_or(Error::NotFound)?);
+        let brief = replays::brief(state, session, &recording, task);
+        match sandbox::ask(state, SandboxRequest::Recording(brief)).await? {
+            SandboxResponse::Regraded(assessment) => Ok(*assessment),
+            SandboxResponse::Permanent(why) => Err(Error::Unprocessable(why)),
+            other => Err(anyhow::anyhow!("a stored recording was not scored again: {other:?}").into()),
+        }
     }
 }
 
