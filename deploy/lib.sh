@@ -74,6 +74,36 @@ need_programs_or_packages() {
     done
 }
 
+# Where other people's programs are installed against which sign-in and provisioning are tried.
+counterparts() { realpath -sm "${CARGO_TARGET_DIR:-target}/counterparts"; }
+
+# Makes a Python environment by a list of requirements, and makes it anew when the list has changed.
+need_python_packages() {
+    local environment=$1 list=$2
+    cmp -s "$list" "$environment/ready" && return
+    python3 -m venv "$environment"
+    "$environment/bin/pip" install -q -r "$list"
+    cp "$list" "$environment/ready"
+}
+
+# Installs a package of npm, by name and version, among the counterparts.
+need_npm_package() {
+    local folder package=$1 version=$2
+    folder=$(counterparts)
+    command -v npm >/dev/null || need_packages nodejs npm
+    grep -qs "\"version\": \"$version\"" "$folder/node_modules/$package/package.json" && return
+    say "Installing $package $version"
+    mkdir -p "$folder"
+    [ -e "$folder/package.json" ] || echo '{ "private": true }' > "$folder/package.json"
+    npm install --prefix "$folder" --ignore-scripts --silent --no-audit --no-fund "$package@$version"
+}
+
+# Installs the bridge and the identity provider of tests/counterparts.
+need_bridge() {
+    need_packages openssl python3-venv xmlsec1
+    need_python_packages "$(counterparts)/venv" tests/counterparts/requirements.txt
+}
+
 need_rust() {
     local wanted found
     wanted=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)

@@ -59,6 +59,7 @@ fn linters_of_their_kind_refuse_none() {
         "deploy/test-servers",
         "deploy/try-sign-in",
         "deploy/wheel",
+        "tests/counterparts/run",
     ];
     for script in scripts {
         lint("bash", &["-n", script]);
