@@ -50,6 +50,7 @@ fn lint(program: &str, arguments: &[&str]) {
 #[test]
 fn linters_of_their_kind_refuse_none() {
     let scripts = [
+        "deploy/bridge",
         "deploy/cargo-for-tests",
         "deploy/cluster",
         "deploy/lib.sh",
