@@ -36,7 +36,7 @@ pub enum SignInProof {
     RecoveryCode,
     /// A signature by a passkey.
     Passkey,
-    /// A sign-in by a provider.
+    /// A second factor at a provider.
     Provider,
 }
 

@@ -61,16 +61,15 @@ pub(super) async fn enter_session(
 ) -> Result<String, Error> {
     let key = key_of_person(person);
     let now = state.clock.now();
-    let is_enough = shown == FirstFactor::Provider { is_second_too: true }
-        || !second_factors::is_second_factor_on(state.db.reader(), key).await?;
-    if is_enough {
-        match shown {
-            FirstFactor::Provider { is_second_too: true } => {
-                start_factored_session(session, person.id, person.credential_version, now).await?;
-            }
-            _ => start_session(session, person.id, person.credential_version, now).await?,
+    let is_second_too = shown == FirstFactor::Provider { is_second_too: true };
+    if is_second_too || !second_factors::is_second_factor_on(state.db.reader(), key).await? {
+        if is_second_too {
+            start_factored_session(session, person.id, person.credential_version, now).await?;
+        } else {
+            start_session(session, person.id, person.credential_version, now).await?;
         }
-        let proof = (shown != FirstFactor::Password).then_some(SignInProof::Provider);
+        // A provider that has seen no second factor proves none.
+        let proof = is_second_too.then_some(SignInProof::Provider);
         second_factor::note_sign_in(state, key, proof).await?;
         return Ok(own_path(next).to_owned());
     }
