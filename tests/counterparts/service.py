@@ -134,7 +134,11 @@ class Service:
             sys.exit(f"the service refuses the provider: {refused.group(1)}")
 
     def rows(self, query):
-        """Returns the rows of a query, read past the service."""
+        """Returns the rows of a query, read past the service; from PostgreSQL all values are texts."""
+        if self.database:
+            command = ["psql", "-X", "-A", "-t", "-F", "\t", self.database, "-c", query]
+            read = subprocess.run(command, check=True, capture_output=True, text=True)
+            return [tuple(line.split("\t")) for line in read.stdout.splitlines()]
         with sqlite3.connect(f"file:{self.folder}/stylet.db?mode=ro", uri=True) as database:
             return database.execute(query).fetchall()
 
