@@ -4,7 +4,7 @@ use acts::error::Error;
 use acts::people::provisioning::tokens::admit_directory;
 use acts::people::provisioning::users::Listed;
 use acts::people::provisioning::{DirectoryRequest, ProvisioningError};
-use axum::body::Bytes;
+use axum::body::{Bytes, to_bytes};
 use axum::extract::{DefaultBodyLimit, FromRequestParts, Path, Query, Request, State};
 use axum::http::request::Parts;
 use axum::http::{HeaderValue, StatusCode, header};
@@ -22,6 +22,8 @@ use crate::caller::bearer_token;
 
 /// Maximum size of a request, in bytes: a group of a large school is sent as a whole.
 const MOST_BYTES: usize = 8 << 20;
+/// Maximum size of a refused request that is read, in bytes.
+const MOST_READ_AND_REFUSED: usize = 64 << 10;
 /// Media type of answers.
 const SCIM_JSON: HeaderValue = HeaderValue::from_static("application/scim+json");
 
@@ -62,7 +64,12 @@ async fn require_directory(State(state): State<AppState>, mut request: Request, 
             request.extensions_mut().insert(token);
             next.run(request).await
         }
-        Err(error) => answer_failure(&ProvisioningError::Service(error)),
+        Err(error) => {
+            // The server closes a connection whose request has not been read, without announcing it,
+            // and the next request on that connection is lost.
+            let _ = to_bytes(request.into_body(), MOST_READ_AND_REFUSED).await;
+            answer_failure(&ProvisioningError::Service(error))
+        }
     }
 }
 
