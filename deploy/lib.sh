@@ -98,6 +98,12 @@ need_npm_package() {
     npm install --prefix "$folder" --ignore-scripts --silent --no-audit --no-fund "$package@$version"
 }
 
+# Installs the OpenID provider of tests/counterparts.
+need_oidc_provider() {
+    need_npm_package oidc-provider 9.13.3
+    [ "$(node -p 'process.versions.node.split(".")[0]')" -ge 20 ] || die "oidc-provider needs node 20 or newer"
+}
+
 # Installs the bridge and the identity provider of tests/counterparts.
 need_bridge() {
     need_packages openssl python3-venv xmlsec1

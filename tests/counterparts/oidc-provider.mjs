@@ -1,4 +1,4 @@
-// A certified OpenID provider with its development forms, for a look by hand: deploy/try-sign-in starts it.
+// A certified OpenID provider with its development forms: oidc_provider.py drives them, deploy/try-sign-in starts it for a look by hand.
 // Every name signs in with every password; the claims depend on the name.
 //
 //   node oidc-provider.mjs FOLDER ADDRESS CALLBACK

@@ -1,0 +1,47 @@
+"""Sign-in by oidc-provider (a certified OpenID provider for node).
+
+    oidc_provider.py PROGRAM FOLDER     the service to check, and the folder with oidc-provider in its node_modules
+"""
+
+import html
+import re
+import sys
+from pathlib import Path
+
+from service import Browser, Service, expect, find_field, free_address, start, wait_for
+
+SCRIPT = Path(__file__).with_name("oidc-provider.mjs")
+FORM = {
+    "match_claim": "matriculation",
+    "role_claim": "affiliation",
+    "role_map": "staff@uni.example = instructor\nstudent@uni.example = trainee",
+}
+
+
+def sign_in(browser, name):
+    """Goes from the sign-in page of the service through the forms of the provider and back."""
+    page = browser.leave_for_provider()
+    for fields in [{"prompt": "login", "login": name, "password": "any"}, {"prompt": "consent"}]:
+        expect(find_field(page.text, "prompt") == fields["prompt"], f"the provider asks otherwise: {page.text}")
+        page = browser.open(html.unescape(re.search(r'action="([^"]+)"', page.text).group(1)), fields)
+    return page
+
+
+def main():
+    provider, address = free_address(), free_address()
+    service = Service(sys.argv[1], address, options=["--allow-plain-http", provider, "--allow-private-addresses"])
+    callback = f"{service.url}/sign-in/callback"
+    start(["node", SCRIPT, sys.argv[2], provider, callback], service.folder)
+    wait_for(f"http://{provider}")
+    service.add_provider(f"http://{provider}", "a-secret-for-a-trial", **FORM)
+    for name, role in [("ada", "trainee"), ("teacher", "instructor"), ("ada", "trainee")]:
+        browser = Browser(service.url)
+        page = sign_in(browser, name)
+        expect(browser.is_signed_in(), f"{name} is not signed in: {page.status} {page.url}")
+        expect((name.capitalize(), role) in service.people(), f"people: {service.people()}")
+        print(f"signed in: {name}, {role}")
+    expect(len(service.people()) == 3, f"people: {service.people()}")
+
+
+if __name__ == "__main__":
+    main()
