@@ -33,14 +33,10 @@ class Directory:
     def send(self, method, path, body):
         """Sends a request until it is not answered with 429; returns the status and the answer."""
         while True:
-            try:
-                status, retry_after, answer = self.send_once(method, path, body)
-            except (BrokenPipeError, ConnectionResetError, http.client.RemoteDisconnected):
-                self.connections.own.close()
-                status, retry_after = "no answer", 0
+            status, retry_after, answer = self.send_once(method, path, body)
             with self.lock:
                 self.statuses[status] += 1
-            if status not in ("no answer", 429):
+            if status != 429:
                 return status, answer
             time.sleep(float(retry_after))
 

@@ -46,7 +46,7 @@ def check_accounts(service):
 
 
 def check_refused(service, bridge, what, browser, page, reason):
-    """Asserts that the bridge has refused an answer for a reason, and that nobody is signed in."""
+    """Asserts that the bridge has refused an answer for a reason, and that no user is signed in."""
     shown = re.search(r'role="alert">([^<]*)<', page.text)
     shown = shown.group(1) if shown else page.text[:80]
     expect(reason in bridge.log(), f"{what}: the bridge's log has no {reason!r}")

@@ -3,7 +3,7 @@
 
 use model::Role;
 
-use super::{ADA, World, assert_refused, authorize_url, is_signed_in, is_signed_in_as};
+use super::{ADA, World, assert_refused, authorize_url, is_signed_in, is_signed_in_as, texts};
 use crate::auth::second_factors::{enrol, say_code, send};
 use crate::support::client::{Answer, Client, csrf_in};
 use crate::support::provider::User;
@@ -201,6 +201,8 @@ async fn a_trusted_second_factor_is_none_that_is_owed() {
         let (mut browser, _) = world.enter_anew().await;
         assert_eq!(is_signed_in_as(&mut browser, &ada).await, is_enough);
     }
+    let query = "SELECT details FROM audit_log WHERE action = 'person.signed_in' AND details <> '{}'";
+    assert_eq!(texts(&world.app, query).await, [r#"{"second_factor":"provider"}"#], "one sign-in had a second factor");
 }
 
 #[tokio::test]
