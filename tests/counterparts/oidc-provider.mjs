@@ -32,14 +32,19 @@ function claimsOf(name) {
   };
 }
 
+const client = { redirect_uris: [callback], grant_types: ['authorization_code'], response_types: ['code'] };
+const byKey = {
+  token_endpoint_auth_method: 'private_key_jwt',
+  token_endpoint_auth_signing_alg: 'RS256',
+  jwks_uri: new URL('/.well-known/jwks.json', callback).href,
+};
+
 const provider = new Provider(`http://${address}`, {
-  clients: [{
-    client_id: 'stylet',
-    client_secret: 'a-secret-for-a-trial',
-    redirect_uris: [callback],
-    grant_types: ['authorization_code'],
-    response_types: ['code'],
-  }],
+  clients: [
+    { ...client, client_id: 'stylet', client_secret: 'a-secret-for-a-trial' },
+    { ...client, ...byKey, client_id: 'stylet-by-key' },
+  ],
+  clientAuthMethods: ['client_secret_basic', 'private_key_jwt'],
   claims: {
     openid: ['sub'],
     profile: ['name', 'matriculation', 'affiliation'],
@@ -48,6 +53,8 @@ const provider = new Provider(`http://${address}`, {
   findAccount: (_, name) => ({ accountId: name, claims: () => claimsOf(name) }),
   cookies: { keys: ['a key for a trial'] },
   features: { devInteractions: { enabled: true } },
+  // The key set of the service is on the loopback interface, which the usual dispatcher refuses.
+  fetch: (url, { dispatcher: _, ...options }) => globalThis.fetch(url, options),
 });
 
 const [host, port] = address.split(':');

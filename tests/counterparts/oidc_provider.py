@@ -41,6 +41,13 @@ def main():
         expect((name.capitalize(), role) in service.people(), f"people: {service.people()}")
         print(f"signed in: {name}, {role}")
     expect(len(service.people()) == 3, f"people: {service.people()}")
+    # A second registration without a secret; its button is the first by name.
+    service.add_provider(f"http://{provider}", "", name="By key", client_id="stylet-by-key", authentication="key", **FORM)
+    browser = Browser(service.url)
+    page = sign_in(browser, "ada")
+    expect(browser.is_signed_in(), f"ada is not signed in by the key: {page.status} {page.url}")
+    expect(len(service.people()) == 3, f"people: {service.people()}")
+    print("signed in by the key: ada")
 
 
 if __name__ == "__main__":

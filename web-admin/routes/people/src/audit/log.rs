@@ -184,8 +184,7 @@ pub(super) async fn download_audit_log(
     Query(form): Query<AuditForm>,
 ) -> Result<Response, PageError> {
     let plan = plan_search(&state, person.school_id, &form, AT_ONCE).await?;
-    let place = state.exports.enter(person.school_id, PATIENCE).await;
-    let place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+    let place = state.exports.enter(person.school_id, PATIENCE).await?;
     let rows = stream::try_unfold(Some(plan), move |plan| {
         // Held until the last row is written, or the client disconnects.
         let (state, _held) = (state.clone(), &place);

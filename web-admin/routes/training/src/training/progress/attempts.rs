@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use acts::error::Error;
 use assessment::words::failure_in_words;
 use axum::extract::State;
 use axum::response::Response;
@@ -57,8 +56,7 @@ pub(super) async fn export_attempts(
     Administrator(person): Administrator,
 ) -> Result<Response, PageError> {
     let school = person.school_id;
-    let place = state.exports.enter(school, PATIENCE).await;
-    let place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+    let place = state.exports.enter(school, PATIENCE).await?;
     let rows = stream::try_unfold(Some(AttemptPlace::START), move |after| {
         // Held until the last row is written, or the client disconnects.
         let (state, _held) = (state.clone(), &place);
