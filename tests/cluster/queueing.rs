@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_never_writes_never_waits_and_who_only_writes_stands_in_line() {
+    fn attempts_that_never_write_never_wait_and_writers_queue() {
         for found in (AttemptTimes { beside_s: 2.0, within_s: 0.0 }).throughputs(256) {
             assert!((found.efficiency - 1.0).abs() < 1e-12 && found.busy == 0.0, "{found:?}");
         }

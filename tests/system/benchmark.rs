@@ -95,7 +95,7 @@ fn answers_are_those_that_their_script_makes() {
 }
 
 #[test]
-fn the_given_references_are_those_of_the_project_and_agree_with_the_script_of_the_others() {
+fn given_references_match_the_project_and_the_answer_script() {
     let check = "import csv, sys; sys.path.insert(0, sys.argv[1]); import make_answers as made
 for name in ['table_i', 'trocar', 'training_in_hold_out_in', 'encoder_55um']:
     with open(f'{sys.argv[2]}/{name}.csv') as file: given = list(csv.DictReader(file))

@@ -48,7 +48,7 @@ fn complaint(command: &str) -> Option<String> {
 }
 
 #[test]
-fn every_command_that_a_page_names_is_one_that_the_program_takes() {
+fn every_command_on_a_page_is_accepted_by_the_program() {
     let mut wrong = Vec::new();
     let mut count = 0;
     for page in pages().into_iter().filter(|page| page != "CHANGELOG.md") {

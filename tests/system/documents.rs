@@ -112,7 +112,7 @@ fn cited_sections(source: &str) -> Vec<u32> {
 }
 
 #[test]
-fn every_section_that_a_comment_cites_is_a_heading_of_the_physics() {
+fn every_cited_section_is_a_heading_of_the_physics() {
     assert_eq!(cited_sections("/// (physics section 7), as Hetényi, section 13, has it"), [7]);
     let physics = std::fs::read_to_string(root().join("docs/physics.md")).expect("docs/physics.md");
     let (mut open, mut count) = (vec![root().join("sim")], 0);

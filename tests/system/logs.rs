@@ -159,7 +159,7 @@ fn free_port() -> u16 {
 }
 
 #[test]
-fn an_entry_arrives_where_nobody_takes_it_back_and_nobody_elses_does() {
+fn log_entry_travels_only_between_the_certified_machines() {
     if Command::new("rsyslogd").arg("-v").output().is_err() {
         eprintln!("not tried: rsyslogd is not installed; deploy/test installs it");
         return;

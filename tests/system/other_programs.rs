@@ -37,7 +37,7 @@ fn the_description_keeps_to_the_rules_of_openapi() {
 }
 
 #[test]
-fn a_client_made_from_the_description_uploads_and_reads_the_score() {
+fn generated_client_uploads_and_reads_the_score() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
     std::fs::write(at("config.yml"), GENERATOR).expect("a file");
@@ -98,7 +98,7 @@ fn shown_program() -> String {
 }
 
 #[test]
-fn a_certificate_is_checked_by_what_its_page_says_and_the_published_key() {
+fn certificate_verifies_by_its_page_and_the_published_key() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
     let data = folder.path().join("data");

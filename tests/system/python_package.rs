@@ -37,7 +37,7 @@ fn path(file: &str) -> String {
 }
 
 #[test]
-fn every_number_is_the_commands_to_the_bit_and_bad_input_is_an_exception() {
+fn package_matches_commands_bit_for_bit_and_raises_on_bad_input() {
     let folder = tempfile::tempdir().expect("a folder");
     let (script, stylet) = (path("tests/python/check_package.py"), program("stylet"));
     let files = folder.path().join("files");

@@ -237,7 +237,7 @@ async fn open(browser: &Client, address: &str) {
 }
 
 #[tokio::test]
-async fn the_browser_draws_tip_and_tissue_together_as_the_simulator_does() {
+async fn browser_draws_tip_and_tissue_as_the_simulator_does() {
     let folder = tempfile::tempdir().expect("a folder");
     let data = folder.path().join("data");
     let token = found_school(&data);

@@ -214,7 +214,7 @@ fn a_connection_that_is_half_dead_holds_nobody_up() {
 }
 
 #[test]
-fn a_trainee_signs_in_in_the_window_is_coached_and_finds_the_attempt_at_school() {
+fn trainee_signs_in_at_the_window_and_the_attempt_is_uploaded() {
     let folder = tempfile::tempdir().expect("a folder");
     let (data, home, kept) = (folder.path().join("data"), folder.path().join("home"), folder.path().join("kept"));
     let token = found_school(&data.to_string_lossy());

@@ -1,12 +1,14 @@
 //! How the code of what ships is written, measured on its syntax. Each limit stands where respected code of its kind stands; it fails
-//! when a type takes the name of another, a tuple takes the place of arguments, ids can be swapped unseen, a name says nothing, or
-//! modules lean on each other in a circle.
+//! when a type takes the name of another, a tuple takes the place of arguments, ids can be swapped unseen, a name says nothing, the name
+//! of a test is too long, or modules lean on each other in a circle.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use syn::visit::{self, Visit};
 use tests::metadata;
+
+use crate::house::sources;
 
 /// A source of what ships, read. Modules that are tests are not in it.
 struct Source {
@@ -42,6 +44,9 @@ const SERVICE: [&str; 15] = [
 /// The median name of a free function has so many characters at least. Respected code of this kind has 12 to 20: raise it when names
 /// have grown.
 const LEAST_MEDIAN: usize = 12;
+
+/// The most characters in the name of a test: it states a law as subject, verb and object, and fits a line of a report with its module.
+const MOST_IN_TEST_NAME: usize = 60;
 
 /// Whether an item is only there for tests.
 fn is_for_tests(attributes: &[syn::Attribute]) -> bool {
@@ -257,6 +262,32 @@ fn functions_have_names_that_can_be_searched_for() {
         median >= LEAST_MEDIAN,
         "the median name has {median} characters, at least {LEAST_MEDIAN} are wanted; the most used: {most:?}"
     );
+}
+
+/// The names of the tests in a source. It is read as text, because syntax shows none of those in a macro.
+fn test_names(source: &str) -> Vec<&str> {
+    let (mut names, mut is_test) = (Vec::new(), false);
+    for line in source.lines().map(str::trim_start) {
+        is_test |= line.starts_with("#[test]") || line.starts_with("#[tokio::test");
+        let function = line.strip_prefix("async ").unwrap_or(line).strip_prefix("fn ");
+        if let Some(name) = function.and_then(|rest| rest.split('(').next()) {
+            names.extend(is_test.then_some(name));
+            is_test = false;
+        }
+    }
+    names
+}
+
+#[test]
+fn a_test_has_a_name_of_at_most_60_characters() {
+    let source =
+        "#[tokio::test(flavor = \"x\")]\n#[ignore]\nasync fn a() {}\nfn b() {}\n    #[test]\n    fn c(d in 0..1) {}";
+    assert_eq!(test_names(source), ["a", "c"]);
+    let sources = sources();
+    let names = sources.iter().flat_map(|(path, text)| test_names(text).into_iter().map(move |name| (path, name)));
+    let (long, short): (Vec<_>, Vec<_>) = names.partition(|(_, name)| name.len() > MOST_IN_TEST_NAME);
+    assert!(short.len() > 1000, "only {} tests were found", short.len());
+    assert!(long.is_empty(), "at most {MOST_IN_TEST_NAME} characters name a test, subject, verb, object: {long:#?}");
 }
 
 /// Modules at the top level of a crate that a source of another one names.

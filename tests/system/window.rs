@@ -193,7 +193,7 @@ fn score(recording: &Path) -> Value {
 }
 
 #[test]
-fn an_attempt_in_the_window_ends_by_itself_and_becomes_a_recording() {
+fn attempt_in_the_window_ends_by_itself_and_is_recorded() {
     let (display, folder) = (Display::open(), tempfile::tempdir().expect("a folder"));
     let kept = folder.path().to_string_lossy().into_owned();
     let mut play =
@@ -212,7 +212,7 @@ fn an_attempt_in_the_window_ends_by_itself_and_becomes_a_recording() {
 }
 
 #[test]
-fn what_a_killed_program_had_recorded_is_whole_at_the_next_start() {
+fn recording_of_a_killed_program_is_recovered_at_next_start() {
     let (display, folder) = (Display::open(), tempfile::tempdir().expect("a folder"));
     let kept = folder.path().to_string_lossy().into_owned();
     let arguments = ["play", &first_exercise(), "--device", "operator:constant:1", "--recordings", &kept];
@@ -241,7 +241,7 @@ fn has_thread(program: &Child, name: &str) -> bool {
 }
 
 #[test]
-fn an_attempt_that_a_full_disk_refuses_is_kept_until_it_is_saved() {
+fn attempt_on_a_full_disk_is_kept_until_it_is_saved() {
     let (display, folder) = (Display::open(), tempfile::tempdir().expect("a folder"));
     let kept = folder.path().to_string_lossy().into_owned();
     let full = format!("trap '' XFSZ; ulimit -S -f {ROOM_BLOCKS}; exec \"$@\"");
@@ -301,7 +301,7 @@ fn confirmations(recording: &Recording) -> usize {
 }
 
 #[test]
-fn a_hand_at_keys_and_wheel_loses_no_tap_and_no_notch_however_slow_the_picture() {
+fn keys_and_wheel_lose_no_tap_or_notch_at_any_frame_rate() {
     let (display, folder) = (Display::open(), tempfile::tempdir().expect("a folder"));
     let kept = folder.path().to_string_lossy().into_owned();
     let mut play = display.stylet(&["play", &first_exercise(), "--device", "mouse", "--recordings", &kept]);

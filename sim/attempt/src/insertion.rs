@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_contact_an_insertion_begins_with_the_first_sample_in_the_body() {
+    fn insertion_without_contact_begins_at_the_first_sample_inside() {
         let mut samples = [sample(0.0, 0.0), sample(1.0, 0.2)];
         samples[0].depth_m = 0.0;
         let found = find_insertions(&[], samples.iter());

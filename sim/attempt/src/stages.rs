@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unopened_boundary_stays_in_stage_one_and_an_unreached_one_has_none() {
+    fn unopened_boundary_stays_in_stage_one_and_unreached_has_none() {
         let track = DeepestTrack { ruptures: vec![], deepest_mm: 2.0 };
         let mut spans = Vec::new();
         span_boundary(0, 0.0, &track, 2.0, &mut spans);

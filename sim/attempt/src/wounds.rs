@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vessel_that_was_hit_bleeds_more_than_skin_and_freely_once_the_needle_is_out() {
+    fn hit_vessel_bleeds_more_than_skin_and_most_after_withdrawal() {
         let [skin, bone, vessel] = [None, Some(StructureKind::Bone), Some(StructureKind::Vessel)].map(blood_after);
         assert!(skin[1] > 0.0 && skin[1] <= DOT, "skin alone is a dot: {skin:?}");
         assert!((bone[1] - skin[1]).abs() < 1e-12, "what is no vessel bleeds as skin does: {bone:?} {skin:?}");
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn fluid_drips_from_an_open_hub_while_the_tip_is_in_it_by_time_alone() {
+    fn open_hub_drips_by_time_alone_while_the_tip_is_in_fluid() {
         let mut wounds = wounds(WITH_FLUID);
         put_in(&mut wounds, 56.5, 8);
         let at = |wounds: &Wounds, t_s: f64| wounds.hub(&sample(t_s, 56.5));
@@ -414,7 +414,7 @@ mod tests {
     }
 
     #[test]
-    fn no_drop_comes_from_where_there_is_no_fluid_and_the_plunger_yields_where_resistance_is_lost() {
+    fn epidural_space_gives_no_drop_and_releases_the_plunger() {
         let mut wounds = wounds(EPIDURAL);
         put_in(&mut wounds, 48.0, 5);
         assert!(wounds.hub(&sample(5.0, 48.0)).plunger.abs() < 1e-9, "the flavum holds");

@@ -8,7 +8,7 @@ use tempfile::TempDir;
 use crate::{repository, stylet, text};
 
 #[test]
-fn the_force_law_is_late_by_at_most_one_tick_and_an_encoders_steps_rattle_under_the_first_law_alone() {
+fn ruptures_lag_one_tick_at_most_and_only_law_1_rattles() {
     let folder = TempDir::new().expect("a folder");
     let out = folder.path().join("new/folder");
     stylet(&["bench", "force", "--quick", "--out", text(&out)]).ends(0);
@@ -111,7 +111,7 @@ fn the_picture_is_timed() {
 }
 
 #[test]
-fn every_hard_case_keeps_its_bound_and_a_shortened_report_says_so() {
+fn hard_cases_stay_in_bounds_and_quick_report_states_its_scope() {
     let folder = TempDir::new().expect("a folder");
     let out = folder.path();
     stylet(&["bench", "hard-cases", "--quick", "--out", text(out)]).ends(0);
@@ -200,7 +200,7 @@ fn a_soak_reports_every_shipped_scene() {
 }
 
 #[test]
-fn the_operators_report_tells_hands_apart_at_every_shipped_exercise() {
+fn operators_report_ranks_novice_intermediate_and_expert() {
     let folder = TempDir::new().expect("a folder");
     stylet(&["bench", "operators", "--quick", "--out", text(folder.path())]).ends(0);
     let table = fs::read_to_string(folder.path().join("operators.csv")).expect("a table");
@@ -254,7 +254,7 @@ fn skins_that_bend_claim_no_less_than_they_are_off() {
 }
 
 #[test]
-fn bodies_have_the_published_dimensions_and_free_paths_between_their_processes() {
+fn bodies_have_published_dimensions_and_free_needle_paths() {
     let folder = TempDir::new().expect("a folder");
     stylet(&["bench", "anatomy", "--quick", "--out", text(folder.path())]).ends(0);
     let mut table = csv::Reader::from_path(folder.path().join("anatomy.csv")).expect("a table");
@@ -340,7 +340,7 @@ fn every_error_of_the_tissues_report_is_that_of_stylet_field() {
 }
 
 #[test]
-fn the_tissues_report_keeps_its_tolerances_is_the_committed_one_and_shows_other_solvers() {
+fn tissue_report_meets_tolerance_matches_commit_and_lists_peers() {
     let folder = TempDir::new().expect("a folder");
     let peers = folder.path().join("peers.csv");
     let head = "solver,version,model,dimensions,case,unknowns,relative_error,setup_s,solve_s,machine";
@@ -373,7 +373,7 @@ fn the_tissues_report_keeps_its_tolerances_is_the_committed_one_and_shows_other_
 
 /// The report in the tree is what the program of today measures: its first rows, to the last digit.
 #[test]
-fn estimates_are_measured_and_the_committed_report_is_of_this_program() {
+fn estimates_report_matches_the_committed_measurement() {
     let folder = TempDir::new().expect("a folder");
     stylet(&["bench", "estimates", "--quick", "--out", text(folder.path())]).ends(0);
     let measured = fs::read_to_string(folder.path().join("estimates.csv")).expect("a table");
@@ -402,7 +402,7 @@ fn a_hiccup_is_followed_by_force_and_a_lost_device_by_none() {
 }
 
 #[test]
-fn the_metrics_are_measured_and_the_catalogue_offers_what_the_report_bears_out() {
+fn catalogue_offers_only_metrics_that_the_report_supports() {
     let folder = TempDir::new().expect("a folder");
     stylet(&["bench", "metrics", "--quick", "--out", text(folder.path())]).ends(0);
     let read = |path: &Path| -> Vec<csv::StringRecord> {

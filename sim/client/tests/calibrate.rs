@@ -118,7 +118,7 @@ fn a_curve_gives_back_the_scene_it_was_made_from() {
 }
 
 #[test]
-fn a_person_reads_the_residual_the_peaks_and_what_the_curve_does_not_tell() {
+fn calibration_reports_residual_peaks_and_undetermined_values() {
     let place = Place::new(&csv(&law(32.0, 2.0)));
     let said = place.calibrate(&[]).ends(0).stdout;
     for words in [
@@ -303,7 +303,7 @@ fn a_curve_that_is_no_slow_insertion_is_refused_with_the_reason() {
 }
 
 #[test]
-fn times_are_read_with_a_start_of_law_3_and_refused_with_their_place() {
+fn timed_calibration_needs_law_3_and_errors_name_their_place() {
     let start = repository("curricula/scenes/liver-18g.toml");
     let started =
         |curve: &str, more: &[&str]| Place::new(curve).calibrate(&[&["--start", text(&start)], more].concat());

@@ -92,7 +92,7 @@ fn a_scene_pays_only_for_the_tissue_that_it_names() {
 }
 
 #[test]
-fn a_tissue_that_does_not_meet_its_tolerance_is_told_with_its_worst_load() {
+fn unmet_tissue_tolerance_is_reported_with_its_worst_load() {
     let folder = TempDir::new().expect("a folder");
     let scene = fs::read_to_string(repository("curricula/scenes/lower-back-training.toml")).expect("a scene");
     let file = folder.path().join("scene.toml");
@@ -109,7 +109,7 @@ fn a_tissue_that_does_not_meet_its_tolerance_is_told_with_its_worst_load() {
 }
 
 #[test]
-fn the_papers_trocar_opens_its_boundaries_where_the_closed_form_says() {
+fn paper_trocar_ruptures_where_the_closed_form_predicts() {
     let scene = repository("curricula/scenes/lower-back-paper.toml");
     let run = stylet(&["check", "--json", text(&scene)]).ends(0);
     let report = run.json();
@@ -237,7 +237,7 @@ fn a_rubric_that_pays_for_nothing_or_does_not_care_is_found() {
 }
 
 #[test]
-fn a_line_that_rewards_the_worse_value_and_a_metric_that_is_not_offered_are_found_with_their_place() {
+fn check_locates_reversed_rubric_lines_and_unoffered_metrics() {
     let reversed = exercise_with(&[("full = 0.5\nzero = 5", "full = 5\nzero = 0.5")]).ends(1);
     reversed.says(&["rubric[1].full", "full 5, zero 0.5", "lower overshoot_mm is better"]);
     let unoffered = exercise_with(&[("\"over_insertion_mm.skin.rim\"", "\"stop_time_s.skin.rim\"")]).ends(1);

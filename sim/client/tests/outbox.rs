@@ -211,7 +211,7 @@ fn watching_sends_what_comes() {
 
 #[cfg(unix)]
 #[test]
-fn a_disk_that_is_full_is_named_and_the_attempt_stays_where_it_is() {
+fn full_disk_is_reported_and_the_attempt_stays_in_place() {
     let home = Home::new();
     let recording = home.recording();
     let call = format!(
@@ -239,7 +239,7 @@ fn keep_answers(home: &Home, server: &str) {
 }
 
 #[test]
-fn answers_are_sent_whole_and_leave_the_outbox_only_when_the_service_has_them() {
+fn answers_leave_the_outbox_only_when_the_service_has_them() {
     let home = Home::new();
     let not_there = answer("404 Not Found", "application/problem+json", r#"{"detail":"there is nothing here"}"#);
     let portal = answer("200 OK", "text/html", "<p>Welcome to our network</p>");

@@ -67,7 +67,7 @@ fn refused(status: &str, detail: &str) -> (Run, serde_json::Value) {
 }
 
 #[test]
-fn a_recording_arrives_in_checked_pieces_with_its_token_and_leaves_the_outbox() {
+fn upload_sends_checked_pieces_with_a_token_and_empties_outbox() {
     let desk = Desk::new();
     let token = desk.folder.path().join("token");
     fs::write(&token, format!("{TOKEN}\n")).expect("a file");
@@ -97,7 +97,7 @@ fn a_recording_arrives_in_checked_pieces_with_its_token_and_leaves_the_outbox() 
 }
 
 #[test]
-fn what_is_to_be_kept_nowhere_leaves_the_outbox_and_the_users_own_file_stays() {
+fn http_451_empties_the_outbox_and_keeps_the_users_file() {
     let body = r#"{"title":"Unavailable For Legal Reasons","status":451,"detail":"this guest has withdrawn"}"#;
     let service = StandIn::answering(&[answer("451 Unavailable For Legal Reasons", "application/problem+json", body)]);
     let desk = Desk::new();
@@ -114,7 +114,7 @@ fn what_the_service_sets_aside_waits() {
 }
 
 #[test]
-fn what_was_cut_off_goes_on_where_it_broke_without_counting_as_a_failure() {
+fn interrupted_upload_resumes_without_counting_as_a_failure() {
     let cut = String::new();
     let head = |offset: usize| arrived(offset).replace("204 No Content", "200 OK");
     let service = StandIn::answering(&[begun(), arrived(PIECE), cut.clone(), cut, head(PIECE), became("0190")]);
@@ -142,7 +142,7 @@ fn an_upload_the_service_has_forgotten_begins_anew() {
 }
 
 #[test]
-fn refusals_are_kept_and_told_in_the_services_words_with_what_to_do() {
+fn refused_upload_reports_the_services_reason_and_next_step() {
     let (run, waiting) = refused("401 Unauthorized", "this token was revoked");
     run.says(&["HTTP 401", "this token was revoked", "stylet pair"]);
     assert_eq!(waiting["state"], "waiting", "a new token mends it");

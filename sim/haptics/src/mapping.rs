@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turned_device_moves_the_needle_as_the_person_sees_it_and_its_forces_come_back() {
+    fn turned_device_maps_motion_and_force_through_its_placement() {
         let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.02);
         let quarter = Placement { yaw_rad: core::f64::consts::FRAC_PI_2, motion: 0.5 };
         let mut mapping = Mapping::at_home(home, Pointing::Planned).placed(quarter);
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn a_push_out_of_the_body_lifts_the_handle_and_comes_back_the_same() {
+    fn outward_push_lifts_the_handle_and_maps_back_unchanged() {
         let mapping = Mapping::at_home(home(), Pointing::Handle);
         let lifted = mapping.device_from_patient(&Vector3::z());
         assert!((lifted - Vector3::y()).norm() < 1e-15, "{lifted}");

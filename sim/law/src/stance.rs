@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_deeper_boundary_gives_way_no_farther_than_the_one_that_is_pressed() {
+    fn deeper_boundary_yields_no_farther_than_the_pressed_one() {
         let pressed = settled(&trocar(5.0, 0, 0), [11.1, 9.0, 8.0, 7.0]);
         assert_eq!(pressed, [5.0; 4]);
     }

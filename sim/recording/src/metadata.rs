@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_does_not_say_how_its_field_was_judged_is_of_the_first_way() {
+    fn file_without_a_judging_version_uses_the_first() {
         assert_eq!(from_text(&record(None)).unwrap().judging, Judging::First);
         assert_eq!(from_text(&record(Some("2"))).unwrap().judging, Judging::Second);
         assert_eq!(from_text(&record(Some("3"))).unwrap().judging, Judging::Third);

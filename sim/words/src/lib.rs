@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_of_several_languages_is_read_in_the_one_that_is_spoken() {
+    fn multilingual_text_is_read_in_the_current_language() {
         let text =
             Phrase::Languages { own: "too deep".to_owned(), others: [("de".to_owned(), "zu tief".to_owned())].into() };
         assert_eq!([phrase(&text), german(|| phrase(&text))], ["too deep", "zu tief"]);

@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn an_address_is_a_bucket_and_perhaps_a_part_of_it_and_shows_no_key() {
+    fn bucket_address_is_a_bucket_and_a_prefix_and_hides_its_key() {
         let whole = parse("school").unwrap();
         assert_eq!((whole.to_string(), whole.name_within("a/b")), ("s3://school".to_owned(), "a/b".to_owned()));
         let part = parse("school/north/1/").unwrap();

@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn mail_goes_to_a_server_or_a_folder_and_its_password_is_never_shown() {
+    fn mail_target_is_a_server_or_folder_and_hides_its_password() {
         let smtp = mail_to("smtps://user:secret@mail.example").unwrap();
         assert!(!format!("{smtp:?}").contains("secret"), "{smtp:?}");
         assert_eq!(mail_to("out").unwrap(), MailTo::Folder(PathBuf::from("out")));

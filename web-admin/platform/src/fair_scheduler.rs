@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_school_of_long_jobs_waits_until_the_others_have_had_as_much() {
+    fn school_of_long_jobs_waits_until_others_had_equal_time() {
         let [a, b, _] = schools();
         let took = |school| if school == a { 10 * S } else { S };
         assert_eq!(turns(&mut FairScheduler::default(), &[a, b], took, 12)[1..11], [b; 10]);

@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn who_comes_second_is_told_who_was_first_and_gets_it_when_they_have_gone() {
+    async fn data_lock_names_its_holder_and_is_free_after_release() {
         let folder = tempfile::tempdir().unwrap();
         let config = Config::in_folder(&folder.path().join("data"));
         let now = Moment::from_micros(0);
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn the_same_recordings_beside_another_database_are_not_to_be_had() {
+    async fn recordings_folder_locks_even_with_another_database() {
         let folder = tempfile::tempdir().unwrap();
         let config = Config::in_folder(folder.path());
         let other = Config { database: DatabaseAddress::in_folder(&folder.path().join("other")), ..config.clone() };

@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn hashing_on_many_threads_takes_the_memory_of_those_that_hash_at_once() {
+    fn password_hashing_keeps_memory_only_for_concurrent_hashes() {
         let cost = PasswordCost { memory_kib: 64, passes: 1 };
         for _ in 0..20 {
             std::thread::spawn(move || hash_password("correct horse", cost).unwrap()).join().unwrap();

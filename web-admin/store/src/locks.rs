@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_lock_that_a_dying_process_holds_a_little_longer_is_waited_for() {
+    fn lock_waits_briefly_for_a_dying_holder() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("data/lock");
         let first = FileLock::take(&file, "the first").unwrap();

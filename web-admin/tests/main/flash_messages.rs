@@ -109,7 +109,7 @@ fn every_form_says_that_it_was_taken() {
 }
 
 #[tokio::test]
-async fn the_page_that_a_form_leads_to_says_it_once_and_in_the_readers_language() {
+async fn flash_message_is_shown_once_in_the_readers_language() {
     let (app, school, mut head) = school().await;
     app.member(school, Role::Trainee, "ana@example.org").await;
     let made = post(&mut head, "/cohorts", "/cohorts", &[("name", "Spring")]).await;

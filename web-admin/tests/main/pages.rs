@@ -54,7 +54,7 @@ async fn upload(app: &App, trainee: &Member, recorded: impl Fn(&Attempt) -> Vec<
 }
 
 #[tokio::test]
-async fn a_trainee_finds_what_is_next_and_the_attempt_with_its_reasons() {
+async fn trainee_finds_the_next_exercise_and_the_scored_attempt() {
     let school = School::new().await;
     let home = school.page("ada@example.org", "/").await;
     for wanted in ["Do next", "Feel the layers", "1 attempt in all", &format!("/sessions/{}", school.attempt)] {
@@ -147,7 +147,7 @@ async fn what_is_not_yours_is_not_there() {
 }
 
 #[tokio::test]
-async fn pages_for_other_roles_are_refused_and_broken_ids_name_nothing() {
+async fn pages_of_other_roles_are_403_and_unknown_ids_are_404() {
     let school = School::new().await;
     let mut ada = school.app.signed_in("ada@example.org").await;
     for path in ["/cohorts", "/admin"] {

@@ -18,7 +18,7 @@ fn bones() -> Vec<AnatomyPart> {
 }
 
 #[test]
-fn every_part_of_any_body_is_closed_manifold_and_turned_outwards() {
+fn every_body_part_is_a_closed_manifold_that_faces_outward() {
     for seed in 0..40 {
         let body = Body::new(&order(seed)).unwrap();
         for part in AnatomyPart::list() {
@@ -59,7 +59,7 @@ fn no_bone_goes_through_another_at_the_best_quality() {
 }
 
 #[test]
-fn every_part_is_in_the_skin_and_coarse_bones_overlap_by_less_than_a_cell() {
+fn parts_lie_in_the_skin_and_coarse_bones_overlap_within_a_cell() {
     for seed in 0..40 {
         let body = Body::new(&order(seed)).unwrap();
         let inner = AnatomyPart::list().into_iter().filter(|part| *part != AnatomyPart::Skin);

@@ -112,7 +112,7 @@ fn what_is_no_map_of_labels_is_refused_in_words() {
 }
 
 #[test]
-fn a_header_alone_can_ask_for_nothing_and_what_is_packed_ends_with_the_last_voxel() {
+fn reader_rejects_false_sizes_and_ignores_data_after_the_voxels() {
     // 512 × 512 × 512 voxels are promised and none comes.
     let mut promise = small(1.0).bytes(PLAIN);
     for at in [42, 44, 46] {

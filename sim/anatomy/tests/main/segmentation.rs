@@ -138,7 +138,7 @@ fn errors(phantom: &Phantom, mesh: &LabelMesh, volume_mm3: f64, distance: impl F
 }
 
 #[test]
-fn known_bodies_come_out_within_two_per_cent_of_volume_and_half_a_voxel_of_surface() {
+fn known_solids_err_below_two_percent_and_half_a_voxel() {
     let pi = std::f64::consts::PI;
     let ellipsoid_mm3 = 4.0 / 3.0 * pi * RADII_MM.iter().product::<f64>();
     let tube_mm3 = pi * TUBE_RADIUS_MM * TUBE_RADIUS_MM * 2.0 * TUBE_HALF_MM;
@@ -242,7 +242,7 @@ fn layers_end_at_tissue_without_a_name() {
 }
 
 #[test]
-fn the_patients_frame_is_on_the_skin_and_its_axes_are_right_superior_and_out() {
+fn entry_frame_lies_on_skin_with_right_superior_outward_axes() {
     let phantom = Phantom::new(0.0, 0.0);
     let skin = mesh(&phantom.map().body(), BODY);
     let at = phantom.world_m(&Vector3::new(0.0, 0.0, SKIN_MM));
@@ -259,7 +259,7 @@ fn the_patients_frame_is_on_the_skin_and_its_axes_are_right_superior_and_out() {
 }
 
 #[test]
-fn a_fine_map_is_taken_together_until_the_triangles_are_few_enough() {
+fn coarsening_merges_voxels_until_the_triangles_fit_the_limit() {
     let phantom = Phantom::new(0.5, 0.8);
     let map = phantom.map();
     let survey = map.survey();

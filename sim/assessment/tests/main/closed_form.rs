@@ -115,7 +115,7 @@ fn sideways_forces_are_split_by_layer_too() {
 }
 
 #[test]
-fn the_peak_before_a_rupture_does_not_depend_on_the_last_sample_before_it() {
+fn peak_before_a_rupture_ignores_the_last_sample_before_it() {
     let mut recording = plunge(18.0);
     // 20 N/s up to 3 N, which is met between two samples of 250 Hz.
     mark(&mut recording, 6.003, EventKind::TipRupture, Some(1));

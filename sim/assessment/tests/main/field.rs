@@ -56,7 +56,7 @@ fn range(tents: &[Tent], (from_s, to_s): (f64, f64), value: impl Fn(&Tent) -> f3
 }
 
 #[test]
-fn every_boundary_of_every_shipped_exercise_tents_up_to_each_of_its_pops() {
+fn every_shipped_boundary_tents_until_each_of_its_ruptures() {
     let mut tented = 0;
     for bundle in exercises() {
         let patient = Patient::nominal(&bundle.scene);

@@ -102,7 +102,7 @@ fn nothing_to_score_is_an_error() {
 }
 
 #[test]
-fn a_time_stamp_from_another_age_is_refused_before_it_costs_memory() {
+fn implausible_timestamp_is_rejected_before_it_allocates() {
     let mut recording = record(1000.0, 1.0, |_| down(0.0, 0.0, 1.0));
     recording.samples[1000].t_s = 1e12;
     let error = assess(&recording, &bundle()).map(|_| ()).expect_err("a column of that length does not fit");

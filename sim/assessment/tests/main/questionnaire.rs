@@ -58,7 +58,7 @@ fn workload_raw_and_weighted_by_their_vector() {
 }
 
 #[test]
-fn without_a_policy_a_missing_item_means_no_score_and_says_which() {
+fn score_without_a_policy_names_the_missing_item() {
     let sus = shipped("sus");
     let mut answers = numbers(&[3.0; 10]);
     answers[3] = None;

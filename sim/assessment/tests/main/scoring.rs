@@ -60,7 +60,7 @@ fn a_needle_that_never_reached_the_skin_earns_nothing() {
 }
 
 #[test]
-fn metrics_alone_are_judged_as_their_recording_is_where_they_suffice() {
+fn stored_metrics_give_the_recordings_score_where_they_suffice() {
     let lines = ["depth_error_mm", "over_insertion_mm.muscle.tip", "rupture_energy_mj", "structure_hits"];
     let mut bundle = with(lines.iter().map(|metric| line(metric, 0.5, 5.0, 1.0)).collect());
     bundle.exercise.hard_fails = vec![limit("depth_error_mm", 1.0, "Far too deep.")];
@@ -85,7 +85,7 @@ fn metrics_alone_are_judged_as_their_recording_is_where_they_suffice() {
 }
 
 #[test]
-fn what_was_not_met_costs_nothing_and_what_cannot_be_told_costs_all() {
+fn unreached_layers_cost_nothing_and_unknown_metrics_cost_all() {
     let lines =
         ["over_insertion_mm.muscle.tip", "peak_force_layer_n.muscle", "rupture_energy_mj", "stop_time_s", "charm"];
     let bundle = with(lines.iter().map(|metric| line(metric, 1.0, 5.0, 1.0)).collect());

@@ -40,7 +40,7 @@ fn a_circle_about_the_line_has_its_length_and_no_spread() {
 }
 
 #[test]
-fn a_quick_turn_is_one_rotational_action_whatever_the_quaternions_sign() {
+fn quick_turn_is_one_action_for_either_quaternion_sign() {
     let mut recording = record(1000.0, 3.0, |t_s| {
         let angle = (t_s - 1.0).clamp(0.0, 0.5) * 2.0;
         Pose { tip_mm: [0.0, 0.0, -10.0], axis: Vector3::new(libm::sin(angle), 0.0, -libm::cos(angle)) }
@@ -125,7 +125,7 @@ fn trembling_on_bone(t_s: f64) -> f64 {
 }
 
 #[test]
-fn a_contact_lasts_through_a_tremor_and_ends_where_the_needle_is_clear() {
+fn contact_spans_a_tremor_and_ends_when_the_needle_is_clear() {
     let mut bundle = bundle();
     bundle.scene.structures =
         vec![structure("rib", StructureKind::Bone, Shape::Sphere { radius_m: 2e-3 }, [0.0, 0.0, -12.0])];

@@ -61,7 +61,7 @@ fn intervals_of_agreement_are_those_of_mcgraw_and_wong() {
 /// Rows and raters whose mean ratings have no spread left once error is taken out of both: ICC(2,k) divides by nothing, the
 /// three others do not.
 #[test]
-fn raters_who_agree_less_than_by_chance_have_no_correlation_of_their_mean() {
+fn raters_below_chance_agreement_have_no_average_correlation() {
     let table = rows(&[
         &[1.0, 3.0, 3.0, 2.0],
         &[3.0, 3.0, 1.0, 4.0],
@@ -177,7 +177,7 @@ proptest! {
     }
 
     #[test]
-    fn alpha_and_icc_do_not_care_where_a_scale_begins_nor_how_long_it_is(
+    fn alpha_and_icc_ignore_the_shift_and_factor_of_a_scale(
         table in prop::collection::vec(prop::collection::vec(0_u8..6, 4), 3..12), shift in -50.0..50.0, factor in 0.5..20.0
     ) {
         let plain: Vec<Vec<_>> = table.iter().map(|r| r.iter().map(|v| Some(f64::from(*v))).collect()).collect();

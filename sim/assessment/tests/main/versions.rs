@@ -33,7 +33,7 @@ fn a_rubric_of_before_keeps_its_hash() {
 }
 
 #[test]
-fn a_prick_still_scores_by_an_exercise_of_before_what_it_scored_then() {
+fn earlier_exercise_still_scores_a_prick_as_it_did_then() {
     let bundle = feel_the_layers();
     let judged = judge(&plunge(3.2), &bundle);
     // Two boundaries that were never opened, no force and one entry: 3, 2, 2 and 1 of 10; the depth is 14.8 mm off.
@@ -106,7 +106,7 @@ fn a_needle_that_goes_on_for_good_never_stands() {
 }
 
 #[test]
-fn an_action_is_fast_for_longer_than_a_fifth_of_a_second_and_so_is_a_pause() {
+fn action_and_pause_each_last_over_a_fifth_of_a_second() {
     // Strokes of 80 mm/s across the skin from 1 s on: so long in s, and so long a pause after each.
     let count = |strokes: &[(f64, f64)]| {
         let ends: Vec<f64> = strokes

@@ -207,7 +207,7 @@ fn soft(density_kg_per_m3: f64) -> TissueSpec {
 }
 
 #[test]
-fn a_recoil_takes_its_time_and_that_goes_with_the_root_of_the_density() {
+fn recoil_time_follows_the_root_of_density_or_a_stated_value() {
     let derived_s = recoil_s(soft(1000.0));
     assert!((derived_s / (0.04 * 2.0_f64.sqrt()) - 1.0).abs() < 1e-4, "{derived_s} s");
     for (density, factor) in [(4.0, 2.0), (9.0, 3.0), (0.25, 0.5)] {
@@ -279,7 +279,7 @@ fn the_field_re_simulates_to_the_bit_and_a_forged_one_is_found() {
 /// Files of before the field was judged by every load do not say how it was judged. Their tents are what its meshes of that time
 /// made of them.
 #[test]
-fn a_recording_from_before_the_field_was_judged_by_every_load_still_verifies_to_the_bit() {
+fn recording_judged_the_first_way_still_verifies_bit_for_bit() {
     let before = |judging| params(axial(), Some(TissueSpec { judging, ..lower_back() }));
     let old = read(&attempt(&before(Judging::First), &IN_AND_OUT_M, 0.01));
     assert!(verify_recording(&old, &before(Judging::First)).exact());
@@ -290,7 +290,7 @@ fn a_recording_from_before_the_field_was_judged_by_every_load_still_verifies_to_
 /// A needle that goes in at 35° finds the field of an exercise that asks for 35°, whatever this one asks for; a recording whose field
 /// was that of its exercise keeps it.
 #[test]
-fn the_field_leans_as_the_hand_does_and_not_as_the_exercise_asks() {
+fn field_tilts_with_the_hand_and_not_with_the_exercise() {
     let tilt_rad = 35_f64.to_radians();
     let asking = |judging, tilt_rad| params(axial(), Some(TissueSpec { judging, tilt_rad, ..lower_back() }));
     let bytes = |specimen: &Specimen| attempt_by(specimen, Strokes { tilt_rad, ..Strokes::new(&IN_AND_OUT_M, 0.01) });
@@ -314,7 +314,7 @@ fn a_recording_from_before_the_field_still_verifies() {
 }
 
 #[test]
-fn a_coupled_law_has_the_fields_stiffness_and_its_ruptures_are_where_the_closed_form_puts_them() {
+fn coupled_law_has_field_stiffness_and_predicted_ruptures() {
     let coupled = params(axial(), Some(TissueSpec { coupled: true, ..lower_back() }));
     let stiffnesses = coupled.field().unwrap().planned().stiffnesses_n_per_m();
     let used: Vec<f64> = coupled.spec().axial.layers.iter().map(|layer| layer.stiffness_n_per_m).collect();
@@ -336,7 +336,7 @@ fn a_coupled_law_has_the_fields_stiffness_and_its_ruptures_are_where_the_closed_
 }
 
 #[test]
-fn a_coupled_law_that_is_unsound_is_refused_and_names_its_boundary() {
+fn unsound_coupled_law_is_rejected_with_its_boundary() {
     let mut unsound = axial();
     (unsound.layers[1].tip_rupture_n, unsound.layers[1].rim_rupture_n) = (9.0, 10.0);
     let stiff_below = TissueSpec { coupled: true, ..tissue(&unsound, &[132e3, 2e6, 2e6], 1050.0) };

@@ -116,7 +116,7 @@ fn the_attempt_ends_when_its_source_is_done() {
 }
 
 #[test]
-fn a_clock_without_a_rate_is_refused_and_a_limit_that_is_none_ends_at_once() {
+fn invalid_tick_rate_is_rejected_and_a_nan_limit_ends_at_once() {
     let run = |clock| simulate(&specimen(), &mut Script::default(), &mut writer(), &clock);
     for tick_hz in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(run(Clock { tick_hz, ..CLOCK }).unwrap_err().to_string().contains("tick_hz"));
@@ -192,7 +192,7 @@ fn every_kind_of_event_finds_its_way() {
 }
 
 #[test]
-fn the_ledger_is_kept_ten_times_a_second_at_ruptures_and_at_the_end() {
+fn ledger_is_recorded_at_10_hz_at_ruptures_and_at_the_end() {
     let (simulated, bytes) = attempt(&mut straight(), &CLOCK);
     let recording = read(&bytes);
     let times: Vec<f64> = recording.energies.iter().map(|e| e.t_s).collect();
@@ -242,7 +242,7 @@ fn a_simulated_recording_re_simulates_to_the_bit() {
 }
 
 #[test]
-fn a_needle_that_bends_re_simulates_to_the_bit_and_is_not_taken_for_a_rigid_one() {
+fn bent_needle_resimulates_bit_for_bit_and_differs_from_rigid() {
     let bent = make_specimen(training_axial_spec(), Some(2e-3));
     let mut writer = writer();
     simulate(&bent, &mut Script::default(), &mut writer, &CLOCK).unwrap();
@@ -258,7 +258,7 @@ fn a_needle_that_bends_re_simulates_to_the_bit_and_is_not_taken_for_a_rigid_one(
 
 /// Trembling, held, drawn out and pushed in again through the same track, under each option of version 3 and under all.
 #[test]
-fn an_attempt_with_options_of_the_law_re_simulates_to_the_bit_and_is_not_taken_for_one_without() {
+fn law_options_resimulate_bit_for_bit_and_change_the_forces() {
     for options in OPTION_SETS {
         let optioned = make_specimen(with_options(training_axial_spec(), options), None);
         let mut writer = writer_under(ForceLaw::Version3);

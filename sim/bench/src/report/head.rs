@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn every_committed_report_is_of_the_versions_that_are_measured_now() {
+    fn committed_reports_match_the_current_versions() {
         let found = Subject::ALL.iter().filter_map(|what| {
             let file = committed().join(format!("{}.md", what.name()));
             match fs::read_to_string(&file) {
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn a_report_of_another_law_program_or_build_or_a_shortened_one_is_stale() {
+    fn report_of_another_version_build_or_command_is_stale() {
         let today = format!("# Force law\n\n{}some machine.\n", made_by(Subject::Force, "", RELEASE));
         assert_eq!(stale(Subject::Force, &today), None);
         let law = Versioned::Law.now();

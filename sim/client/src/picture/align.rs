@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn what_both_went_through_meets_and_what_lies_between_is_stretched() {
+    fn alignment_matches_shared_events_and_stretches_between_them() {
         let one = events(&[(Contact, None, 2.0), (TipRupture, Some(0), 4.0), (Confirm, None, 8.0)]);
         let other = events(&[(Contact, None, 1.0), (TipRupture, Some(0), 5.0), (Confirm, None, 6.0)]);
         let alignment = Alignment::new(&one, &other);

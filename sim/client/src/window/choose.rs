@@ -455,7 +455,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_mastered_here_is_what_the_service_would_call_mastered() {
+    fn mastery_at_the_station_agrees_with_the_service() {
         let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/mastery/cases.json");
         let cases: Vec<serde_json::Value> = serde_json::from_slice(&std::fs::read(cases).unwrap()).unwrap();
         for case in cases {

@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_person_decides_then_the_command_then_the_school_then_the_system() {
+    fn language_of_the_person_precedes_command_school_and_system() {
         let german = Language::named("de");
         let mut language = WindowLanguage::default();
         assert_eq!(language.spoken(), Language::ENGLISH);

@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_decoded_beside_the_window_and_shown_as_wide_as_the_column() {
+    fn pictures_decode_in_the_background_and_fill_the_column() {
         let (context, bundle, mut pictures) = (Context::default(), bundle(), BriefingPictures::default());
         let mut width = 0.0;
         let mut frame = |pictures: &mut BriefingPictures| {

@@ -311,7 +311,7 @@ fn no_text_is_cut_or_runs_over_another() {
 }
 
 #[test]
-fn the_languages_differ_on_every_screen_and_a_choice_is_seen_at_once() {
+fn languages_differ_on_every_screen_and_switch_at_once() {
     let german = Language::named("de").unwrap();
     let texts = |language| {
         let mut all = Vec::new();
@@ -357,7 +357,7 @@ fn the_languages_differ_on_every_screen_and_a_choice_is_seen_at_once() {
 }
 
 #[test]
-fn whoever_signs_in_is_spoken_to_in_the_language_that_their_school_knows() {
+fn sign_in_switches_the_window_to_the_persons_language() {
     let mut window = WindowLanguage::default();
     let came = Arc::new(Mutex::new(DeskAnswer::Came(DeskReply::SignedIn(signed_in()))));
     let mut desk = Desk::default();
@@ -367,7 +367,7 @@ fn whoever_signs_in_is_spoken_to_in_the_language_that_their_school_knows() {
 }
 
 #[test]
-fn whoever_declines_is_nobody_here_and_whoever_agrees_is_asked_about_again() {
+fn declining_ends_the_sign_in_and_agreeing_awaits_the_school() {
     let press = |desk: &mut Desk, label: &str| {
         let texts = draw(Language::ENGLISH, SIZES[0], |ui| desk.show_consent(ui, &pairing()));
         let at = texts.iter().find(|drawn| drawn.text == label).expect("a button").area.center();

@@ -103,7 +103,7 @@ fn an_obj_file_is_read_however_it_is_written() {
 }
 
 #[test]
-fn polygons_become_triangles_and_objects_one_mesh_and_materials_do_not_matter() {
+fn obj_polygons_become_triangles_and_objects_become_one_mesh() {
     let first = obj_box([0.0; 3], [10.0; 3]).replace("f ", "usemtl gold\nf ");
     let second = obj_box([20.0; 3], [30.0; 3]).replace("f -8 ", "f -8/99/99 ");
     let (vertices, triangles) = mesh(&format!("mtllib no.mtl\no one\n{first}g two\n{second}vn x\n"), "").unwrap();

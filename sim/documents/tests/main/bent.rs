@@ -36,7 +36,7 @@ fn a_skin_is_what_its_keys_say() {
 }
 
 #[test]
-fn what_makes_no_skin_and_no_lump_is_refused_with_what_is_allowed() {
+fn invalid_skin_or_lump_is_rejected_with_the_allowed_values() {
     for (more, said) in [
         ("[skin]\nshape = \"sphere\"\n", "skin.radius_mm: missing; required for a sphere"),
         (

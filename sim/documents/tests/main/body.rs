@@ -65,7 +65,7 @@ fn the_midline_leads_through_the_ligaments_in_their_order() {
 }
 
 #[test]
-fn second_scaling_goes_on_behind_the_sac_and_begins_behind_an_introducer() {
+fn second_scaling_passes_the_sac_and_starts_below_an_introducer() {
     let scaled = BODY.replace("law = 3", "law = 5\nscaling = 2");
     let whole = crate::support::scene(&scaled);
     let behind = ["cerebrospinal fluid", "dura 2", "anterior epidural space", "ligament"];
@@ -85,7 +85,7 @@ fn second_scaling_goes_on_behind_the_sac_and_begins_behind_an_introducer() {
 }
 
 #[test]
-fn beside_the_midline_lies_muscle_and_no_ligament_before_the_flavum() {
+fn paramedian_path_meets_muscle_and_no_ligament_before_flavum() {
     let bundle = exercise("3-paramedian.toml");
     let met = layers(&bundle.scene);
     assert!(met.contains(&"muscle") && met.contains(&"ligamentum flavum"), "{met:?}");
@@ -93,7 +93,7 @@ fn beside_the_midline_lies_muscle_and_no_ligament_before_the_flavum() {
 }
 
 #[test]
-fn a_needle_into_the_lamina_stops_on_bone_and_a_leaning_one_does_not() {
+fn straight_needle_stops_on_the_lamina_and_a_tilted_one_passes() {
     let bundle = exercise("2-off-the-bone.toml");
     let spec = bundle.scene.puncture_spec(&Patient::nominal(&bundle.scene));
     let push = |angle_deg: f64| {
@@ -192,7 +192,7 @@ fn on_another_body(posture: &str, seed: u32, weight_kg: u32) -> String {
 }
 
 #[test]
-fn a_planned_way_through_bone_is_named_with_the_bone_and_the_depth() {
+fn blocked_path_is_reported_with_the_bone_and_the_depth() {
     assert_eq!(on_another_body("sitting", 6, 70), "", "the shipped one is free");
     let found = on_another_body("side", 3, 115);
     assert!(found.starts_with("entry.angle_deg: the planned needle meets vertebra L4 at 49."), "{found}");
@@ -201,7 +201,7 @@ fn a_planned_way_through_bone_is_named_with_the_bone_and_the_depth() {
 }
 
 #[test]
-fn a_scene_whose_planned_way_is_bone_is_refused_with_the_nearest_free_angle() {
+fn scene_blocked_by_bone_is_rejected_with_nearest_free_angle() {
     let folder = folder();
     let path = write(&folder, "scene.toml", BODY.replace("seed = 6", "seed = 5").replace("= 70", "= 45"));
     let refused = documents::check_documents(&path).expect_err("bone is in the way").to_string();

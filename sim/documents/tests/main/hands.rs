@@ -123,7 +123,7 @@ fn check(bundle: &ExerciseBundle) {
 }
 
 #[test]
-fn a_relaxed_a_normal_and_a_braced_hand_overshoot_the_skin_as_published_ones_do() {
+fn relaxed_normal_and_braced_hands_overshoot_as_published() {
     let exercises = exercises();
     thread::scope(|scope| {
         let checks: Vec<_> = exercises.iter().map(|bundle| scope.spawn(|| check(bundle))).collect();
@@ -154,7 +154,7 @@ fn a_loss_of_resistance_throws_nobody_farther_than_hands_go() {
 }
 
 #[test]
-fn a_novice_pushes_a_fifth_harder_where_a_harder_boundary_is_within_reach_or_one_gives_way_at_a_dent() {
+fn novice_peak_exceeds_expert_peak_unless_thresholds_set_it() {
     let peak_n = |bundle: &ExerciseBundle, skill: &Skill, seeds| {
         Spread::of(attempts(bundle, skill, seeds).iter().map(|attempt| attempt.peak_n))
     };

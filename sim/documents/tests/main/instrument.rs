@@ -53,7 +53,7 @@ fn each_mistake_is_refused_with_its_place_and_what_is_allowed() {
 }
 
 #[test]
-fn the_shipped_instruments_speak_two_languages_and_say_where_they_come_from() {
+fn shipped_instruments_have_two_languages_and_a_source() {
     let folder = curricula().join("instruments");
     let mut ids = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {

@@ -45,7 +45,7 @@ fn cube(off: f64) -> String {
 }
 
 #[test]
-fn corners_that_rounding_has_parted_are_one_and_those_further_apart_are_not() {
+fn mesh_repair_joins_rounded_corners_and_rejects_real_gaps() {
     assert_eq!(counts(&cube(0.0)), (8, 12));
     assert_eq!(counts(&cube(1e-5)), (8, 12), "parted by 10 nm in 20 mm");
     let apart = read(&cube(1e-2), "patient").unwrap_err();

@@ -103,7 +103,7 @@ fn a_mesh_must_be_a_closed_solid_of_a_sensible_size() {
 }
 
 #[test]
-fn attached_meshes_rebuild_the_exercise_and_a_missing_one_is_refused() {
+fn attached_meshes_rebuild_the_exercise_and_are_required() {
     let folder = folder();
     write(&folder, "k.stl", binary(&tetrahedron(1.0)));
     write(&folder, "scene.toml", scene_text("unit = \"mm\""));

@@ -111,7 +111,7 @@ fn no_more_than_three_branches_of_numbers_that_make_sense() {
 }
 
 #[test]
-fn static_friction_is_no_less_than_kinetic_and_needs_to_be_told_its_end() {
+fn static_friction_is_at_least_kinetic_and_needs_a_breakaway() {
     let friction = "friction_n_per_m = 15\nstatic_friction_n_per_m = 10\n";
     assert_says(
         &optioned(friction, "breakaway_mm = 1"),
@@ -156,7 +156,7 @@ fn spec(text: &str) -> AxialSpec {
 }
 
 #[test]
-fn fibres_turn_with_the_edge_and_tension_stiffens_alike_all_round() {
+fn fibres_follow_the_edge_and_tension_stiffens_all_directions() {
     let tense_n_per_m = core::f64::consts::TAU * 20.0 / libm::log(20.0);
     let sheet = spec(&optioned(FIBRES, "tip = \"bevel\""));
     let [across, along] = [[1.0, 0.0], [0.0, 1.0]].map(|edge| sheet.under_edge(edge).layers[1].clone());
@@ -172,14 +172,14 @@ fn fibres_turn_with_the_edge_and_tension_stiffens_alike_all_round() {
 }
 
 #[test]
-fn fibres_ask_for_an_edge_and_tension_for_a_stiffness_of_the_scene() {
+fn fibres_require_a_bevel_and_pretension_excludes_coupling() {
     assert_says(&optioned(FIBRES, ""), &["layer[1].fibres: tip = \"diamond\"", "only with tip = \"bevel\""]);
     let coupled = optioned(FIBRES, "tip = \"bevel\"") + "[tissue]\ncoupling = \"field\"\n";
     assert_says(&coupled, &["layer[1].fibres.pretension_n_per_m: 20 N/m", "the field does not model tension"]);
 }
 
 #[test]
-fn a_threshold_follows_from_toughness_by_mechanics_and_not_by_a_power_of_the_diameter() {
+fn toughness_sets_the_threshold_instead_of_a_diameter_power() {
     let tough = |diameter_mm: f64, tip: &str| {
         let keys = "fracture_energy_j_per_m2 = 400\nyoungs_modulus_pa = 30000\n";
         let text = optioned(keys, &format!("tip = \"{tip}\"\ndiameter_exponent = 2"));

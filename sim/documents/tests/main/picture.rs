@@ -106,7 +106,7 @@ fn pictures_are_read_in_order_with_their_texts() {
 }
 
 #[test]
-fn rows_that_say_too_little_too_much_or_something_else_are_refused_at_their_place() {
+fn invalid_picture_row_is_rejected_at_its_place() {
     let folder = folder();
     write(&folder, "a.png", png());
     let said = |rows: &str| read(&folder, rows).expect_err(rows).to_string();
@@ -161,7 +161,7 @@ fn a_file_that_is_not_the_picture_its_name_says_is_refused() {
 }
 
 #[test]
-fn a_picture_that_says_it_is_huge_is_refused_before_room_is_made_for_it() {
+fn oversized_picture_is_rejected_before_it_allocates() {
     let mut header = 60_000_u32.to_be_bytes().repeat(2);
     header.extend([8, 2, 0, 0, 0]);
     let parts = [chunk(b"IHDR", &header), chunk(b"IDAT", b"\x78\x9c\x03\0\0\0\0\x01"), chunk(b"IEND", b"")];
@@ -189,7 +189,7 @@ fn what_a_picture_shows_decides_nothing() {
 }
 
 #[test]
-fn an_exercise_is_rebuilt_without_its_pictures_and_takes_them_again() {
+fn exercise_is_rebuilt_without_pictures_and_accepts_them_later() {
     let folder = folder();
     write(&folder, "a.png", png());
     let bundle = read(&folder, &row("a.png")).unwrap();

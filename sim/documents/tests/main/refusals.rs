@@ -41,7 +41,7 @@ fn says(error: &str, parts: &[&str]) {
 }
 
 #[test]
-fn an_unknown_key_is_named_with_its_place_and_the_nearest_known_one() {
+fn unknown_key_is_reported_with_its_place_and_nearest_match() {
     says(&error(SCENE, "title =", "titel ="), &["document.toml:2:1: titel: unknown key", "did you mean `title`?"]);
 }
 

@@ -124,7 +124,7 @@ fn toughness_is_a_factor_on_thresholds_friction_and_cutting() {
 }
 
 #[test]
-fn a_needle_is_a_single_contactor_and_a_trocar_has_its_rim_2_mm_behind() {
+fn needle_has_one_contactor_and_a_trocars_rim_lies_2_mm_behind() {
     let tip_to_rim = |needle: &str| {
         let scene = scene(&SCENE.replace("diameter_mm = 2.0", needle));
         scene.axial_spec(&Patient::nominal(&scene)).tip_to_rim_m
@@ -146,7 +146,7 @@ fn the_needle_and_rate_reach_the_law_in_si() {
 }
 
 #[test]
-fn a_needle_bends_only_where_the_scene_says_so_and_as_a_steel_tube_unless_it_says_more() {
+fn needle_bends_only_if_stated_and_by_default_as_a_steel_tube() {
     let bending = |needle: &str| {
         let scene = scene(&SCENE.replace("diameter_mm = 2.0", needle));
         scene.puncture_spec(&Patient::nominal(&scene)).needle_bending_n_m2

@@ -102,7 +102,7 @@ fn the_training_scene_adds_friction_cutting_and_a_fascia() {
 }
 
 #[test]
-fn the_variants_differ_from_the_training_scene_as_their_titles_say() {
+fn scene_variants_differ_from_training_as_their_titles_state() {
     let fat = |name: &str| shipped_scene(name).layers[1].thickness_mm;
     let training = fat("lower-back-training.toml");
     assert!(fat("lower-back-lean.toml") < training && training < fat("lower-back-obese.toml"));
@@ -132,7 +132,7 @@ fn the_course_rises_in_difficulty_and_asks_for_what_came_before() {
 }
 
 #[test]
-fn the_planned_path_past_the_vessel_reaches_the_target_and_clears_the_vessel() {
+fn planned_path_reaches_the_target_and_clears_the_vessel() {
     let (_, exercises) = course();
     let bundle = exercises.iter().find(|b| b.exercise.id == "avoid-the-vessel").unwrap();
     let target = &bundle.scene.structures[0].spec;
@@ -170,7 +170,7 @@ fn an_exercises_direction_is_a_unit_vector_into_the_body() {
 }
 
 #[test]
-fn a_rubrics_hash_follows_what_decides_the_score_and_nothing_else() {
+fn rubric_hash_covers_exactly_the_keys_that_affect_the_score() {
     let (_, exercises) = course();
     let exercise = &exercises[1].exercise;
     let hash = exercise.rubric_sha256();

@@ -18,7 +18,7 @@ fn with(tissue: &str) -> Scene {
 }
 
 #[test]
-fn the_modulus_is_that_of_a_punch_with_the_needles_footprint_whatever_the_needle() {
+fn modulus_is_that_of_a_2_mm_punch_for_every_needle_diameter() {
     for diameter in ["0.5", "2.0", "3.0"] {
         let scene = scene(&SCENE.replace("diameter_mm = 2.0", &format!("diameter_mm = {diameter}")));
         let tissue = scene.tissue_spec(&Patient::nominal(&scene), 0.0).unwrap();
@@ -46,7 +46,7 @@ fn what_a_scene_states_is_used_and_the_patient_is_the_one_drawn() {
 }
 
 #[test]
-fn there_is_a_field_unless_the_scene_says_none_or_has_nothing_to_deform() {
+fn scene_has_a_field_unless_it_opts_out_or_has_no_thickness() {
     let model = |scene: &Scene| scene.tissue_spec(&Patient::nominal(scene), 0.0).map(|tissue| tissue.model);
     assert_eq!(model(&scene(SCENE)), Some(None), "auto, the default, leaves it to the planner");
     assert_eq!(model(&with("model = \"none\"")), None);

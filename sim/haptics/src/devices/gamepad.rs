@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn sticks_at_rest_do_not_creep_and_those_all_the_way_move_at_the_stated_speed() {
+    fn resting_sticks_hold_still_and_full_sticks_move_at_set_speed() {
         let resting = Sticks { left: [0.1, -0.1], lift: 0.11, ..Sticks::default() };
         assert_eq!(after_a_second(resting), Vector3::zeros());
         let down = after_a_second(Sticks { lift: -1.0, ..Sticks::default() });

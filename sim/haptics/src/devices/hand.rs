@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_held_as_the_first_set_point_says_from_the_first_reading() {
+    fn first_reading_has_the_orientation_of_the_first_set_point() {
         let (mut hand, mut aim) = VirtualHand::new("mouse", &VirtualHand::braced(), 1000.0);
         let orientation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 1.0);
         aim.write(Aim { orientation, ..Aim::default() });

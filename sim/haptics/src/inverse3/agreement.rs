@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_that_is_not_shown_is_noticed_and_a_late_one_is_forgiven() {
+    fn missing_force_is_detected_and_a_late_force_is_tolerated() {
         assert!(after_a_second(|_| 1.0, |_| 0.0), "ignored");
         assert!(after_a_second(|_| 2.0, |_| 1.0), "halved by a setting");
         assert!(after_a_second(|_| 1.0, |_| -1.0), "turned round");

@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn every_bad_reading_is_held_then_ramped_to_zero_and_never_comes_back() {
+    fn bad_reading_is_held_then_ramped_to_zero_and_stays_there() {
         let last_s = 99.0 * PERIOD_S;
         let not_unit = UnitQuaternion::new_unchecked(Quaternion::new(0.0, 0.0, 0.0, 0.0));
         type Case = (&'static str, Box<dyn Fn(f64) -> Option<Reading>>);
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_device_that_comes_back_is_believed_from_where_it_is_after_its_readings_agree() {
+    fn returning_device_rejoins_at_its_position_once_readings_agree() {
         let believed = after_good(400, |t| Some(reading(t, 0.07)));
         let rejoined = believed.iter().position(|b| b.rejoined).expect("it comes back");
         assert!(rejoined >= 120 + 50, "at tick {rejoined}");

@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_is_damped_by_what_sampling_and_one_tick_of_delay_ask_for() {
+    fn wall_is_damped_for_sampling_and_one_tick_of_delay() {
         for speed_m_per_s in [0.005, 0.05] {
             let needs_n_s_per_m = 1.5 * WALL_N_PER_M * PERIOD_S;
             let forces = moved(speed_m_per_s, 150, |x_m| -WALL_N_PER_M * x_m);

@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn the_motors_never_become_hotter_than_by_the_force_that_they_bear() {
+    fn motors_never_exceed_the_heat_of_their_continuous_force() {
         for (name, sent) in [
             ("all the time", sent(400, 0.0, |_| 3.3)),
             ("late", sent(400, 0.0, |t| if t < 55.0 { 0.0 } else { 3.3 })),
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stays_below_the_rating_is_never_touched_and_a_pop_is_whole() {
+    fn forces_below_the_rating_and_short_pops_are_unchanged() {
         assert!(sent(600, 0.0, |_| 0.75).iter().all(|&f| f == 0.75));
         assert!(sent(6, 0.0, |_| 3.3).iter().all(|&f| f == 3.3), "six seconds of the largest force warm them little");
     }

@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_long_stall_or_a_lost_device_cuts_at_once_and_until_things_are_well_for_long_enough() {
+    fn long_stall_or_lost_device_cuts_force_for_200_good_ticks() {
         for (late_periods, connected) in [(21.0, true), (0.0, false), (f64::NAN, true)] {
             let (params, mut state) = (WatchdogParams::default(), WatchdogState::default());
             assert!(step(&params, &mut state, late_periods, connected));

@@ -70,7 +70,7 @@ fn a_stop_and_a_drop_leave_no_force() {
 }
 
 #[test]
-fn a_lost_device_and_a_driver_that_panics_leave_no_force_and_are_named() {
+fn lost_device_and_driver_panic_leave_no_force_and_are_reported() {
     for (fault, why) in [(Fault::Disconnect, Ended::DeviceLost(DeviceFault::Gone)), (Fault::Panic, Ended::Panicked)] {
         assert!((0..5).any(|_| ends_without_force(fault, why)), "{fault:?}: there was force in a run without a stall");
     }
@@ -127,7 +127,7 @@ impl Clocked for Metronome {
 }
 
 #[test]
-fn a_device_with_its_own_clock_runs_the_tick_and_its_end_is_known() {
+fn device_clock_runs_the_tick_and_its_end_is_reported() {
     for (lost_after, why) in [(u64::MAX, Ended::Stopped), (500, Ended::DeviceLost(DeviceFault::Gone))] {
         let pushing = Arc::new(AtomicBool::new(false));
         let info = servo_info(&Scripted::new(0.0, RATE_HZ)).clone();

@@ -98,7 +98,7 @@ fn a_version_on_the_other_documented_port_is_found() {
 }
 
 #[test]
-fn a_service_of_unknown_version_understands_what_it_is_told_and_one_that_does_not_is_noticed() {
+fn unknown_service_version_is_understood_or_a_mismatch_noticed() {
     let push_n = Vector3::new(1.0, 0.5, 0.0);
     for understands in [["vector"].as_slice(), &["values"]] {
         let (service, mut device) = opened(Script { version: None, understands, ..Script::default() });
@@ -132,7 +132,7 @@ fn without_a_grip_it_measures_no_orientation() {
 }
 
 #[test]
-fn the_dialect_may_be_told_and_a_version_that_speaks_neither_is_refused() {
+fn dialect_can_be_chosen_and_an_unsupported_version_is_rejected() {
     let service = Service::start(Script::default());
     let told_so = Inverse3Options { dialect: Some(Dialect::Values), ..options(&service) };
     let mut device = Inverse3::open(&told_so).expect("it opens");
@@ -176,7 +176,7 @@ fn either_grip_gives_orientation_and_buttons() {
 }
 
 #[test]
-fn a_force_above_the_limit_is_told_at_the_limit_in_its_own_direction() {
+fn force_above_the_limit_is_clamped_in_its_direction() {
     let service = Service::start(Script::default());
     let limited = Inverse3Options { max_force_n: 4.0, ..options(&service) };
     let mut device = Inverse3::open(&limited).expect("it opens");

@@ -40,7 +40,7 @@ fn a_servo_that_stops_writing_leaves_no_force() {
 }
 
 #[test]
-fn a_socket_that_closes_or_breaks_is_a_lost_device_and_ends_the_thread() {
+fn closed_or_broken_socket_loses_the_device_and_ends_the_thread() {
     for then in [Then::Close, Then::Break] {
         let (_service, mut device) = opened(Script { at_message: 20, then, ..Script::default() });
         assert_eq!(lost(&mut device), DeviceFault::Gone);

@@ -62,7 +62,7 @@ fn shown(force_n: Vector3<f64>) -> Vector3<f64> {
 }
 
 #[test]
-fn calls_come_in_the_order_of_the_reference_and_the_last_force_is_zero() {
+fn calls_follow_the_reference_and_the_last_force_is_zero() {
     let (ended, heard) = run(FAST, |frame, _, _| (frame < 5).then_some(Vector3::new(1.0, 0.0, 0.0)));
     assert_eq!(ended, Ok(()));
     let expected = [
@@ -96,7 +96,7 @@ fn it_says_what_it_is() {
 }
 
 #[test]
-fn poses_are_in_metres_from_the_middle_of_the_workspace_with_the_tip_along_z() {
+fn poses_are_in_metres_from_the_centre_with_the_tip_along_z() {
     let mut seen = Vec::new();
     let (ended, _) = run(FAST, |frame, reading, fault| {
         assert_eq!(fault, None);
@@ -117,7 +117,7 @@ fn poses_are_in_metres_from_the_middle_of_the_workspace_with_the_tip_along_z() {
 }
 
 #[test]
-fn a_force_above_the_limit_is_shown_at_the_limit_in_its_own_direction() {
+fn large_force_is_clamped_and_a_small_one_passes_unchanged() {
     for force_n in [Vector3::new(30.0, -40.0, 0.0), Vector3::new(0.0, -3.4, 0.0), Vector3::new(1e300, 1e300, -1e300)] {
         let shown_n = shown(force_n);
         assert!((shown_n.norm() - 3.3).abs() < 1e-9, "{shown_n:?}");
@@ -159,7 +159,7 @@ fn a_frame_never_allocates() {
 }
 
 #[test]
-fn a_panic_of_the_tick_comes_out_on_our_side_once_the_force_is_zero() {
+fn panic_of_the_tick_propagates_after_the_force_is_zero() {
     let stand_in = StandIn::new(FAST);
     let mut device = open(stand_in.path()).expect("it opens");
     let mut frame = 0;
@@ -205,7 +205,7 @@ fn a_device_that_is_lost_mid_way_says_so_and_is_let_go() {
 }
 
 #[test]
-fn of_several_errors_of_a_frame_the_cause_counts_and_the_gravest() {
+fn most_severe_error_of_a_frame_decides_the_outcome() {
     // The younger error is asked for first. A lost device makes the frame that follows fail, and a warm motor is no end.
     let ended = |codes| {
         run(Script { at_frame: 7, then: Then::Errors(codes), ..FAST }, |frame, _, fault| {
@@ -247,7 +247,7 @@ fn a_scheduler_that_falls_silent_is_a_lost_device() {
 }
 
 #[test]
-fn a_refused_force_is_told_to_the_tick_and_does_not_end_the_attempt() {
+fn refused_force_reaches_the_tick_and_the_attempt_continues() {
     let script = Script { at_frame: 3, then: Then::Error(0x0204), ..FAST };
     let mut told = Vec::new();
     let (ended, _) = run(script, |frame, _, fault| {
@@ -260,7 +260,7 @@ fn a_refused_force_is_told_to_the_tick_and_does_not_end_the_attempt() {
 }
 
 #[test]
-fn the_warmest_motor_is_read_and_a_driver_that_does_not_know_it_is_no_fault() {
+fn hottest_motor_is_read_and_an_unknown_heat_is_no_fault() {
     for (motor_heat, expected) in [(0.9, 0.9), (-1.0, 0.0)] {
         let mut read = Vec::new();
         let (ended, _) = run(Script { motor_heat, ..FAST }, |frame, reading, fault| {
@@ -273,7 +273,7 @@ fn the_warmest_motor_is_read_and_a_driver_that_does_not_know_it_is_no_fault() {
 }
 
 #[test]
-fn a_reading_that_is_not_a_number_is_the_last_good_one_at_its_own_time() {
+fn nan_reading_repeats_the_last_good_one_with_its_time() {
     let script = Script { at_frame: 4, then: Then::NotANumber, ..FAST };
     let mut seen = Vec::new();
     let (ended, _) = run(script, |frame, reading, _| {
@@ -292,7 +292,7 @@ fn a_slow_driver_is_slow_and_not_lost() {
 }
 
 #[test]
-fn a_calibration_that_is_due_is_made_and_one_by_hand_is_asked_for() {
+fn due_calibration_is_run_and_a_manual_one_is_requested() {
     let due = StandIn::new(Script { calibration: 0x5001, calibrates: true, ..FAST });
     assert!(open(due.path()).is_ok());
     let expected = [

@@ -100,7 +100,7 @@ fn optioned(scene: &str, options: &[TriedOption], static_factor: f64) -> Punctur
 }
 
 #[test]
-fn no_option_of_the_law_gives_a_released_or_a_thrown_handle_energy() {
+fn released_handle_gains_no_energy_under_any_option() {
     for (scene, options) in SCENES.iter().flat_map(|scene| OPTION_SETS.map(|options| (scene, options))) {
         for info in devices() {
             // With a millisecond more, a handle without any damping swings on the presliding spring of a shaft that is held by a fifth more
@@ -124,7 +124,7 @@ fn no_option_of_the_law_gives_a_released_or_a_thrown_handle_energy() {
 /// A shaft that is held by more than the shipped scenes' friction swings a handle that nothing damps when the device answers a millisecond
 /// late. No hand is without damping.
 #[test]
-fn no_option_of_the_law_gives_a_hand_energy_whatever_the_static_friction() {
+fn hand_gains_no_energy_under_any_option_or_static_friction() {
     let held = loosely_held();
     for (scene, options) in SCENES.iter().flat_map(|scene| OPTION_SETS.map(|options| (scene, options))) {
         for info in devices() {
@@ -207,7 +207,7 @@ fn after_a_stall(tent_m: f64, way_m: impl Fn(f64) -> f64) -> Aftermath {
 }
 
 #[test]
-fn force_that_comes_back_is_whole_where_the_hand_rests_and_gives_what_was_stored() {
+fn resumed_force_is_whole_and_returns_only_the_stored_energy() {
     let rests = after_a_stall(0.002, |_| 0.0);
     let [before_n, after_n] = rests.forces_n;
     assert!(before_n < -0.3 && (after_n - before_n).abs() < 1e-3, "{before_n} N, then {after_n} N");

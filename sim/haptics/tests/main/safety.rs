@@ -125,7 +125,7 @@ fn misbehave(fault: Fault, lasts: u64) -> (Vec<f64>, Option<Ended>, Rig) {
 }
 
 #[test]
-fn each_fault_ends_without_force_and_the_attempt_goes_on_where_it_can() {
+fn device_fault_ends_in_zero_force_and_the_attempt_continues() {
     for fault in [Fault::NotANumber, Fault::Freeze, Fault::Jump(0.05), Fault::Backwards] {
         let (sent, ended, _) = misbehave(fault, u64::MAX);
         assert!(sent[1499] > 0.3, "{fault:?}: the skin is tented before: {} N", sent[1499]);
@@ -139,7 +139,7 @@ fn each_fault_ends_without_force_and_the_attempt_goes_on_where_it_can() {
 }
 
 #[test]
-fn a_device_that_refuses_force_is_sent_none_until_it_has_taken_it_for_a_while() {
+fn device_refusing_force_gets_none_until_it_accepts_for_200_ms() {
     let (sent, ended, mut rig) = misbehave(Fault::RefusesForce, 100);
     assert!(sent[1499] > 0.3 && sent[1502..1800].iter().all(|&force_n| force_n == 0.0));
     assert_eq!(ended, None);
@@ -148,7 +148,7 @@ fn a_device_that_refuses_force_is_sent_none_until_it_has_taken_it_for_a_while() 
 }
 
 #[test]
-fn a_device_that_is_gone_ends_the_servo_and_one_that_complains_may_recover() {
+fn lost_device_ends_the_servo_and_a_reported_fault_may_recover() {
     let (sent, ended, _) = misbehave(Fault::Disconnect, u64::MAX);
     assert_eq!((sent.len(), ended), (1500, Some(Ended::DeviceLost(DeviceFault::Gone))));
     let (sent, ended, _) = misbehave(Fault::Reports(9), u64::MAX);
@@ -159,7 +159,7 @@ fn a_device_that_is_gone_ends_the_servo_and_one_that_complains_may_recover() {
 }
 
 #[test]
-fn a_handle_that_jumped_is_taken_up_where_it_is_and_the_needle_stays() {
+fn jumped_handle_is_rejoined_in_place_and_the_needle_stays() {
     let (_, _, mut rig) = misbehave(Fault::Jump(0.05), u64::MAX);
     let records = rig.taken();
     let way_m = |pair: &[haptics::servo::Record]| {
@@ -191,7 +191,7 @@ fn comes_back(given_n: &[f64], whole_n: f64) -> (usize, usize, f64) {
 }
 
 #[test]
-fn a_stall_of_the_host_cuts_the_force_and_gives_it_back_where_the_needle_is() {
+fn host_stall_cuts_the_force_and_ramps_it_back_at_the_needle() {
     let mut rig = Rig::new(shipped("lower-back-training"), &touch(), 0.03);
     // 2 mm into the skin: far more than is let in at once.
     let force_at = |rig: &mut Rig, number: u32, late_s: f64| {
@@ -210,7 +210,7 @@ fn a_stall_of_the_host_cuts_the_force_and_gives_it_back_where_the_needle_is() {
 }
 
 #[test]
-fn a_hiccup_in_the_tissue_is_followed_by_force_from_where_the_needle_is_and_is_told_tick_by_tick() {
+fn force_ramps_back_after_a_freeze_and_unfelt_ticks_are_flagged() {
     // At 10 mm/s, 2.5 mm into the skin when 200 readings are the same; then the handle is 2 mm further on.
     let mut device = Scripted::new(0.01, RATE_HZ).as_device(touch()).with(Fault::Freeze, 1500, 200);
     let mut rig = crate::exits::rig(device.info(), 0.0125);
@@ -267,7 +267,7 @@ fn cooled_s(exercise: &str, info: &DeviceInfo) -> f64 {
 }
 
 #[test]
-fn an_expert_never_warms_the_motors_of_a_touch_too_much_and_weak_motors_are_found_out() {
+fn expert_never_overheats_a_touch_and_weak_motors_are_detected() {
     let long = ["percutaneous-kidney-access/1-lower-pole", "lumbar-epidural/1-stop-in-the-epidural-space"];
     for exercise in long {
         let cooled_s = cooled_s(exercise, &touch());

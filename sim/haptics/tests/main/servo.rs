@@ -88,7 +88,7 @@ fn replays(params: &PunctureParams, records: &[Record]) {
 }
 
 #[test]
-fn records_step_the_same_law_to_the_bit_through_faults_and_stalls() {
+fn records_replay_bit_for_bit_through_faults_and_stalls() {
     let params = Arc::new(PunctureParams::new(shipped("lower-back-training")).expect("a valid scene"));
     for fault in [Fault::None, Fault::NotANumber, Fault::Jump(0.05), Fault::Backwards, Fault::Reports(7)] {
         let mut device = Scripted::new(0.01, RATE_HZ).with(fault, 2500, 300);
@@ -146,7 +146,7 @@ fn a_pop_changes_the_force_at_the_device_in_the_very_tick() {
 }
 
 #[test]
-fn the_picture_sees_what_the_recorder_gets_and_what_loads_the_tissue() {
+fn picture_gets_the_recorded_tick_and_the_tissue_loads() {
     let mut rig = Rig::new(shipped("lower-back-training"), &touch(), 0.03);
     assert!(rig.latest.read().is_none(), "nothing before the first tick");
     let at =
@@ -182,7 +182,7 @@ fn what_was_changed_is_flagged() {
 }
 
 #[test]
-fn a_virtual_hand_is_stopped_by_skin_and_thrown_forward_by_its_pop() {
+fn skin_stops_a_virtual_hand_and_its_pop_throws_it_forward() {
     let params = Arc::new(PunctureParams::new(shipped("lower-back-training")).expect("a valid scene"));
     let (mut hand, mut aim) = VirtualHand::new("mouse", &VirtualHand::braced(), RATE_HZ);
     let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.002);

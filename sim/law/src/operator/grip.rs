@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hard_push_braces_quickly_and_a_drop_does_not_loosen_at_once() {
+    fn hard_push_braces_the_grip_quickly_and_a_drop_loosens_slowly() {
         let mut grip = Grip::new(200.0, 2000.0);
         (0..1000).for_each(|_| _ = grip.follow(1e-3, 3.0));
         assert!((grip.stiffness_n_per_m - 200.0).abs() < 1e-9, "three newtons are one hand's");

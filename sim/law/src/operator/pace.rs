@@ -37,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_spread_is_the_one_asked_for_and_the_hand_never_draws_back() {
+    fn pace_has_the_requested_spread_and_is_never_negative() {
         let factors = |unevenness: f64| -> Vec<f64> {
             let pace = Pace::new(unevenness, &mut Draw::new(4));
             (0..200_000).map(|tick| pace.at(f64::from(tick) * 1e-3)).collect()

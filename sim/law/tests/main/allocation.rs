@@ -33,7 +33,7 @@ fn count_allocations(spec: AxialSpec) {
 }
 
 #[test]
-fn the_puncture_never_allocates_with_events_tracks_and_every_kind_of_shape() {
+fn puncture_never_allocates_with_events_tracks_or_any_shape() {
     let mut needle = DrivenNeedle::new(training_axial_spec(), one_of_each()).expect("a valid scene");
     let axis = Vector3::new(0.1, 0.0, -1.0).normalize();
     let mut events = 0;

@@ -174,7 +174,7 @@ fn a_stiff_needle_is_the_rigid_law() {
 }
 
 #[test]
-fn it_never_holds_more_than_the_rigid_needle_and_more_the_deeper_it_is() {
+fn beam_is_softer_than_a_rigid_needle_and_stiffens_with_depth() {
     for bending in [1e-9, 1e-4, thin(), 1.0] {
         let mut last = 0.0;
         for tenth_mm in 0..=1500 {

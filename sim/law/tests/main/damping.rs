@@ -33,7 +33,7 @@ fn close(found: f64, wanted: f64) {
 }
 
 #[test]
-fn a_held_force_falls_by_e_within_its_time_and_what_was_stored_is_lost() {
+fn held_force_decays_by_e_in_its_time_and_loses_stored_energy() {
     let (mut run, t_s) = at_rest();
     let pushed = run.step(t_s + TICK_S, 0.03 + 1e-4);
     let (stored_j, before_j) = (run.state.ledger.presliding_j, lost_j(&run.state.ledger));
@@ -56,7 +56,7 @@ fn at_a_steady_speed_it_is_the_dashpot() {
 }
 
 #[test]
-fn growing_damping_keeps_the_force_and_shrinking_damping_the_strain() {
+fn more_damping_keeps_the_force_and_less_keeps_the_strain() {
     let (mut run, t_s) = at_rest();
     let pushed_n = run.step(t_s + TICK_S, 0.032).viscous_n;
     let u = -libm::expm1(-0.1);

@@ -111,7 +111,7 @@ fn a_window_of_speed_may_give_back_and_the_ledger_says_how_much() {
 }
 
 #[test]
-fn input_less_returned_is_the_integral_of_the_force_the_hand_felt() {
+fn input_minus_returned_energy_is_the_integral_of_hand_force() {
     for (name, spec, factor) in scenes() {
         let (mut work_j, mut x_before_m, mut force_before_n) = (0.0, -0.002, 0.0);
         let run = perform(spec, factor, |run, x_m, output| {
@@ -128,7 +128,7 @@ fn input_less_returned_is_the_integral_of_the_force_the_hand_felt() {
 }
 
 #[test]
-fn a_slow_insertion_dissipates_at_each_rupture_what_the_closed_form_says() {
+fn slow_rupture_dissipates_the_energy_of_the_closed_form() {
     let predicted = law::closed_form::predict_ruptures(&paper_axial_spec());
     let mut found = Vec::new();
     let leg = Leg { start_s: 0.0, duration_s: 20.0, dt_s: 1e-3, from_m: 0.0, to_m: 0.02 };

@@ -96,7 +96,7 @@ fn hands_overshoot_the_skin_as_their_stiffness_says() {
 }
 
 #[test]
-fn experts_find_their_depth_better_than_novices_and_everybody_comes_back() {
+fn expert_finds_depth_better_than_novice_and_both_withdraw() {
     let errors_mm = |skill: &Skill| -> Vec<f64> {
         (0..SEEDS)
             .map(|seed| {
@@ -158,7 +158,7 @@ fn against_a_wall(look: impl Fn(&Skill, u64, &[Tick])) {
 }
 
 #[test]
-fn an_operator_that_meets_bone_wherever_it_goes_gives_up_and_comes_back() {
+fn operator_blocked_by_bone_everywhere_gives_up_and_withdraws() {
     against_a_wall(|_, seed, ticks| {
         let last = ticks.last().expect("ticks");
         assert!(last.motion.done && !last.output.inside, "seed {seed}: it must not redirect for ever");
@@ -180,7 +180,7 @@ fn turns(pair: &[Tick]) -> bool {
 }
 
 #[test]
-fn nobody_pushes_on_bone_harder_than_their_skill_says_or_turns_the_needle_inside_the_skin() {
+fn operator_limits_bone_force_and_turns_only_outside_the_skin() {
     against_a_wall(|skill, seed, ticks| {
         let most_n = ticks.iter().map(|tick| tick.output.bone_n).fold(0.0, f64::max);
         assert!(most_n < hardest_n(skill), "seed {seed}: {most_n} N");
@@ -190,7 +190,7 @@ fn nobody_pushes_on_bone_harder_than_their_skill_says_or_turns_the_needle_inside
 
 /// Bone pushes a tip out the shortest way, so that who pushes hard enough slips off it or comes through: a target counts where that was not done.
 #[test]
-fn who_redirects_reaches_the_target_past_bone_more_often_than_who_does_not_feel_it() {
+fn redirecting_operator_reaches_targets_past_bone_more_often() {
     for skill in skills() {
         // Led far astray, so that bone is met.
         let skill = Skill { angle_sd_rad: 15.0_f64.to_radians(), ..skill };
@@ -219,7 +219,7 @@ fn where_there_is_no_bone_nothing_is_otherwise_for_feeling_it() {
 }
 
 #[test]
-fn a_constant_speed_is_exactly_constant_from_the_start_position_at_time_zero() {
+fn constant_speed_is_exact_from_the_start_position_at_time_zero() {
     let mut operator = Operator::constant(0.002, &plan());
     let ticks = perform(&mut operator, DrivenNeedle::new(paper_axial_spec(), vec![]).expect("a valid scene"));
     for (n, tick) in ticks.iter().take(17_000).enumerate() {

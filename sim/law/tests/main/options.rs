@@ -54,7 +54,7 @@ fn a_sheet_opens_at_what_the_edges_angle_to_its_fibres_says() {
 }
 
 #[test]
-fn turning_the_edge_inside_changes_nothing_and_the_slit_stays_open() {
+fn turning_the_edge_inside_changes_nothing_and_slit_stays_open() {
     let mut needle = DrivenNeedle::new(fascia(), vec![]).expect("a valid scene");
     // Along the fibres it would give way at 1 N, 2.1 mm deep.
     for tick in 0..=300_u32 {
@@ -117,7 +117,7 @@ fn static_friction_alone_is_booked() {
 
 /// A random insertion found it: what takes over has relaxed, so it holds on where its branches would have torn it in the same breath.
 #[test]
-fn what_takes_over_has_relaxed_and_a_scene_that_counts_on_its_branches_is_unsound() {
+fn soundness_assumes_relaxed_branches_in_the_layer_below() {
     let mut skin = make_layer("skin", [0.0, 70.0, 0.0, 0.97, 0.97, 0.0, 0.0]);
     let mut below = make_layer("below", [40.0, 320.0, 0.0, 3.7, 3.7, 0.0, 0.0]);
     assert_eq!(
@@ -133,7 +133,7 @@ fn what_takes_over_has_relaxed_and_a_scene_that_counts_on_its_branches_is_unsoun
 }
 
 #[test]
-fn options_are_refused_before_version_3_and_where_they_contradict() {
+fn options_are_rejected_before_law_3_and_when_contradictory() {
     let branch = MaxwellBranch { share: 0.5, time_s: 1.0 };
     let mut relaxing = AxialSpec { law: ForceLaw::Version3, ..training_axial_spec() };
     relaxing.layers[1].options.branches = vec![branch];
@@ -170,7 +170,7 @@ fn options_are_refused_before_version_3_and_where_they_contradict() {
 /// `tests/data/force/toughness.csv`: the energy of a stretched ring integrated numerically and minimised numerically. The reference's own
 /// quadrature is good to 1e-8.
 #[test]
-fn the_threshold_of_a_sharp_tip_is_the_least_of_slit_and_opening() {
+fn sharp_tip_threshold_minimises_slit_and_opening_energy() {
     let table = include_str!("../../../../tests/data/force/toughness.csv");
     let mut rows = 0;
     for row in table.lines().skip(1) {
@@ -206,7 +206,7 @@ fn wall_force_n(speed_m_per_s: f64, w_m: f64) -> f64 {
 
 /// What docs/physics.md says of speed: a boundary that relaxes opens at its threshold whatever the speed, and the sooner the faster.
 #[test]
-fn speed_changes_where_a_relaxing_boundary_opens_and_not_its_force() {
+fn speed_shifts_where_a_relaxing_boundary_opens_not_its_force() {
     let [slow, fast] = [0.4e-3, 2e-3];
     let [[slow_n, slow_m], [fast_n, fast_m]] = [slow, fast].map(|speed| open_wall(RuptureCriterion::Force, speed));
     assert!((fast_n / slow_n - 1.0).abs() < 1e-3, "{slow_n} N and {fast_n} N");
@@ -219,7 +219,7 @@ fn speed_changes_where_a_relaxing_boundary_opens_and_not_its_force() {
 
 /// And the other way round where it gives way at a dent.
 #[test]
-fn speed_changes_the_force_of_a_boundary_that_gives_way_at_a_dent_and_not_where_it_opens() {
+fn speed_changes_dent_rupture_force_and_not_its_depth() {
     for speed in [0.4e-3, 2e-3, 50e-3] {
         let [force_n, x_m] = open_wall(RuptureCriterion::Dent, speed);
         assert!((x_m - 4e-3).abs() < 1.1e-6, "{x_m} m at {speed} m/s");
@@ -267,7 +267,7 @@ fn tissue_set_in_motion_is_not_felt_at_the_speeds_of_a_hand() {
 
 /// What docs/physics.md says of the recoil. Tissue that springs back drags at the shaft by friction and for its recoil time, and by no more.
 #[test]
-fn tissue_that_springs_back_gives_a_hand_hardly_a_hundredth_of_the_pop() {
+fn tissue_recoil_gives_a_hand_about_one_percent_of_the_pop() {
     /// Time in which a hand answers a pop by its own stiffness, in s.
     const HAND_S: f64 = 0.03;
     let layers = training_axial_spec().layers;

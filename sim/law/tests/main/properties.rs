@@ -231,7 +231,7 @@ proptest! {
     }
 
     #[test]
-    fn no_rupture_of_a_sound_scene_raises_force_or_energy_at_any_speed(
+    fn sound_scene_ruptures_raise_no_force_or_energy_at_any_speed(
         spec in any_optioned_scene(),
         seconds in prop::collection::vec((-5.0..0.5_f64).prop_map(|exponent| libm::pow(10.0, exponent)), 40),
     ) {

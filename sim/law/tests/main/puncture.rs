@@ -55,7 +55,7 @@ fn an_old_track_does_not_cut_twice_but_cuts_beyond_its_front() {
 }
 
 #[test]
-fn a_full_list_of_tracks_takes_up_the_nearest_instead_of_growing() {
+fn full_track_list_reuses_the_nearest_track() {
     let mut needle = DrivenNeedle::new(paper_axial_spec(), vec![]).expect("a valid scene");
     for hole in 0..70 {
         let x_mm = f64::from(hole) * 3.0;
@@ -84,7 +84,7 @@ fn an_oblique_needle_on_its_own_line_is_pushed_back_along_it() {
 }
 
 #[test]
-fn sideways_the_foundation_pulls_back_with_stiffness_times_depth_and_books_the_work() {
+fn lateral_force_is_stiffness_times_depth_and_books_its_work() {
     let mut needle = DrivenNeedle::new(paper_axial_spec(), vec![]).expect("a valid scene");
     needle.travel(-Vector3::z(), above(0.0), below(0.0));
     let before = needle.state.ledger().lateral_j();
@@ -98,7 +98,7 @@ fn sideways_the_foundation_pulls_back_with_stiffness_times_depth_and_books_the_w
 }
 
 #[test]
-fn turning_the_needle_inside_changes_nothing_because_its_axis_is_latched() {
+fn latched_axis_ignores_turning_the_needle_inside() {
     let mut straight = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
     let mut turned = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
     straight.travel(-Vector3::z(), above(0.0), below(0.0));
@@ -109,7 +109,7 @@ fn turning_the_needle_inside_changes_nothing_because_its_axis_is_latched() {
 }
 
 #[test]
-fn a_first_sample_inside_opens_at_once_and_enters_along_its_axis() {
+fn first_sample_inside_ruptures_at_once_and_enters_on_its_axis() {
     let axis = Vector3::new(0.6, 0.0, -0.8);
     let mut needle = DrivenNeedle::new(paper_axial_spec(), vec![]).expect("a valid scene");
     let output = needle.pose(needle_pose(&Point3::new(0.03, 0.0, -0.04), &axis));
@@ -159,7 +159,7 @@ fn the_stages_come_in_the_papers_order() {
 }
 
 #[test]
-fn bad_samples_are_held_and_reported_and_the_next_good_one_goes_on() {
+fn bad_sample_is_held_and_reported_and_the_next_is_accepted() {
     let mut needle = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
     needle.travel(-Vector3::z(), above(0.0), below(0.0));
     let (good, saved) = (needle.down(0.0, 0.001, -0.031), needle.state.clone());

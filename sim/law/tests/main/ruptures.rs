@@ -42,7 +42,7 @@ fn the_scenes_of_section_two_are_sound() {
 }
 
 #[test]
-fn a_threshold_too_high_for_its_stiffness_is_named_with_the_largest_sound_one() {
+fn unsound_threshold_is_reported_with_the_largest_sound_one() {
     let mut spec = paper_axial_spec();
     spec.tip_to_rim_m = 0.0;
     spec.layers[1].tip_rupture_n = 1.0;
@@ -81,7 +81,7 @@ fn rate_dependence_is_half_way_at_v0_and_absent_by_default() {
 }
 
 #[test]
-fn drawing_back_ruptures_nothing_even_where_speed_weakens_the_tissue() {
+fn withdrawal_ruptures_nothing_even_where_speed_weakens_tissue() {
     let rate = Some(RateDependence { p_infinity_n: 0.0, v0_m_per_s: 0.001 });
     let mut run = AxialRun::new(AxialSpec { rate, ..paper_axial_spec() }).expect("a valid scene");
     run.step(0.0, 0.0);

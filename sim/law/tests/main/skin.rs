@@ -144,7 +144,7 @@ fn on_a_slope_layers_open_where_they_are_met_along_the_needle() {
 }
 
 #[test]
-fn a_needle_that_passes_the_skin_by_meets_nothing_and_one_that_leaves_is_free() {
+fn needle_beside_curved_skin_meets_nothing_and_exit_frees_it() {
     let skin = Skin::Sphere { radius_m: 0.06 };
     let mut needle = over(skin);
     let past = needle.travel(-Vector3::z(), Point3::new(0.061, 0.0, 0.0), Point3::new(0.061, 0.0, -0.06));
@@ -160,7 +160,7 @@ fn a_needle_that_passes_the_skin_by_meets_nothing_and_one_that_leaves_is_free() 
 }
 
 #[test]
-fn a_flat_skin_is_met_at_its_angle_and_no_needle_lies_flatter_than_at_80_degrees() {
+fn flat_skin_gives_the_angle_of_incidence_capped_at_80_degrees() {
     let upright = Skin::Flat.incidence(&Point3::origin(), &-Vector3::z());
     assert_eq!(upright, Incidence::UPRIGHT);
     let flat = Skin::Flat.incidence(&Point3::origin(), &Vector3::x());

@@ -142,7 +142,7 @@ fn targets_are_hit_but_do_not_count_for_clearance() {
 }
 
 #[test]
-fn bone_pushes_the_tip_out_along_its_normal_with_2500_newtons_per_metre() {
+fn bone_pushes_the_tip_along_its_normal_at_2500_n_per_m() {
     let cuboid = Shape::Box { half_extents_m: Vector3::new(10.0 * MM, 10.0 * MM, 10.0 * MM) };
     for shape in [ball(10.0), cuboid, cube(10.0)] {
         let mut needle =
@@ -168,7 +168,7 @@ fn bone_pushes_the_tip_out_along_its_normal_with_2500_newtons_per_metre() {
 }
 
 #[test]
-fn the_centre_of_a_bone_has_no_outward_direction_and_no_force_that_is_not_a_number() {
+fn centre_of_a_bone_gives_a_finite_force() {
     let mut needle =
         DrivenNeedle::new(paper_axial_spec(), vec![structure(StructureKind::Bone, ball(10.0), (0.0, 0.0, -20.0))])
             .expect("a valid scene");
@@ -177,7 +177,7 @@ fn the_centre_of_a_bone_has_no_outward_direction_and_no_force_that_is_not_a_numb
 }
 
 #[test]
-fn broken_shapes_are_refused_with_their_place_and_what_is_allowed() {
+fn invalid_shape_is_rejected_with_its_place_and_the_rule() {
     let Shape::Mesh { vertices_m, triangles } = cube(5.0) else { panic!("a mesh") };
     let mesh = |triangles: Vec<[u32; 3]>| Shape::Mesh { vertices_m: vertices_m.clone(), triangles };
     let inverted = triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
@@ -217,7 +217,7 @@ fn walled() -> StructureSpec {
 }
 
 #[test]
-fn the_wall_of_a_vessel_is_felt_until_it_gives_way_and_then_stays_open() {
+fn vessel_wall_resists_until_it_ruptures_and_stays_open() {
     let mut needle = DrivenNeedle::new(paper_axial_spec(), vec![walled()]).expect("a valid scene");
     let mut wall_n = |depth_mm: f64| needle.down(0.0, 0.0, -depth_mm * MM).structures_n.z;
     assert!(wall_n(-1.0).abs() <= 0.0);

@@ -126,14 +126,14 @@ fn at_seams_corners_and_edges_nothing_jumps() {
 }
 
 #[test]
-fn behind_an_edge_the_force_turns_by_no_more_than_its_two_ways_out() {
+fn force_behind_an_edge_turns_no_further_than_its_two_exits() {
     // 1 mm below the top, sideways out of the edge: the short way turns from up to aside at 1 mm from the side.
     let felt = feel(lamina(), &[[2.0, 0.3, 1.0], [2.0, 0.3, -17.0], [5.0, 0.3, -17.0]]);
     check("behind an edge", &felt, BONE_N_PER_MM, 2.0_f64.sqrt() * BONE_N_PER_MM * (1.0 + STEP_MM));
 }
 
 #[test]
-fn a_plate_however_thin_holds_as_much_as_half_of_it_and_then_lets_go() {
+fn thin_plate_resists_up_to_half_its_thickness_then_releases() {
     for thick_mm in [0.01, 0.1, 0.5, 7.0] {
         let plate = vec![bone([15.0, 15.0, thick_mm / 2.0], [0.0, 0.0, -15.0])];
         let felt = feel(plate, &[[0.2, 0.3, 1.0], [0.2, 0.3, -20.0], [0.2, 0.3, -10.0]]);
@@ -142,7 +142,7 @@ fn a_plate_however_thin_holds_as_much_as_half_of_it_and_then_lets_go() {
 }
 
 #[test]
-fn between_two_bones_that_touch_and_in_a_canal_narrower_than_the_needle_nothing_is_thrown() {
+fn touching_bones_and_a_narrow_canal_throw_no_needle() {
     let pair =
         |gap_mm: f64| [-1.0, 1.0].map(|side| bone([5.0, 5.0, 5.0], [side * (5.0 + gap_mm / 2.0), 0.0, -15.0])).to_vec();
     check("where two bones touch", &feel(pair(0.0), &[[0.0, 0.4, 1.0], [0.0, 0.4, -22.0]]), 1e-6, JUMP_N);
@@ -174,7 +174,7 @@ fn a_bone_that_holds_is_never_pushed_through() {
 }
 
 #[test]
-fn what_a_bone_that_holds_does_is_what_bone_does_where_the_shortest_way_out_is_the_way_in() {
+fn law_4_bone_acts_as_before_if_the_nearest_exit_is_the_entry() {
     let way = [[0.1, -13.0, 1.0], [0.1, -13.0, -16.4], [0.7, 13.0, -16.4]];
     let [old, new] = [feel(lamina(), &way), hold(lamina(), &way)];
     assert!((old.last_n - new.last_n).norm() < 1e-9 && (old.most_n - new.most_n).abs() < 1e-9);

@@ -164,7 +164,7 @@ fn a_length_of_two_to_the_sixty_is_refused() {
 
 /// A service that makes room for what a stranger's file claims can be stopped by a small file: the fuzzer found that the library does.
 #[test]
-fn a_false_length_of_a_text_is_refused_before_there_is_room_for_it() {
+fn false_text_length_is_rejected_before_it_allocates() {
     let bytes = file(100);
     let [header, metadata, chunk] = [op::HEADER, op::METADATA, op::CHUNK].map(|opcode| start_of(&bytes, opcode));
     let first_key = metadata + 9 + 4 + "stylet.session".len() + 4;

@@ -172,7 +172,7 @@ fn a_tent_is_as_deep_as_the_field_says() {
 }
 
 #[test]
-fn a_tent_ends_at_the_needle_whatever_the_field_would_have_made_of_its_loads() {
+fn tent_ends_at_the_needle_for_any_field_load() {
     let section = |mut frame: Frame, loads: f32| {
         frame.loads_n.iter_mut().for_each(|newton| *newton *= loads);
         picture(&stage(), &Frame { view: View::Section, ..frame }, SIZE)
@@ -274,7 +274,7 @@ fn what_is_at_the_hub_is_seen() {
 }
 
 #[test]
-fn a_needle_beside_the_body_shades_the_drape_from_wherever_it_is_seen() {
+fn needle_beside_the_body_shades_the_drape_in_every_view() {
     // The lamp stands to the left, before and above: a shadow falls to the right and away by so much per metre of height.
     let (height_m, [right, away]) = (0.02_f32, [0.50 / 0.74, 0.46 / 0.74]);
     let drape_m = -stage().depth_m() - 0.001;
@@ -305,7 +305,7 @@ fn darkened(place_m: [f32; 3]) -> u8 {
 }
 
 #[test]
-fn the_shadow_of_the_hub_is_fainter_than_that_of_the_needle_where_it_goes_in() {
+fn hub_shadow_is_fainter_than_the_shadow_at_the_entry() {
     // The lamp stands to the left and before: what is so high above the skin shades a place so far to the right and away.
     let shaded = |height_m: f32| [height_m * 0.50 / 0.74, height_m * 0.46 / 0.74, 0.0];
     let [close, hub, beside] = [shaded(0.005), shaded(0.035), [-0.03, 0.02, 0.0]].map(darkened);

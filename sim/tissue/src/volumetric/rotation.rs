@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn an_inverted_gradient_gives_a_proper_rotation_that_turns_the_least_stretched_axis() {
+    fn inverted_gradient_yields_the_nearest_proper_rotation() {
         let turn = Rotation3::from_euler_angles(0.4, -0.2, 0.9);
         let found = nearest_rotation(&stretched(&turn, [1.3, 1.1, -0.2]));
         assert!((found.determinant() - 1.0).abs() < 1e-12);

@@ -84,7 +84,7 @@ fn a_field_of_the_exercise_alone_is_the_same_at_every_angle() {
 }
 
 #[test]
-fn a_flatter_needle_than_any_that_is_known_is_taken_for_the_flattest() {
+fn field_clamps_flatter_needles_to_the_flattest_known_angle() {
     let field = Field::new(&body(1e-3, 0.05)).expect("a field");
     let flattest = field.on_axis().at(libm::cos(FLATTEST_RAD));
     for cosine in [0.4, 0.0, -1.0] {

@@ -36,7 +36,7 @@ fn errors(tissue: &TissueSpec, field: &Field) -> Vec<f64> {
 }
 
 #[test]
-fn the_claim_is_the_worst_load_on_the_whole_body_and_meets_the_tolerance() {
+fn claimed_error_is_of_the_worst_load_and_meets_the_tolerance() {
     for (radius_m, tolerance) in [(1e-3, 0.05), (1.75e-3, 0.05), (1e-3, 0.002), (0.4e-3, 0.01)] {
         let tissue = TissueSpec { judging: Judging::Second, ..body(radius_m, tolerance) };
         let field = Field::new(&tissue).expect("a field");

@@ -106,7 +106,7 @@ fn a_tenth_of_a_per_cent_is_met_on_every_reference_case() {
 
 /// The references are good to 2e-5, that of the stiff skin to 2e-4.
 #[test]
-fn the_top_of_the_ladder_agrees_with_the_references_in_both_components() {
+fn finest_meshes_agree_with_references_in_both_components() {
     for (case, bound) in cases().iter().zip([6e-5, 6e-5, 2.5e-4]) {
         for solution in &case.solutions {
             let problem = case.problem(solution.depth_m);
@@ -230,7 +230,7 @@ fn a_mesh_that_does_not_fit_is_refused_with_the_place() {
 /// A drag that begins three column's radii below a stiff plate is felt there by a five-hundredth of what it is below. Graded meshes of the
 /// highest order are wrong by 2 % there; the judge, whose elements do not lose their orders with the distance, is not.
 #[test]
-fn a_drag_deep_in_a_narrow_column_is_felt_above_as_the_estimate_says() {
+fn estimate_covers_a_deep_drag_in_a_narrow_column() {
     let mut problem =
         ask_contactor(vec![make_elastic_layer(160e-6, 3.7e6, 0.0), make_elastic_layer(44.6e-3, 5.4e3, 0.46)], 0.0);
     problem.slab.radius_m = 0.739e-3;

@@ -94,7 +94,7 @@ fn a_clean_curve_gives_back_what_it_was_made_from() {
 }
 
 #[test]
-fn a_noisy_curve_gives_it_back_within_the_intervals_that_are_stated() {
+fn fit_of_a_noisy_curve_holds_the_truth_in_its_intervals() {
     let truth = needle();
     let fit = quietly(&curve(&measured(&truth, &track(32.0, 2.0), 0.03)), fresh(None));
     assert!(near(fit.rms_n, 0.03, 0.1) && near(fit.noise_n, 0.03, 0.15), "{} N, {} N", fit.rms_n, fit.noise_n);
@@ -164,7 +164,7 @@ fn a_start_keeps_what_the_curve_does_not_reach() {
 }
 
 #[test]
-fn data_that_ask_for_energy_from_nothing_get_a_sound_scene_and_are_told() {
+fn unsound_data_are_fitted_by_a_sound_scene_and_reported() {
     let mut unsound = needle();
     // Skin that gives at 2 N, 5 mm deep, onto fat that by then holds 3 N.
     unsound.layers[1].stiffness_n_per_m = 1500.0;
@@ -236,7 +236,7 @@ fn trialled(disturbance: Disturbance, seeds: impl Iterator<Item = u64>) -> Vec<T
 }
 
 #[test]
-fn intervals_hold_the_truth_and_no_wrong_minimum_says_that_it_has_converged() {
+fn intervals_cover_the_truth_and_wrong_minima_are_unconverged() {
     let fits = trialled(Disturbance::None, (0..96).step_by(5));
     assert!(fits.len() >= 18, "{}", fits.len());
     let silent = fits.iter().filter(|trialled| trialled.is_wrong && trialled.fit.converged).count();

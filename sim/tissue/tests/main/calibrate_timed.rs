@@ -71,7 +71,7 @@ fn intervals_of_options_hold_the_truth() {
 
 /// A sheet above a deep soft layer, without relaxation: friction and cutting alone resist behind the sheet.
 #[test]
-fn a_second_insertion_into_the_same_track_tells_cutting_from_friction() {
+fn second_insertion_in_a_track_separates_cutting_and_friction() {
     let layer = make_layer("liver", [60.0, 300.0, 0.0, 0.8, 0.0, 40.0, 0.2]);
     let truth = AxialSpec { law: ForceLaw::Version3, ..needle_through(vec![layer]) };
     let way_s = 12e-3 / SPEED_M_PER_S;

@@ -8,7 +8,7 @@ use tissue::{Judging, relative_distance};
 use trials::estimates::{DrawnTissue, draw, measure, truth};
 
 #[test]
-fn no_estimate_is_a_third_of_the_error_and_no_tolerance_is_met_by_word_alone() {
+fn estimates_stay_within_threefold_and_met_tolerances_hold() {
     for number in 0..40 {
         let drawn = draw(number);
         let found = measure(&drawn).expect("a drawn tissue makes sense");

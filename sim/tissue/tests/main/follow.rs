@@ -78,7 +78,7 @@ fn the_loads_are_the_force_of_the_law_to_round_off() {
 }
 
 #[test]
-fn each_boundary_tents_twice_and_comes_back_within_three_time_constants() {
+fn boundary_tents_twice_and_recoils_in_three_time_constants() {
     let mut field = Field::new(paper_axial_spec(), 1);
     let mut tents = [0; 3];
     let mut left: Option<(usize, f64, u32)> = None;
@@ -128,7 +128,7 @@ fn recoil_takes_as_long_as_the_root_of_the_density_at_any_rate() {
 }
 
 #[test]
-fn a_field_at_15_hz_carries_what_the_law_last_said_and_never_more_than_it_ever_did() {
+fn field_at_15_hz_never_exceeds_the_largest_load_of_the_law() {
     for every in [1, 8, 67] {
         let mut field = Field::new(training_axial_spec(), every);
         let mut most_n = [0.0_f64; 6];
@@ -164,7 +164,7 @@ fn a_bad_clock_and_bad_loads_are_contained() {
 }
 
 #[test]
-fn ten_minutes_hold_and_eight_hours_of_strokes_leave_the_field_where_the_law_is() {
+fn field_matches_the_law_after_eight_hours_and_a_long_hold() {
     let params = FollowParams::new(&lower_back()).expect("a valid tissue");
     let mut state = FollowState::new(&params);
     // The follower alone, at 120 Hz: its loads are a function of the latest ones, so that nothing can add up.
@@ -295,7 +295,7 @@ fn a_displacement_is_the_sum_of_the_unit_responses() {
 }
 
 #[test]
-fn a_layer_without_thickness_is_loaded_where_it_lies_and_never_dragged() {
+fn layer_without_thickness_is_loaded_in_place_and_never_dragged() {
     let mut tissue = lower_back();
     tissue.boundaries_m = vec![0.0, 0.0008, 0.0092, 0.0092, 0.0482];
     tissue.recoil_time_s = vec![1e-3; 4];

@@ -85,7 +85,7 @@ fn upper_back() -> Problem {
 }
 
 #[test]
-fn refined_on_one_patch_it_tends_to_the_elements_of_poisson_ratio_a_quarter() {
+fn refined_lattice_converges_to_elements_of_poisson_quarter() {
     let problem = upper_back();
     let exact = elements_m(&problem);
     let answers = [1.0, 2.0, 3.0].map(|storeys| lattice_m(&problem, &quarter_of(0.8e-3 / storeys, 0.0096, 0.0092)));
@@ -119,7 +119,7 @@ fn a_growing_patch_loses_as_little_as_elements_lose() {
 }
 
 #[test]
-fn refined_on_the_lower_back_it_tends_to_its_floor_of_11_3_percent() {
+fn refined_lattice_reaches_its_floor_of_11_3_percent() {
     let (problem, reference) = lower_back();
     let [near, far] = [[9.6e-3, 9.2e-3], [0.05, 0.0482]];
     let on =
@@ -141,7 +141,7 @@ fn fitted(problem: &Problem, tolerance: f64) -> FittedLattice {
 
 /// Beside the needle a Poisson ratio of 1/4 shows far more than along it.
 #[test]
-fn the_radial_displacement_has_a_floor_of_its_own_and_the_larger_one_is_told() {
+fn radial_floor_is_separate_and_the_larger_floor_is_reported() {
     let (problem, _) = lower_back();
     let found = fit(&problem, 0.01).expect("a lattice");
     let truth = problem.sampled(&axisymmetric::fit(&problem, 1e-3).expect("a model").model);

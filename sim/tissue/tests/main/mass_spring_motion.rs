@@ -48,7 +48,7 @@ fn recoil_s(density_kg_per_m3: f64) -> f64 {
 }
 
 #[test]
-fn recoil_takes_a_time_that_goes_with_the_square_root_of_density() {
+fn recoil_time_grows_with_the_square_root_of_density() {
     let [light_s, dense_s, densest_s] = [950.0, 4.0 * 950.0, 9.0 * 950.0].map(recoil_s);
     assert!((1e-4..1e-2).contains(&light_s), "{light_s} s");
     for (heavier_s, ratio) in [(dense_s, 2.0), (densest_s, 3.0)] {

@@ -43,7 +43,7 @@ fn fine(question: &Problem3) -> Oblique {
 }
 
 #[test]
-fn two_harmonics_are_what_three_dimensions_say_and_the_estimate_is_their_error() {
+fn two_harmonics_match_three_dimensions_within_the_estimate() {
     for (kind, tilt_deg) in [(SKIN, 25.0), (MUSCLE, 15.0), (THROUGH_FAT, 25.0)] {
         let question = lower_back(kind, tilt_deg);
         let mut volumetric = volumetric::fit_rung(&question, 3).expect("a rung").expect("a model");

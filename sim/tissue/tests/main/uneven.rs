@@ -14,7 +14,7 @@ use trials::lumps::{lower_back_with, make_ball, push_everywhere_m, push_in_three
 const NEAR_M: f64 = 1.1e-3;
 
 #[test]
-fn the_error_is_no_more_than_is_claimed_and_that_no_more_than_is_tolerated() {
+fn claimed_error_bounds_the_error_and_stays_within_tolerance() {
     let sphere = Skin::Sphere { radius_m: 0.07 };
     for (tissue, needs_more) in [
         (lower_back_with(12.0, sphere, &[]), true),
@@ -37,7 +37,7 @@ fn the_error_is_no_more_than_is_claimed_and_that_no_more_than_is_tolerated() {
 }
 
 #[test]
-fn on_a_slope_of_12_degrees_boundaries_open_where_they_do_in_three_dimensions() {
+fn boundaries_on_a_12_degree_slope_open_as_in_three_dimensions() {
     let mut tissue = lower_back_with(12.0, Skin::Sphere { radius_m: 0.07 }, &[]);
     tissue.coupled = true;
     let field = Field::new(&tissue).expect("a field");
@@ -129,7 +129,7 @@ fn independent_m_per_n(case: &str) -> Vec<Vec<f64>> {
 const REFERENCE: f64 = 0.015;
 
 #[test]
-fn under_a_bent_skin_the_claim_holds_against_independent_finite_elements() {
+fn claim_under_bent_skin_holds_against_independent_elements() {
     let wanted = independent_m_per_n("cyl65full");
     for tolerance in [0.05, 0.01] {
         let tissue =
@@ -149,7 +149,7 @@ fn under_a_bent_skin_the_claim_holds_against_independent_finite_elements() {
 }
 
 #[test]
-fn a_recording_of_before_keeps_the_footprint_that_it_was_made_with() {
+fn earlier_recording_keeps_its_original_footprint() {
     let of = |judging| {
         let tissue = lower_back_with(0.0, Skin::Sphere { radius_m: 0.065 }, &[]);
         let field = Field::new(&TissueSpec { tolerance: 0.01, judging, ..tissue }).expect("a field");

@@ -68,7 +68,7 @@ fn a_rigid_turn_by_90_degrees_costs_no_force() {
 }
 
 #[test]
-fn the_force_is_the_slope_of_the_energy_even_where_elements_are_inverted() {
+fn force_is_the_slope_of_the_energy_even_in_inverted_elements() {
     let body = distorted(2, SOFT, |_| [false; 3]);
     let fold = |point: &Point3<f64>| Vector3::new(-1.6 * point.x, 0.3 * point.z, 40.0 * point.x * point.y);
     let (u, way) = (body.interpolate_m(fold), body.interpolate_m(|point| Vector3::new(point.y, 0.02, -point.x)));
@@ -165,7 +165,7 @@ fn manufactured_error(order: usize, elements: usize) -> f64 {
 }
 
 #[test]
-fn the_error_falls_with_one_power_of_the_size_more_than_the_order() {
+fn error_falls_one_power_faster_than_the_element_order() {
     for (order, coarse) in [(2, 6), (3, 4)] {
         let errors = [coarse, 2 * coarse].map(|elements| manufactured_error(order, elements));
         let slope = libm::log2(errors[0] / errors[1]);

@@ -47,7 +47,7 @@ fn leaning_the_other_way_mirrors_the_answer() {
 }
 
 #[test]
-fn the_work_of_one_load_on_the_way_of_another_is_that_of_the_other_on_its_own() {
+fn betti_reciprocity_holds_between_two_loads() {
     let [one, other] = [0.9, -0.4].map(|tilt_rad| solved(&Problem3 { tilt_rad, ..flat() }, Symmetry::Half));
     let work = |load: &Volumetric, way: &Volumetric| -> f64 {
         load.patch().load().iter().zip(way.unknowns_m()).map(|(load, u)| load * u).sum()
@@ -105,7 +105,7 @@ fn a_skin_of_large_radius_is_flat() {
 }
 
 #[test]
-fn bent_elements_feel_no_turn_and_store_what_a_uniform_strain_stores() {
+fn bent_elements_ignore_rotation_and_store_uniform_strain() {
     let problem = Problem3 { tilt_rad: 0.5, skin: Skin::Sphere { radius_m: 0.08 }, ..flat() };
     let patch = Patch::new(&problem, &graded(Symmetry::Half, 3, [[1.5, 1.5], [1.5, 1.5]])).expect("a patch");
     let body = Body::new(patch.body().mesh().clone(), |_, _| SOFT, |_| [false; 3]).expect("a body");

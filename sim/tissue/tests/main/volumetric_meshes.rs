@@ -54,7 +54,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
     #[test]
-    fn any_grid_on_any_layers_at_any_angle_makes_numbers_or_says_why_not(
+    fn any_layered_grid_solves_or_rejects_the_tilt_angle(
         layers in any_layers(),
         (at, drag) in (0.0..1.0, any::<bool>()),
         tilt_deg in prop_oneof![Just(0.0), -60.0..60.0],

@@ -48,7 +48,7 @@ fn ten_grams_on_100_newtons_a_metre_swing_at_15_915_hertz() {
 }
 
 #[test]
-fn backward_euler_decays_to_0_7315_in_a_turn_of_steps_of_a_tenth() {
+fn backward_euler_decays_to_0_7315_per_turn_in_tenth_steps() {
     // u of a step is 1/(1 ± 0.1 i) of that before: its size falls by 1/√1.01, and it turns by atan 0.1.
     let u = swing(1e-3, 63);
     let angle = libm::atan(0.1);
@@ -94,7 +94,7 @@ fn recoil_takes_twice_as_long_at_four_times_the_density() {
 }
 
 #[test]
-fn a_load_beyond_equilibrium_is_refused_with_the_nearest_that_is_held() {
+fn overload_is_rejected_with_the_nearest_load_in_equilibrium() {
     let problem = Problem3::flat(&Reference::lower_back().problem);
     let patch = Patch::new(&problem, &graded(Symmetry::Quarter, 2, [[1.5, 1.5], [0.8, 2.0]])).expect("a patch");
     let mut tissue = Corotational::new(patch, None, Effort { iterations: 12, tolerance: 1e-3 }).expect("held");

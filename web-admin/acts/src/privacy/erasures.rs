@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_was_cut_short_is_none_and_what_is_foreign_is_named_with_its_place() {
+    fn truncated_line_is_ignored_and_a_foreign_one_is_located() {
         let folder = tempfile::tempdir().unwrap();
         let list = ErasureList::at(&folder.path().join("erasures.jsonl"));
         list.add(&erasure(2)).unwrap();

@@ -66,7 +66,7 @@ fn sent(document: &EditedDocument) -> SentForm {
 }
 
 #[test]
-fn a_form_that_nobody_has_changed_keeps_every_byte_of_an_instrument() {
+fn unchanged_form_keeps_every_byte_of_an_instrument() {
     let shipped = shipped();
     assert!(shipped.len() >= 6, "{}", shipped.len());
     for text in shipped {
@@ -77,7 +77,7 @@ fn a_form_that_nobody_has_changed_keeps_every_byte_of_an_instrument() {
 }
 
 #[test]
-fn a_change_of_one_field_of_an_instrument_changes_that_line_alone() {
+fn changed_field_changes_only_its_line_of_the_instrument() {
     for text in shipped() {
         let before = EditedDocument::from_text(&text).expect("TOML");
         for (pattern, _, other) in COLUMNS {

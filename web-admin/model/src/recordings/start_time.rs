@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_has_signed_is_believed_a_day_back_and_what_is_signed_to_the_pairing() {
+    fn start_is_trusted_for_a_day_or_since_pairing_if_signed() {
         let (yesterday, paired_at) = (NOW.plus_s(-24 * HOUR_S), NOW.plus_s(-90 * 24 * HOUR_S));
         let last_month = NOW.plus_s(-30 * 24 * HOUR_S);
         assert_eq!(claim(last_month).believed(NOW), yesterday);
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_is_wrong_is_set_right_and_one_that_is_nearly_right_is_left_alone() {
+    fn wrong_clock_is_corrected_and_a_nearly_right_one_kept() {
         let ahead = |seconds: i64, began| Claim { ahead_us: Some(seconds * 1_000_000), ..claim(began) }.believed(NOW);
         let then = NOW.plus_s(-HOUR_S);
         assert_eq!(ahead(7200, then.plus_s(7200)), then, "two hours fast");

@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_outside_or_backwards_is_refused_with_what_is_allowed() {
+    fn out_of_range_comment_time_is_rejected_with_the_range() {
         for (from_s, to_s, word) in [
             ("10.1", "", "from: “10.1”; allowed: 0 to 10 s"),
             ("-1", "", "from"),

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn an_extension_keeps_the_time_of_day_over_a_change_of_the_clocks() {
+    fn extension_keeps_the_local_time_across_a_clock_change() {
         let due = read("2026-03-27T18:00", BERLIN).unwrap();
         let later = extended(&due.local, BERLIN, 7).unwrap();
         assert_eq!(

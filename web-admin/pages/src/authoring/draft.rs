@@ -385,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn advice_is_shown_before_publishing_and_may_be_overruled_only_afterwards() {
+    fn advice_can_be_overruled_only_after_a_refused_publication() {
         let issue = Issue {
             file: "document".to_owned(),
             line: 40,
@@ -438,7 +438,7 @@ mod tests {
     }
 
     #[test]
-    fn an_instrument_is_folded_and_can_be_looked_at_in_its_languages() {
+    fn instrument_draft_is_folded_and_previewed_per_language() {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/instruments/sus.toml");
         let document = EditedDocument::from_text(&std::fs::read_to_string(path).unwrap()).unwrap();
         let form = Some(crate::authoring::document_forms::make_instrument_form(&document, &[]));

@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_figure_says_what_was_published_and_how_the_scene_stands_to_it() {
+    fn measured_line_shows_the_published_value_and_the_verdict() {
         let line = |id: &str, value: f64, agreement: Agreement| {
             let figure = FIGURES.iter().find(|figure| figure.id == id).expect("it is published");
             DossierLine { figure, value: Some(value), agreement, fitted: id == "epidural_skin_depth", excepted: None }

@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_recording_and_a_single_point_are_drawn_without_nonsense() {
+    fn empty_and_single_point_curves_are_drawn_without_nan() {
         let empty = AttemptCurve { points: vec![], marks: vec![], stages: vec![], ..samples::curve() };
         let single = AttemptCurve { points: samples::curve().points[..1].to_vec(), ..empty.clone() };
         for curve in [empty, single] {

@@ -68,7 +68,7 @@ mod tests {
     use crate::samples;
 
     #[test]
-    fn words_and_history_are_shown_and_only_what_stands_is_taken_back() {
+    fn consent_page_offers_withdrawal_only_of_a_current_consent() {
         let recorded = |withdrawn| Recorded {
             wording: "My attempts may be <shown>.".to_owned(),
             how: "on paper".to_owned(),

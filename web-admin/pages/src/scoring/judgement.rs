@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missed_requirement_is_said_once_with_its_distance_and_hides_nothing() {
+    fn missed_requirement_is_stated_once_and_hides_no_deduction() {
         let judgement = samples::missed_judgement();
         let [failed] = &judgement.hard_fails[..] else { panic!("{:?}", judgement.hard_fails) };
         assert!(failed.why.contains("1.93\u{a0}mm too deep, 1.5\u{a0}mm allowed"), "{}", failed.why);

@@ -393,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_study_keeps_what_was_typed_and_a_code_says_what_it_is_for() {
+    fn refused_study_form_keeps_input_and_a_code_states_its_use() {
         let typed =
             NewStudyForm { exercises: vec!["a".to_owned()], end: vec!["tlx".to_owned()], ..NewStudyForm::default() };
         let page = NewStudyPage {

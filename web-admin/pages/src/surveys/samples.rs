@@ -80,7 +80,7 @@ fn terms_of(identity: Identity) -> Terms {
 }
 
 #[test]
-fn a_guest_at_a_station_is_not_sent_to_a_page_that_they_do_not_have() {
+fn guest_at_a_station_is_referred_to_the_study_team() {
     let [own, guest] = [false, true].map(|guest| terms_of(Identity::Pseudonymous).at_a_station(guest).join("\n"));
     assert!(own.contains("page of your school") && !own.contains("study team"), "{own}");
     assert!(guest.contains("study team") && !guest.contains("page of your school"), "{guest}");

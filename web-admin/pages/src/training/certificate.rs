@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_certified_can_be_read_and_checked_whatever_the_names_hold() {
+    fn certificate_escapes_names_and_verifies_as_signed() {
         let hostile = "</script><script>alert(1)</script> <!-- & \"Ana\"";
         let statement = Statement { trainee: hostile.to_owned(), ..sample() };
         let certificate = sign_statement(&SigningKey::from_bytes(&[7; 32]), &statement).expect("signed");

@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn of_many_who_need_help_the_page_shows_a_few_and_says_how_many_more() {
+    fn cohort_page_lists_a_few_in_need_of_help_and_counts_the_rest() {
         let sample = samples::cohort_page();
         let figures = CohortFigures { help: 480, ..sample.figures };
         let html = samples::keep_page("cohort-help", &CohortPage { figures, ..sample });

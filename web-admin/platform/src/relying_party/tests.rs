@@ -306,7 +306,7 @@ fn an_assertion_violates_no_rule() {
 }
 
 #[test]
-fn an_assertion_is_of_a_credential_that_was_asked_for_and_is_still_the_persons() {
+fn assertion_must_use_a_requested_credential_of_the_person() {
     let (key, record) = credential(&ECDSA_P256_SHA256_ASN1_SIGNING);
     let (answer, records) = (new_assertion().assertion(&key), std::slice::from_ref(&record));
     let (of_none, _) = party().request_options(challenge(), &[]);

@@ -79,7 +79,7 @@ async fn what_could_not_be_mailed_is_mailed_later() {
 }
 
 #[tokio::test]
-async fn a_log_that_was_cut_or_made_anew_does_not_hold_what_was_stated() {
+async fn truncated_or_rebuilt_audit_log_contradicts_its_checkpoint() {
     let app = app().await;
     let folder = app.folder.path();
     let file = audit_checkpoints::anchor(&app.state).await.unwrap().unwrap();
@@ -121,7 +121,7 @@ async fn an_address_that_is_none_is_refused_at_the_start() {
 }
 
 #[tokio::test]
-async fn the_key_of_certificates_is_in_a_backup_for_whoever_has_the_passphrase() {
+async fn backup_restores_the_certificate_key_only_by_passphrase() {
     only_on!(Sqlite, "a backup holds a file of SQLite");
     let app = app().await;
     let folder = app.folder.path();

@@ -47,7 +47,7 @@ async fn a_stranger_to_the_api_is_told_so_and_nothing_else() {
 }
 
 #[tokio::test]
-async fn an_attempt_is_seen_by_its_trainee_their_teachers_and_the_administrator() {
+async fn only_trainee_teacher_and_administrator_see_an_attempt() {
     let app = App::new().await;
     let (north, south) = (app.school("North").await, app.school("South").await);
     let ada = app.member(north, Role::Trainee, "ada@example.org").await;

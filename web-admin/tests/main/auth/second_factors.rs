@@ -146,7 +146,7 @@ async fn a_code_is_asked_for_once_one_was_right() {
 }
 
 #[tokio::test]
-async fn a_half_signed_in_session_opens_nothing_else_and_does_not_last() {
+async fn half_signed_in_session_opens_nothing_else_and_expires() {
     let (app, school) = app().await;
     app.member(school, Role::Administrator, "head@example.org").await;
     let device = enrol(&app, &mut app.signed_in("head@example.org").await).await;

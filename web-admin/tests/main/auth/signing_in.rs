@@ -218,7 +218,7 @@ async fn log(app: &App) -> Vec<String> {
 }
 
 #[tokio::test]
-async fn who_did_not_get_in_is_in_the_audit_log_without_what_was_typed() {
+async fn failed_sign_in_is_audited_without_the_typed_text() {
     let app = app().await;
     let ada = people::find_person_by_email(app.state.db.reader(), "ada@example.org").await.unwrap().unwrap();
     let mut eve = app.stranger();

@@ -91,7 +91,7 @@ pub(crate) fn unix(text: &str) -> String {
 }
 
 #[tokio::test]
-async fn a_form_that_is_saved_as_it_is_changes_no_byte_of_any_shipped_document() {
+async fn saving_an_unchanged_form_keeps_every_byte_of_a_document() {
     let (_app, mut client) = instructor().await;
     let folder = crate::support::course_folder();
     let files = std::fs::read_dir(&folder).unwrap().map(|file| file.unwrap().path());
@@ -109,7 +109,7 @@ async fn a_form_that_is_saved_as_it_is_changes_no_byte_of_any_shipped_document()
 }
 
 #[tokio::test]
-async fn what_is_typed_in_one_view_stands_in_the_other_and_errors_stand_at_their_fields() {
+async fn form_and_text_views_share_input_and_place_errors_at_fields() {
     let (_app, mut client) = instructor().await;
     let draft = begin(&mut client, "/exercises/stop-in-the-fat").await;
     let mut writer = FormWriter::at(client, &draft).await;

@@ -38,7 +38,7 @@ fn tick(writer: &mut FormWriter, field: &str) {
 }
 
 #[tokio::test]
-async fn a_form_that_is_saved_as_it_is_changes_no_byte_of_any_shipped_instrument() {
+async fn saving_an_unchanged_form_keeps_every_byte_of_an_instrument() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let files = documents_in(course_folder().parent().unwrap()).unwrap();
@@ -150,7 +150,7 @@ async fn a_published_revision_that_was_answered_stays_as_it_was() {
 }
 
 #[tokio::test]
-async fn what_is_wrong_is_what_stylet_check_says_and_stands_at_its_field() {
+async fn instrument_form_shows_the_errors_of_stylet_check_at_fields() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let mut writer = open(&mut teacher, "sus").await;
@@ -181,7 +181,7 @@ async fn what_is_wrong_is_what_stylet_check_says_and_stands_at_its_field() {
 }
 
 #[tokio::test]
-async fn a_copy_has_a_title_of_its_own_and_a_removed_question_leaves_its_scores() {
+async fn copy_has_its_own_title_and_removed_question_leaves_scores() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let mut writer = begin(&mut teacher, "nasa-tlx-weighted", "Our load").await;

@@ -93,7 +93,7 @@ fn area(page: &str, name: &str) -> Option<String> {
 }
 
 #[tokio::test]
-async fn a_draft_is_nobodys_until_it_is_published_and_attempts_keep_their_revision() {
+async fn draft_is_private_until_published_and_attempts_keep_revision() {
     let school = School::new().await;
     let attempt = Attempt::default();
     let mut trainee = school.app.with_token(&school.trainee.token);
@@ -179,7 +179,7 @@ async fn what_is_wrong_is_saved_named_and_not_published() {
 
 /// What `stylet check` finds in a rubric is shown while it is written, holds it back once, and is published when its author insists.
 #[tokio::test]
-async fn a_rubric_that_pays_for_nothing_is_told_before_it_is_published() {
+async fn flawed_rubric_holds_publication_until_its_author_insists() {
     let school = School::new().await;
     let mut writer = school.opens("osei@example.org", "/exercises/stop-in-the-fat").await;
     assert!(!writer.act("save").await.text().contains("before you publish"), "nothing is found in what is shipped");

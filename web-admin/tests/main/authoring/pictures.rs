@@ -100,7 +100,7 @@ async fn press(client: &mut Client, draft: &str, act: &str) -> Answer {
 }
 
 #[tokio::test]
-async fn a_published_picture_is_shown_in_the_readers_language_and_served_as_what_it_is() {
+async fn published_picture_has_localised_text_and_its_media_type() {
     let PictureSchool { app, mut trainee, .. } = PictureSchool::new().await;
     let page = trainee.get(PICTURED).await.text();
     let [src] = attributes(&page, "figure.picture img", "src").try_into().expect("one picture");
@@ -152,7 +152,7 @@ async fn a_station_is_told_of_the_pictures_and_gets_them() {
 }
 
 #[tokio::test]
-async fn an_instructor_adds_orders_and_removes_pictures_and_publishes_them() {
+async fn instructor_adds_orders_removes_and_publishes_pictures() {
     let mut school = PictureSchool::new().await;
     let draft = school.draft("stop-in-the-fat").await;
     let client = &mut school.instructor;
@@ -197,7 +197,7 @@ async fn begin_copy(client: &mut Client, exercise: &str) -> String {
 }
 
 #[tokio::test]
-async fn what_is_no_picture_is_refused_in_words_and_nothing_typed_is_lost() {
+async fn invalid_picture_is_rejected_and_the_typed_fields_are_kept() {
     let mut school = PictureSchool::new().await;
     let draft = school.draft("stop-in-the-fat").await;
     let client = &mut school.instructor;
@@ -239,7 +239,7 @@ async fn what_is_no_picture_is_refused_in_words_and_nothing_typed_is_lost() {
 }
 
 #[tokio::test]
-async fn a_draft_holds_so_many_pictures_and_names_none_that_it_has_not() {
+async fn draft_limits_its_pictures_and_rejects_unknown_files() {
     let mut school = PictureSchool::new().await;
     let draft = school.draft("stop-in-the-fat").await;
     let client = &mut school.instructor;

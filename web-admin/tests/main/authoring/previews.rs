@@ -91,7 +91,7 @@ impl Writer {
 }
 
 #[tokio::test]
-async fn a_costly_draft_is_given_up_and_put_right_and_no_other_school_waits() {
+async fn costly_draft_is_abandoned_and_delays_no_other_school() {
     let app = service(1501, 25).await;
     let mut north = Writer::of_school(&app, "north").await.costly();
     let mut south = Writer::of_school(&app, "south").await;
@@ -110,7 +110,7 @@ async fn a_costly_draft_is_given_up_and_put_right_and_no_other_school_waits() {
 }
 
 #[tokio::test]
-async fn a_school_has_one_looked_at_at_a_time_and_is_told_when_to_ask_again() {
+async fn school_checks_one_draft_at_a_time_and_gets_a_retry_time() {
     let app = service(1502, 60).await;
     let north = Writer::of_school(&app, "north").await;
     let (mut costly, mut honest) = (north.clone().costly(), north);

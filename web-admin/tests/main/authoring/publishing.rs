@@ -39,7 +39,7 @@ fn copy_course(to: &Path) {
 }
 
 #[tokio::test]
-async fn a_changed_scene_makes_a_new_revision_and_going_back_finds_the_old_one() {
+async fn changed_scene_adds_a_revision_and_a_revert_restores_the_old() {
     let app = App::new().await;
     let school = app.school("North").await;
     let folder = tempfile::tempdir().unwrap();

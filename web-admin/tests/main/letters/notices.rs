@@ -64,7 +64,7 @@ impl World {
 }
 
 #[tokio::test]
-async fn a_comment_and_its_answer_reach_the_other_and_are_gone_when_read() {
+async fn comment_and_answer_notify_the_other_until_they_are_read() {
     let world = World::new().await;
     let mut teacher = world.teacher().await;
     assert_eq!(world.say(&mut teacher, "error", "Too fast").await.status, 303);
@@ -89,7 +89,7 @@ async fn a_comment_and_its_answer_reach_the_other_and_are_gone_when_read() {
 }
 
 #[tokio::test]
-async fn a_question_reaches_those_who_teach_and_a_comment_taken_back_nobody() {
+async fn question_notifies_teachers_until_it_is_withdrawn() {
     let world = World::new().await;
     let mut ada = world.ada().await;
     assert_eq!(world.say(&mut ada, "question", "Was that the fascia?").await.status, 303);

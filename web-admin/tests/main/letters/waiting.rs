@@ -6,7 +6,7 @@ use crate::support::client::csrf_in;
 use crate::surveys::{School, send};
 
 #[tokio::test]
-async fn a_survey_that_waits_stands_on_the_home_page_and_names_who_asks() {
+async fn home_page_lists_a_waiting_survey_and_its_controller() {
     let school = School::new().await;
     let mut head = school.app.signed_in("head@example.org").await;
     let notice = "Controller: North Hospital, Way 1.\nDeleted after 24 months.";
@@ -44,7 +44,7 @@ async fn a_survey_that_waits_stands_on_the_home_page_and_names_who_asks() {
 }
 
 #[tokio::test]
-async fn without_a_mail_server_it_is_said_that_nobody_receives_an_invitation() {
+async fn page_states_that_no_invitation_is_sent_without_a_mail_server() {
     let (_app, _, mut head) = people_school().await;
     let ana = [("name", "Ana"), ("email", "ana@example.org"), ("role", "trainee"), ("number", "4711")];
     let added = post(&mut head, "/people", "/people", &ana).await;

@@ -88,7 +88,7 @@ async fn a_backup_of_a_running_service_brings_everything_back() {
 }
 
 #[tokio::test]
-async fn an_administrator_reads_when_the_last_backup_was_made_and_how_large_it_is() {
+async fn administrator_reads_time_and_size_of_the_last_backup() {
     only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     assert!(drill.back_up().status.success());
@@ -202,7 +202,7 @@ async fn a_database_whose_audit_log_was_changed_is_not_served() {
 }
 
 #[tokio::test]
-async fn damage_that_takes_long_to_find_is_told_by_the_service_and_refused_by_the_next_start() {
+async fn damage_found_late_is_reported_and_blocks_the_next_start() {
     let drill = Drill::new().await;
     let (folder, log) = (drill.app.folder.path(), drill.app.folder.path().join("serve.log"));
     change_audit_log(&drill).await;

@@ -86,7 +86,7 @@ fn a_wrong_call_is_told_what_is_allowed() {
 }
 
 #[test]
-fn keys_are_made_once_where_one_may_write_and_asked_for_where_nobody_may() {
+fn keys_are_made_once_if_writable_and_required_otherwise() {
     let folder = tempfile::tempdir().unwrap();
     let (data, keys) = (folder.path(), folder.path().join("keys"));
     let make = ["keys", "--keys", keys.to_str().unwrap()];
@@ -105,7 +105,7 @@ fn keys_are_made_once_where_one_may_write_and_asked_for_where_nobody_may() {
 
 /// Where a server keeps the database.
 #[test]
-fn a_server_copies_its_databases_itself_and_its_password_is_told_nobody() {
+fn backup_of_a_server_is_refused_and_its_password_stays_hidden() {
     only_on!(Postgres, "about a server");
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path();

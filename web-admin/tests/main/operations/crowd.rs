@@ -67,7 +67,7 @@ async fn a_crowd_is_what_the_service_would_have_written() {
 }
 
 #[tokio::test]
-async fn whoever_teaches_is_shown_the_latest_attempts_of_their_own_trainees() {
+async fn teacher_sees_the_latest_attempts_of_their_own_trainees() {
     let app = crowded().await;
     let reader = app.state.db.reader();
     let instructor = store::people::find_person_by_email(reader, &fixtures::instructor_email(0)).await.unwrap();

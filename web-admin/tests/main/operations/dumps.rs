@@ -36,7 +36,7 @@ async fn left_databases(connection: &mut Connection) -> i64 {
 }
 
 #[tokio::test]
-async fn a_dump_is_looked_through_with_its_recordings_and_leaves_nothing_on_the_server() {
+async fn dump_is_verified_with_recordings_and_leaves_no_database() {
     only_on!(Postgres, "about a server");
     let _alone = ON_THE_SERVER.lock().await;
     let app = App::new().await;

@@ -63,7 +63,7 @@ async fn attempts_of_before_are_graded_again() {
 }
 
 #[tokio::test]
-async fn a_database_of_before_is_backed_up_and_verified_only_when_it_is_migrated() {
+async fn earlier_database_is_backed_up_and_verified_after_migration() {
     only_on!(Sqlite, "a backup holds a file of SQLite");
     let folder = tempfile::tempdir().unwrap();
     let unpacked = Command::new("tar").arg("-xf").arg(backup()).arg("-C").arg(folder.path()).status().unwrap();

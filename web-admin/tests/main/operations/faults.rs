@@ -47,7 +47,7 @@ async fn after_a_full_disk_the_database_is_written_to_again() {
 }
 
 #[tokio::test]
-async fn a_full_disk_is_said_and_once_there_is_room_everything_goes_on() {
+async fn full_disk_is_reported_and_the_service_recovers_with_space() {
     only_on!(Sqlite, "about SQLite's file");
     let (folder, token) = founded().await;
     let (disk, service) = FailingDisk::under_service(folder.path());
@@ -124,7 +124,7 @@ async fn an_upload_whose_row_cannot_be_written_is_still_there() {
 }
 
 #[tokio::test]
-async fn of_two_services_on_one_folder_the_second_is_refused_and_told_of_the_first() {
+async fn second_service_on_a_folder_is_refused_and_names_the_first() {
     let (folder, _) = founded().await;
     let service = Service::start(folder.path());
     let second = web_admin(folder.path(), &["serve", "--listen", "127.0.0.1:0"]);
@@ -168,7 +168,7 @@ async fn backed_up() -> (App, std::path::PathBuf) {
 }
 
 #[tokio::test]
-async fn a_restore_that_was_killed_is_gone_on_with_and_never_served_half() {
+async fn killed_restore_is_resumed_and_never_served_half_done() {
     only_on!(Sqlite, "a backup holds a file of SQLite");
     let (_app, backup) = backed_up().await;
     let backup = backup.to_str().unwrap();
@@ -206,7 +206,7 @@ async fn a_log_without_its_database_is_not_restored_into() {
 }
 
 #[tokio::test]
-async fn recordings_without_a_database_are_no_new_school_and_one_without_a_row_is_told() {
+async fn recordings_without_a_database_or_a_row_are_reported() {
     only_on!(Sqlite, "about SQLite's file");
     let (app, _) = backed_up().await;
     let config = config_in(app.folder.path());

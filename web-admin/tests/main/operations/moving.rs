@@ -192,7 +192,7 @@ fn without_marks(page: &str) -> String {
 }
 
 #[tokio::test]
-async fn a_move_that_was_killed_leaves_the_target_empty_and_is_done_over() {
+async fn killed_move_leaves_the_target_empty_and_can_be_repeated() {
     only_on!(Postgres, "about a server");
     let removal = Removal::new().await;
     let server = tempfile::tempdir().unwrap();
@@ -237,7 +237,7 @@ async fn a_damaged_recording_is_found_and_nothing_is_moved() {
 }
 
 #[tokio::test]
-async fn what_is_arriving_begins_again_and_a_value_that_cannot_be_kept_is_named() {
+async fn move_drops_unfinished_uploads_and_names_an_invalid_value() {
     only_on!(Postgres, "about a server");
     let removal = Removal::new().await;
     let server = tempfile::tempdir().unwrap();
@@ -268,7 +268,7 @@ fn is_taken(mut stream: TcpStream) -> bool {
 }
 
 #[tokio::test]
-async fn a_school_is_served_until_its_recordings_are_copied_and_moved_when_that_stops() {
+async fn move_copies_while_served_and_finishes_when_service_stops() {
     only_on!(Postgres, "about a server");
     let (folder, token) = founded().await;
     let service = Service::start(folder.path());

@@ -59,7 +59,7 @@ async fn two_services_score_every_recording_once() {
 }
 
 #[tokio::test]
-async fn what_a_dead_service_held_goes_to_the_others_and_its_hands_count_no_more() {
+async fn lease_of_a_dead_service_passes_on_and_its_score_is_dropped() {
     let app = App::new().await;
     queue(&app, 1).await;
     let school = app.school("North").await;
@@ -89,7 +89,7 @@ async fn what_a_dead_service_held_goes_to_the_others_and_its_hands_count_no_more
 }
 
 #[tokio::test]
-async fn one_service_does_what_is_done_for_all_until_it_leaves_or_dies() {
+async fn one_service_holds_a_duty_until_it_leaves_or_dies() {
     let app = App::new().await;
     let other = colleague(&app).await;
     let on_duty = async || {
@@ -125,7 +125,7 @@ async fn forget_joined(app: &App) {
 }
 
 #[tokio::test]
-async fn a_server_that_knows_nobody_any_more_is_told_again_unless_another_has_the_database() {
+async fn lost_lock_is_rejoined_unless_another_holds_the_database() {
     only_on!(Postgres, "about a server");
     let app = App::new().await;
     let (ours, theirs) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
@@ -146,7 +146,7 @@ async fn a_server_that_knows_nobody_any_more_is_told_again_unless_another_has_th
 }
 
 #[tokio::test]
-async fn a_database_that_does_not_answer_is_503_and_says_when_to_come_again() {
+async fn unavailable_database_gives_503_and_a_retry_time() {
     let app = App::new().await;
     let token = app.member(app.school("North").await, Role::Trainee, "ada@example.org").await.token;
     let mut browser = app.signed_in("ada@example.org").await;

@@ -38,7 +38,7 @@ fn letters(app: &App) -> Vec<String> {
 }
 
 #[tokio::test]
-async fn what_is_settled_holds_on_every_page_and_what_cannot_be_is_refused_with_what_was_typed() {
+async fn settings_apply_to_every_page_and_invalid_ones_are_rejected() {
     let (app, north, mut head) = school().await;
     let fields = |name, zone| [("name", name), ("time_zone", zone), ("letter_language", "de"), ("mails_news", "yes")];
     for (name, zone, why) in [
@@ -66,7 +66,7 @@ async fn what_is_settled_holds_on_every_page_and_what_cannot_be_is_refused_with_
 }
 
 #[tokio::test]
-async fn a_letter_that_the_school_does_not_send_stays_and_others_go_out_in_its_language() {
+async fn disabled_letter_stays_and_others_use_the_schools_language() {
     let (app, north, mut head) = school().await;
     let ada = app.member(north, Role::Trainee, "ada@example.org").await;
     let fields = [("name", "North"), ("time_zone", "UTC"), ("letter_language", "de")];
@@ -98,7 +98,7 @@ async fn a_test_letter_tells_whether_it_was_taken() {
 }
 
 #[tokio::test]
-async fn trainees_see_figures_of_the_others_where_the_school_shows_them() {
+async fn trainees_see_cohort_figures_only_if_the_school_allows_it() {
     let (app, north, mut head) = school().await;
     app.publish(north).await;
     let teacher = app.member(north, Role::Instructor, "teacher@example.org").await;

@@ -93,7 +93,7 @@ async fn spans_and_figures_reach_a_collector_and_name_nobody() {
 }
 
 #[test]
-fn a_collector_that_is_away_keeps_nobody_from_serving_and_one_that_is_none_is_named() {
+fn missing_collector_is_tolerated_and_an_invalid_address_named() {
     const NAME: &str = "OTEL_EXPORTER_OTLP_ENDPOINT";
     let folder = TempDir::new().unwrap();
     let service = Service::start_with(folder.path(), &[(NAME, Path::new("http://127.0.0.1:9"))]);

@@ -28,7 +28,7 @@ async fn id_of(head: &mut Client, email: &str) -> String {
 }
 
 #[tokio::test]
-async fn people_are_found_by_plain_letters_and_sorted_as_they_are_read() {
+async fn search_ignores_accents_and_lists_people_alphabetically() {
     let (app, _, mut head) = school().await;
     for (name, email) in
         [("Jörg Größer", "z@example.org"), ("Zoe Ott", "a@example.org"), ("Åse Sørensen", "m@example.org")]
@@ -107,7 +107,7 @@ async fn do_to_many(head: &mut Client, fields: &[(&str, &str)]) -> (String, Stri
 }
 
 #[tokio::test]
-async fn many_are_disabled_enabled_invited_and_moved_and_who_cannot_be_is_left_out() {
+async fn bulk_actions_change_eligible_people_and_skip_the_others() {
     let (app, school, mut head) = school().await;
     let ana = add(&mut head, "Ana", "ana@example.org").await;
     let bo = add(&mut head, "Bo", "bo@example.org").await;

@@ -31,7 +31,7 @@ fn language(answer: &Answer) -> (String, bool) {
 }
 
 #[tokio::test]
-async fn a_stranger_reads_what_the_browser_asks_for_or_what_they_have_chosen() {
+async fn stranger_reads_the_browsers_language_or_their_choice() {
     let app = app().await;
     let mut stranger = app.stranger();
     assert_eq!(language(&stranger.get("/login").await), ("en".to_owned(), false));

@@ -118,7 +118,7 @@ async fn a_roster_becomes_people_who_choose_their_passwords() {
 }
 
 #[tokio::test]
-async fn what_has_changed_since_it_was_shown_is_shown_again_and_nothing_is_written() {
+async fn outdated_roster_preview_is_shown_again_and_writes_nothing() {
     let (app, school, mut head) = school().await;
     let file = "email,name\nana@example.org,Ana\nbo@example.org,Bo\n";
     let sent = send(&mut head, file.as_bytes(), &[]).await;
@@ -152,7 +152,7 @@ async fn a_roster_changes_disables_and_takes_out_only_as_it_says() {
 }
 
 #[tokio::test]
-async fn a_file_that_cannot_be_read_is_refused_whole_and_what_was_typed_stays() {
+async fn unreadable_roster_is_rejected_whole_and_keeps_the_input() {
     let (app, _, mut head) = school().await;
     let many: String = (0..100_000).map(|n| format!("p{n}@example.org,Person {n}\n")).collect();
     let many = format!("email,name\n{many}");
@@ -230,7 +230,7 @@ async fn ways_in(app: &App, person: PersonId) -> i64 {
 }
 
 #[tokio::test]
-async fn links_and_codes_end_with_the_address_the_password_and_the_account() {
+async fn links_and_codes_expire_with_address_password_or_account() {
     let (app, school, mut head) = school().await;
     let member = app.member(school, Role::Trainee, "ana@example.org").await;
     let (ana, page) = (member.person.id, format!("/people/{}", member.person.id));
@@ -259,7 +259,7 @@ async fn links_and_codes_end_with_the_address_the_password_and_the_account() {
 }
 
 #[tokio::test]
-async fn a_letter_that_goes_twice_leads_in_by_either_link_until_another_is_asked_for() {
+async fn both_links_of_a_resent_letter_work_until_another_request() {
     let (app, _, mut head) = school().await;
     let person = [("name", "Ana"), ("email", "ana@example.org"), ("role", "trainee")];
     let page = post(&mut head, "/people", "/people", &person).await.header("location").to_owned();
@@ -345,7 +345,7 @@ async fn whoever_is_made_anonymous_is_gone_and_the_statistics_stay() {
 }
 
 #[tokio::test]
-async fn everybody_takes_home_what_is_held_about_them_and_nothing_else() {
+async fn export_holds_exactly_the_data_of_its_person() {
     let (app, school, _) = school().await;
     let ana = app.member(school, Role::Trainee, "ana@example.org").await;
     let attempt = Attempt::default();

@@ -180,7 +180,7 @@ async fn somebody_signs_in_by_either_spelling_of_their_domain() {
 }
 
 #[tokio::test]
-async fn a_letter_that_could_not_be_sent_is_a_failure_of_the_service_until_one_is() {
+async fn undelivered_letter_is_a_service_failure_until_one_is_sent() {
     let (app, _, mut head) = school().await;
     import(&mut head, "email,name\nana@uni.example,Ana Ek\nbo@uni.example,Bo Berg\n", &[]).await;
     assert!(head.get("/admin/service").await.text().contains("No failures"));

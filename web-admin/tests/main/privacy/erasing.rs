@@ -163,7 +163,7 @@ async fn a_backup_brings_neither_texts_nor_recordings_back() {
 }
 
 #[tokio::test]
-async fn recordings_go_if_the_schools_rule_says_so_and_nothing_misses_them() {
+async fn erasure_deletes_recordings_by_rule_and_pages_still_work() {
     let mut said = Said::new().await;
     said.erase_recordings_too().await;
     let session = said.attempt.session_id;

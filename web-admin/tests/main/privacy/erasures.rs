@@ -80,7 +80,7 @@ async fn known(folder: &Path) -> Vec<&'static str> {
 }
 
 #[tokio::test]
-async fn a_backup_restored_later_brings_nobody_back_who_was_erased_since() {
+async fn restore_with_the_list_brings_back_no_erased_person() {
     only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     let place = tempfile::tempdir().unwrap();
@@ -121,7 +121,7 @@ async fn in_its_own_folder_a_restore_knows_who_was_erased() {
 }
 
 #[tokio::test]
-async fn a_database_put_back_by_hand_is_not_served_before_everybody_erased_is_erased_again() {
+async fn restored_database_is_served_only_after_repeating_erasures() {
     only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     let place = tempfile::tempdir().unwrap();
@@ -137,7 +137,7 @@ async fn a_database_put_back_by_hand_is_not_served_before_everybody_erased_is_er
 }
 
 #[tokio::test]
-async fn what_the_list_holds_tells_no_name_and_what_was_taken_back_erases_nobody() {
+async fn erasure_list_holds_no_names_and_withdrawn_lines_do_nothing() {
     only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     let text = std::fs::read_to_string(drill.list()).unwrap();
@@ -165,7 +165,7 @@ async fn what_the_list_holds_tells_no_name_and_what_was_taken_back_erases_nobody
 }
 
 #[tokio::test]
-async fn a_list_that_cannot_be_read_restores_nothing_and_serves_nobody() {
+async fn unreadable_erasure_list_blocks_restore_and_service() {
     only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     let strange = drill.app.folder.path().join("strange");

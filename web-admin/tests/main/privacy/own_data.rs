@@ -122,7 +122,7 @@ async fn references(app: &App) -> BTreeSet<String> {
 }
 
 #[tokio::test]
-async fn every_table_that_refers_to_a_person_is_in_the_file_or_has_its_reason() {
+async fn every_table_with_a_person_is_exported_or_has_a_reason() {
     only_on!(Sqlite, "reads SQLite's catalogue: both schemas are one");
     let app = App::new().await;
     let known: BTreeSet<String> = HELD.iter().chain(&NOT_BY_ITSELF).map(|(column, _)| (*column).to_owned()).collect();
@@ -197,7 +197,7 @@ async fn what_is_in_a_table_about_somebody_is_in_their_file() {
 }
 
 #[tokio::test]
-async fn a_file_tells_reasons_consents_and_who_was_there_and_no_secret() {
+async fn export_includes_reasons_and_consents_and_no_secret() {
     let app = App::new().await;
     let school = app.school("North").await;
     let ana = app.member(school, Role::Trainee, "ana@example.org").await;

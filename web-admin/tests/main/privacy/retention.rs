@@ -113,7 +113,7 @@ async fn a_school_that_has_set_nothing_keeps_everybody() {
 }
 
 #[tokio::test]
-async fn whoever_does_nothing_is_told_and_then_erased_and_the_others_stay() {
+async fn inactive_people_are_warned_then_erased_and_others_stay() {
     let school = School::new().await;
     school.set_rule().await;
     let kept = format!("/people/{}", school.person("kept").await.id);
@@ -184,7 +184,7 @@ async fn whoever_comes_back_stays() {
 }
 
 #[tokio::test]
-async fn who_was_not_reached_is_not_erased_before_the_letter_is_given_up() {
+async fn erasure_waits_until_the_undeliverable_letter_is_given_up() {
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
     let nobody = format!("smtp://{}", listener.local_addr().unwrap());
     drop(listener);
@@ -230,7 +230,7 @@ async fn a_dry_run_says_who_and_why_and_changes_nothing() {
 }
 
 #[tokio::test]
-async fn a_rule_that_makes_no_sense_is_refused_and_a_hold_stops_everybody() {
+async fn invalid_retention_rule_is_rejected_and_a_hold_stops_erasure() {
     let school = School::new().await;
     let mut head = school.head().await;
     for (months, days, word) in

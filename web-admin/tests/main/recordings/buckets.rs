@@ -92,7 +92,7 @@ async fn go_on(client: &mut Client, path: &str, bytes: &[u8]) -> Option<String> 
 }
 
 #[tokio::test]
-async fn an_attempt_goes_its_whole_way_and_leaves_nothing_on_this_machine() {
+async fn attempt_in_a_bucket_leaves_no_file_on_this_machine() {
     let bucket = TestBucket::new();
     let (app, ada) = begun(&bucket).await;
     let mut ada = app.with_token(&ada.token);
@@ -187,7 +187,7 @@ async fn what_two_services_write_at_once_is_counted_once() {
 }
 
 #[tokio::test]
-async fn who_brings_the_last_piece_waits_while_another_service_takes_the_upload_in() {
+async fn last_piece_waits_while_another_service_reads_the_upload() {
     let bucket = TestBucket::new();
     let (app, ada) = begun(&bucket).await;
     let other = bucket.replica(&app).await;
@@ -257,12 +257,12 @@ async fn fail_everywhere(how: Refusal) {
 }
 
 #[tokio::test]
-async fn wherever_the_store_does_nothing_what_was_acknowledged_is_there_and_nothing_else_is_acknowledged() {
+async fn bucket_that_ignores_requests_loses_no_acknowledged_upload() {
     fail_everywhere(Refusal::Lost).await;
 }
 
 #[tokio::test]
-async fn wherever_the_store_answers_wrongly_what_was_acknowledged_is_there_and_nothing_else_is_acknowledged() {
+async fn bucket_that_answers_wrongly_loses_no_acknowledged_upload() {
     fail_everywhere(Refusal::Unheard).await;
 }
 
@@ -312,7 +312,7 @@ async fn what_is_missing_damaged_or_unknown_in_a_bucket_is_found() {
 }
 
 #[tokio::test]
-async fn recordings_of_somebody_erased_go_even_where_the_store_was_away() {
+async fn erased_recordings_are_deleted_after_the_bucket_returns() {
     let bucket = TestBucket::new();
     let (app, ada) = begun(&bucket).await;
     let attempt = Attempt::default();
@@ -348,7 +348,7 @@ async fn list(app: &App) -> Vec<Erasure> {
 }
 
 #[tokio::test]
-async fn who_was_erased_at_one_service_is_erased_again_by_another_on_a_database_of_before() {
+async fn another_service_repeats_erasures_on_an_older_database() {
     let bucket = TestBucket::new();
     let (app, ada) = begun(&bucket).await;
     let before = tempfile::tempdir().unwrap();
@@ -370,7 +370,7 @@ async fn who_was_erased_at_one_service_is_erased_again_by_another_on_a_database_
 }
 
 #[tokio::test]
-async fn wherever_the_store_fails_the_list_holds_whoever_is_erased_and_nobody_else() {
+async fn bucket_that_fails_keeps_the_list_equal_to_the_erased_people() {
     let bucket = TestBucket::new();
     let (app, _) = begun(&bucket).await;
     let school = app.school("South").await;
@@ -390,7 +390,7 @@ async fn wherever_the_store_fails_the_list_holds_whoever_is_erased_and_nobody_el
 }
 
 #[tokio::test]
-async fn what_a_data_folder_has_kept_before_there_was_a_bucket_is_carried_over() {
+async fn erasures_and_statements_move_from_the_folder_to_the_bucket() {
     let bucket = TestBucket::new();
     let (app, ada) = begun(&bucket).await;
     let (config, folder) = (&app.state.config, app.folder.path());
@@ -415,7 +415,7 @@ async fn what_a_data_folder_has_kept_before_there_was_a_bucket_is_carried_over()
 }
 
 #[tokio::test]
-async fn services_with_the_same_keys_sign_as_one_and_state_the_audit_log_once() {
+async fn services_sharing_keys_sign_alike_and_write_one_checkpoint() {
     let bucket = TestBucket::new();
     let (app, _) = begun(&bucket).await;
     let keys = app.folder.path().to_owned();

@@ -22,7 +22,7 @@ fn parts(folder: &Path) -> usize {
 }
 
 #[tokio::test]
-async fn killed_in_the_midst_of_an_upload_it_keeps_what_it_acknowledged_and_nothing_else() {
+async fn killed_upload_keeps_exactly_the_acknowledged_recordings() {
     let (folder, token) = founded().await;
     let (kept, lost) = (Attempt::default(), Attempt::default());
     let (kept_bytes, lost_bytes) = (record(&kept), record(&lost));
@@ -57,7 +57,7 @@ async fn killed_in_the_midst_of_an_upload_it_keeps_what_it_acknowledged_and_noth
 }
 
 #[tokio::test]
-async fn killed_between_and_within_pieces_it_goes_on_from_what_it_acknowledged() {
+async fn killed_resumable_upload_continues_from_acknowledged_pieces() {
     let (folder, token) = founded().await;
     let attempt = Attempt::default();
     let bytes = record(&attempt);

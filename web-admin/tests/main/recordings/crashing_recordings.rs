@@ -40,7 +40,7 @@ fn within_a_minute(mut is_so: impl FnMut() -> bool) -> bool {
 }
 
 #[tokio::test]
-async fn a_recording_that_kills_its_judge_is_set_aside_told_and_tried_again_only_when_asked() {
+async fn recording_that_crashes_its_scorer_is_quarantined_until_retry() {
     let (folder, token) = founded().await;
     let attempt = Attempt::default();
     let bytes = record(&attempt);
@@ -198,7 +198,7 @@ fn helper(folder: &Path, word: &str, script: &str) -> Helper {
 }
 
 #[tokio::test]
-async fn what_came_at_once_and_kills_its_reader_is_tried_twice_and_the_service_lives() {
+async fn upload_that_crashes_its_reader_is_read_twice_at_most() {
     let place = tempfile::tempdir().unwrap();
     let (asked, program) = (place.path().join("asked"), place.path().to_owned());
     let app = App::with(Clock::system(), |config| {
@@ -228,7 +228,7 @@ async fn what_came_at_once_and_kills_its_reader_is_tried_twice_and_the_service_l
 }
 
 #[tokio::test]
-async fn a_workbook_that_takes_all_memory_is_refused_and_the_service_lives() {
+async fn workbook_that_exhausts_memory_is_rejected_without_a_crash() {
     let app = App::with(Clock::system(), |config| {
         let program = env!("CARGO_BIN_EXE_web-admin").into();
         config.helper = Some(Helper { program, memory_mb: 300, time: Duration::from_secs(60) });
@@ -246,7 +246,7 @@ async fn a_workbook_that_takes_all_memory_is_refused_and_the_service_lives() {
 }
 
 #[tokio::test]
-async fn a_death_of_the_service_while_its_helper_reads_condemns_no_recording() {
+async fn service_crash_during_reading_quarantines_no_recording() {
     let (folder, token) = founded().await;
     let bytes = record(&Attempt::default());
     for _ in 0..3 {
@@ -302,7 +302,7 @@ fn with_whatever_memory_nobody_calls_a_recording_damaged() {
 }
 
 #[tokio::test]
-async fn what_was_read_when_it_arrived_is_set_aside_and_not_refused_and_what_has_changed_since_is() {
+async fn accepted_recording_is_quarantined_and_a_changed_one_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("attempt.mcap");
     std::fs::write(&path, "not a recording").unwrap();

@@ -66,7 +66,7 @@ fn assert_equal(ours: f64, others: f64, what: &str) {
 }
 
 #[test]
-fn whoever_shows_an_oblique_attempt_places_boundaries_and_pops_alike() {
+fn views_of_an_oblique_attempt_agree_on_boundaries_and_pops() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../curricula/lower-back-basics/5-oblique-approach.toml");
     let bundle = ExerciseBundle::read(&folder).unwrap();
     let (recording, latched_deg) = attempt(&bundle);

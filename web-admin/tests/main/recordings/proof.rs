@@ -108,7 +108,7 @@ async fn an_exercise_that_the_school_never_published_masters_nothing() {
 }
 
 #[tokio::test]
-async fn the_documents_of_one_exercise_do_not_make_an_attempt_at_another() {
+async fn exercise_documents_prove_no_attempt_at_another_exercise() {
     let world = World::new().await;
     let honest = attempt_at(NOW);
     let mut session: recording::Session = recording::Recording::read(&record(&honest)[..]).unwrap().session;
@@ -118,7 +118,7 @@ async fn the_documents_of_one_exercise_do_not_make_an_attempt_at_another() {
 }
 
 #[tokio::test]
-async fn an_attempt_of_somebody_else_is_refused_and_a_copy_counts_nowhere() {
+async fn attempt_of_another_person_is_refused_and_a_copy_uncounted() {
     let world = World::new().await;
     let eve = world.app.member(world.school, Role::Trainee, "eve@example.org").await;
     let named = Attempt { trainee: world.ada.person.pseudonym.clone(), ..attempt_at(NOW) };
@@ -141,7 +141,7 @@ async fn an_attempt_of_somebody_else_is_refused_and_a_copy_counts_nowhere() {
 }
 
 #[tokio::test]
-async fn a_copy_that_does_not_count_does_not_keep_the_true_one_from_counting() {
+async fn uncounted_copy_does_not_stop_the_original_from_counting() {
     let world = World::new().await;
     let honest = attempt_at(NOW);
     let forged =
@@ -152,7 +152,7 @@ async fn a_copy_that_does_not_count_does_not_keep_the_true_one_from_counting() {
 }
 
 #[tokio::test]
-async fn a_signed_attempt_counts_although_an_unsigned_copy_was_uploaded_first() {
+async fn signed_attempt_counts_after_an_earlier_unsigned_copy() {
     let world = World::new().await;
     world.app.member(world.school, Role::Administrator, "head@example.org").await;
     let eve = world.app.member(world.school, Role::Trainee, "eve@example.org").await;
@@ -211,7 +211,7 @@ async fn a_station_whose_clock_is_wrong_says_so_and_is_corrected() {
 }
 
 #[tokio::test]
-async fn a_signature_counts_while_its_station_is_paired_and_only_for_what_it_was_made() {
+async fn signature_counts_while_paired_and_only_for_its_recording() {
     let world = World::new().await;
     world.app.member(world.school, Role::Administrator, "head@example.org").await;
     let station = world.pair().await;

@@ -90,7 +90,7 @@ async fn room_is_promised_once() {
 }
 
 #[tokio::test]
-async fn where_the_database_has_its_reserve_alone_nothing_large_is_taken_and_people_sign_in() {
+async fn full_database_rejects_large_uploads_and_people_still_sign_in() {
     let app = App::with(Clock::system(), |config| config.database_reserve_bytes = u64::MAX).await;
     let (mut ada, _) = trainee(&app, "ada").await;
     ada.upload(&record(&Attempt::default())).await.is_problem(507, "");

@@ -52,7 +52,7 @@ impl Lesson {
 const WELL_HELD: [(&str, &str); 3] = [("kind", "praise"), ("from_s", "0.5"), ("body", "Well held")];
 
 #[tokio::test]
-async fn a_replay_is_made_when_the_attempt_is_scored_and_again_where_it_is_gone() {
+async fn replay_is_made_at_scoring_and_again_when_missing() {
     let lesson = Lesson::new().await;
     let replays = lesson.app.state.config.replays_dir();
     assert_eq!(std::fs::read_dir(&replays).unwrap().count(), 1);
@@ -133,7 +133,7 @@ async fn a_comment_beyond_the_end_is_refused_and_what_was_typed_stays() {
 }
 
 #[tokio::test]
-async fn only_what_one_said_oneself_is_taken_back_and_nobody_else_reads_it() {
+async fn only_its_author_withdraws_a_comment_hidden_from_outsiders() {
     let lesson = Lesson::new().await;
     let mut teacher = lesson.app.signed_in("teacher@example.org").await;
     assert_eq!(lesson.say(&mut teacher, &WELL_HELD).await.status, 303);
@@ -154,7 +154,7 @@ async fn only_what_one_said_oneself_is_taken_back_and_nobody_else_reads_it() {
 }
 
 #[tokio::test]
-async fn comments_travel_in_a_copy_of_the_recording_whose_own_bytes_stay() {
+async fn comments_are_added_to_a_copy_and_the_original_is_unchanged() {
     let lesson = Lesson::new().await;
     let mut ada = lesson.app.with_token(&lesson.ada.token);
     let path = format!("/api/v1{}", lesson.path("/recording"));
@@ -180,7 +180,7 @@ async fn comments_travel_in_a_copy_of_the_recording_whose_own_bytes_stay() {
 }
 
 #[tokio::test]
-async fn a_linked_recording_is_read_in_ranges_from_the_viewers_pages_for_a_while() {
+async fn linked_recording_is_read_in_ranges_by_viewers_until_expiry() {
     let lesson = Lesson::with(Clock::fixed(Moment::from_micros(1_767_268_800_000_000))).await;
     let mut browser = lesson.app.signed_in("ada@example.org").await;
     let csrf = csrf_in(&browser.get(&lesson.path("/replay")).await.text());

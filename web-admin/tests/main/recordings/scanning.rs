@@ -162,7 +162,7 @@ async fn what_is_found_is_named_and_kept_nowhere() {
 }
 
 #[tokio::test]
-async fn without_a_word_of_the_scanner_nothing_is_taken_in_and_nothing_is_lost() {
+async fn silent_scanner_admits_no_upload_and_loses_none() {
     let mut world = World::new().await;
     let bytes = record(&Attempt::default());
     for mood in [GONE, SILENT, SMALL] {
@@ -185,7 +185,7 @@ async fn without_a_word_of_the_scanner_nothing_is_taken_in_and_nothing_is_lost()
 }
 
 #[tokio::test]
-async fn what_waited_for_the_scanner_is_taken_in_when_nobody_asks_again() {
+async fn upload_waiting_for_the_scanner_is_accepted_without_a_request() {
     let mut world = World::new().await;
     let bytes = record(&Attempt::default());
     world.clamd.is(GONE);

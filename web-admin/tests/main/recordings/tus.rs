@@ -101,7 +101,7 @@ async fn a_recording_in_two_pieces_becomes_one_attempt() {
 }
 
 #[tokio::test]
-async fn cut_at_twenty_random_offsets_it_arrives_byte_for_byte_and_once() {
+async fn upload_cut_at_twenty_offsets_arrives_once_and_unchanged() {
     let app = App::new().await;
     let mut ada = trainee(&app).await;
     let attempt = Attempt::default();
@@ -264,7 +264,7 @@ async fn writing(app: &App, client: &Client, path: &str) -> (Feed, tokio::task::
 }
 
 #[tokio::test]
-async fn who_comes_back_takes_over_from_a_connection_that_has_fallen_silent_and_keeps_its_bytes() {
+async fn new_connection_takes_over_a_silent_one_and_keeps_its_bytes() {
     let app = App::new().await;
     let mut ada = trainee(&app).await;
     for ask_first in [true, false] {
@@ -315,7 +315,7 @@ async fn who_is_taken_in_gives_way_to_nobody() {
 }
 
 #[tokio::test]
-async fn what_is_no_recording_is_refused_once_it_is_whole_and_leaves_nothing() {
+async fn invalid_recording_is_rejected_when_whole_and_leaves_no_file() {
     let app = App::new().await;
     let mut ada = trainee(&app).await;
     let path = begin(&mut ada, 9).await;
@@ -325,7 +325,7 @@ async fn what_is_no_recording_is_refused_once_it_is_whole_and_leaves_nothing() {
 }
 
 #[tokio::test]
-async fn the_same_recording_by_both_ways_is_one_attempt_and_another_under_its_id_is_refused() {
+async fn recording_sent_both_ways_is_one_attempt_and_a_clash_rejected() {
     let app = App::new().await;
     let mut ada = trainee(&app).await;
     let attempt = Attempt::default();
@@ -364,7 +364,7 @@ async fn what_was_ended_is_gone_and_what_has_expired_goes() {
 }
 
 #[tokio::test]
-async fn what_was_whole_when_the_service_stopped_is_taken_in_and_what_nobody_knows_is_deleted() {
+async fn complete_upload_is_accepted_at_restart_and_strays_deleted() {
     let app = App::new().await;
     let mut ada = trainee(&app).await;
     let bytes = record(&Attempt::default());
@@ -421,7 +421,7 @@ async fn a_stations_upload_belongs_to_whoever_the_recording_names() {
 }
 
 #[tokio::test]
-async fn nobody_begins_more_than_their_share_and_who_ends_one_may_begin_another() {
+async fn quota_limits_open_uploads_per_owner_and_per_school() {
     let quota = |uploads, bytes| UploadQuota { uploads, bytes };
     let app = App::with(Clock::system(), |config| {
         config.owner_quota = quota(3, 1000);

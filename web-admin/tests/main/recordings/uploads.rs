@@ -36,7 +36,7 @@ async fn a_recording_is_kept_byte_for_byte() {
 }
 
 #[tokio::test]
-async fn the_same_again_is_acknowledged_and_another_under_its_id_is_refused() {
+async fn repeated_upload_is_acknowledged_and_different_bytes_rejected() {
     let app = App::new().await;
     let school = app.school("North").await;
     let ada = app.member(school, Role::Trainee, "ada@example.org").await;
@@ -158,7 +158,7 @@ async fn a_station_uploads_for_whoever_the_recording_names() {
 }
 
 #[tokio::test]
-async fn a_body_that_is_not_what_its_digest_says_is_refused_and_not_kept() {
+async fn body_that_contradicts_its_digest_is_rejected_and_removed() {
     let app = App::new().await;
     let mut ada = app.with_token(&trainee(&app).await.token);
     let bytes = record(&Attempt::default());

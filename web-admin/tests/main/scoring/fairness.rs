@@ -71,7 +71,7 @@ async fn is_scored(app: &App, school_id: SchoolId, id: SessionId) -> bool {
 }
 
 #[tokio::test]
-async fn with_one_judge_another_school_waits_for_one_costly_job_at_most() {
+async fn one_scorer_delays_another_school_by_one_costly_job_at_most() {
     assert_eq!(begun_before_the_other(1, Duration::from_secs(15)).await, 1);
 }
 

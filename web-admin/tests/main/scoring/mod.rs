@@ -66,7 +66,7 @@ async fn a_recording_becomes_the_score_that_the_library_gives_it() {
 }
 
 #[tokio::test]
-async fn an_exercise_the_school_never_published_judges_itself_and_is_flagged() {
+async fn unpublished_exercise_is_scored_by_itself_and_flagged() {
     let app = App::new().await;
     let school = app.school("North").await;
     let token = app.member(school, Role::Trainee, "ada@example.org").await.token;
@@ -96,7 +96,7 @@ async fn a_cut_recording_is_scored_and_told_apart() {
 }
 
 #[tokio::test]
-async fn wherever_a_recording_was_cut_it_is_scored_or_refused_with_the_reason() {
+async fn truncated_recording_is_scored_or_rejected_with_a_reason() {
     let (app, mut ada, _) = school().await;
     let mut taken = 0;
     for tenth in 1..10 {
@@ -129,7 +129,7 @@ async fn nothing_to_score_is_refused_with_the_reason() {
 }
 
 #[tokio::test]
-async fn an_attempt_that_a_lost_device_has_ended_is_kept_and_counts_nowhere() {
+async fn attempt_ended_by_a_lost_device_is_kept_and_never_counts() {
     let (app, mut ada, key) = school().await;
     let attempt = Attempt { session_id: key.id, ..Attempt::default() };
     let (session, score) = scored(&app, &mut ada, (attempt.session_id, interrupted(&attempt))).await;
@@ -146,7 +146,7 @@ async fn an_attempt_that_a_lost_device_has_ended_is_kept_and_counts_nowhere() {
 }
 
 #[tokio::test]
-async fn a_failure_that_may_pass_is_tried_again_later_and_given_up_in_the_end() {
+async fn transient_failure_is_retried_when_due() {
     let (app, mut ada, key) = school().await;
     let attempt = Attempt { session_id: key.id, ..Attempt::default() };
     assert_eq!(ada.upload(&record(&attempt)).await.status, 201);

@@ -89,7 +89,7 @@ async fn rate_all(rater: &mut Client, round: &str, points: &[&str]) {
 }
 
 #[tokio::test]
-async fn a_rater_is_sent_neither_name_nor_score_nor_what_the_others_gave() {
+async fn rater_sees_no_name_no_score_and_no_rating_of_others() {
     let school = School::new().await;
     let mut teacher = school.teacher().await;
     let round = school.round(&mut teacher).await;
@@ -207,7 +207,7 @@ async fn whoever_asked_sees_agreement_and_the_trainee_the_mean() {
 }
 
 #[tokio::test]
-async fn a_rating_is_kept_as_it_is_given_and_closed_when_it_is_finished() {
+async fn rating_is_saved_as_given_and_closed_when_finished() {
     let school = School::new().await;
     let mut teacher = school.teacher().await;
     let round = school.round(&mut teacher).await;

@@ -123,7 +123,7 @@ fn tile(page: &str, word: &str) -> u32 {
 }
 
 #[tokio::test]
-async fn what_was_shown_is_done_to_those_whom_one_teaches_and_to_nobody_else() {
+async fn regrading_applies_the_preview_to_own_trainees_only() {
     let school = School::new().await;
     let [adas, bens] = school.attempts;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
@@ -214,7 +214,7 @@ async fn attempts_that_have_changed_since_are_not_graded_unseen() {
 }
 
 #[tokio::test]
-async fn an_attempt_that_somebody_grades_in_between_or_that_cannot_be_read_is_left_alone() {
+async fn regrading_skips_attempts_graded_since_or_unreadable() {
     let school = School::new().await;
     let (adas, mut teacher) = (school.attempts[0], school.app.signed_in("teacher@example.org").await);
     let lost = try_it(&school.app, &school.ada).await;
@@ -253,7 +253,7 @@ async fn what_was_measured_is_judged_as_the_recording_is() {
 }
 
 #[tokio::test]
-async fn only_whoever_teaches_looks_and_only_whoever_has_looked_confirms() {
+async fn only_a_teacher_previews_and_only_the_previewer_confirms() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let page = school.look(&mut teacher, school.strict).await;

@@ -59,7 +59,7 @@ impl School {
 const GENEROUS: [(&str, &str); 3] = [("score", "97"), ("result", "passed"), ("reason", "The device slipped")];
 
 #[tokio::test]
-async fn an_override_counts_everywhere_and_the_computed_score_stays_beside_it() {
+async fn override_counts_everywhere_and_keeps_the_computed_score() {
     let school = School::new().await;
     let computed = school.computed().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
@@ -83,7 +83,7 @@ async fn an_override_counts_everywhere_and_the_computed_score_stays_beside_it() 
 }
 
 #[tokio::test]
-async fn an_override_without_a_reason_is_refused_and_what_was_typed_stays() {
+async fn override_with_invalid_fields_is_rejected_and_not_stored() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     for (field, value) in [("reason", ""), ("reason", "  "), ("score", "101"), ("score", "ten"), ("result", "")] {
@@ -133,7 +133,7 @@ async fn what_waits_is_listed_flagged_first_until_somebody_has_looked() {
 }
 
 #[tokio::test]
-async fn a_question_waits_first_and_looking_leads_on_through_the_queue() {
+async fn review_queue_puts_questions_first_and_leads_to_the_next() {
     let school = School::new().await;
     let mut attempts = vec![school.attempt];
     for _ in 0..3 {

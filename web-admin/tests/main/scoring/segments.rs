@@ -117,7 +117,7 @@ async fn mark(trainee: &mut Client, trace: &str, marks: &[String], step: &str) -
 }
 
 #[tokio::test]
-async fn a_trace_tells_nothing_until_marks_are_sent_and_then_the_truth() {
+async fn trace_hides_the_pops_until_marks_are_sent() {
     let school = School::new().await;
     let task = school.task().await;
     let truth = school.pops(school.attempts[0]).await;
@@ -195,7 +195,7 @@ async fn nobody_is_given_their_own_attempt_or_somebody_elses_task() {
 }
 
 #[tokio::test]
-async fn what_is_no_moment_or_no_task_is_refused_and_what_was_typed_stays() {
+async fn invalid_marks_or_task_are_rejected_and_keep_the_input() {
     let school = School::new().await;
     let task = school.task().await;
     let mut ada = school.app.signed_in("ada@example.org").await;
@@ -254,7 +254,7 @@ async fn one_trainee_has_longer_by_calendar_days_and_is_not_late() {
 }
 
 #[tokio::test]
-async fn whoever_has_not_marked_is_reminded_once_and_with_an_extension_later() {
+async fn trainee_without_marks_is_reminded_once_before_their_due_date() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let task = school.dated_task(&mut teacher).await;

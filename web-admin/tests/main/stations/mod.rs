@@ -97,7 +97,7 @@ async fn a_station_joins_once_with_a_code_however_it_is_typed() {
 }
 
 #[tokio::test]
-async fn a_code_that_is_late_or_comes_with_a_wrong_name_lets_nobody_in() {
+async fn pairing_code_rejects_wrong_names_and_expires() {
     let school = School::new().await;
     school.station("lab").await;
     let mut stranger = school.app.stranger();
@@ -145,7 +145,7 @@ async fn a_trainee_signs_in_and_what_is_recorded_there_is_theirs() {
 }
 
 #[tokio::test]
-async fn whoever_teaches_practises_like_a_trainee_and_counts_in_no_figure() {
+async fn teacher_practises_like_a_trainee_and_counts_in_no_figure() {
     let school = School::new().await;
     let mut station = school.station("lab").await;
     let reader = school.app.state.db.reader();
@@ -171,7 +171,7 @@ async fn whoever_teaches_practises_like_a_trainee_and_counts_in_no_figure() {
 }
 
 #[tokio::test]
-async fn loading_the_page_of_a_code_again_makes_no_other_and_the_database_cannot_be_read_for_it() {
+async fn sign_in_code_page_reloads_the_same_code_and_stores_it_sealed() {
     let school = School::new().await;
     let mut station = school.station("lab").await;
     let mut ada = school.app.signed_in("ada@example.org").await;
@@ -194,7 +194,7 @@ async fn loading_the_page_of_a_code_again_makes_no_other_and_the_database_cannot
 }
 
 #[tokio::test]
-async fn a_sign_in_code_ends_with_the_next_one_and_opens_no_other_school() {
+async fn sign_in_code_ends_with_the_next_and_opens_no_other_school() {
     let school = School::new().await;
     let mut station = school.station("lab").await;
     let (old, new) = (school.sign_in_code().await, school.sign_in_code().await);
@@ -210,7 +210,7 @@ async fn a_sign_in_code_ends_with_the_next_one_and_opens_no_other_school() {
 }
 
 #[tokio::test]
-async fn twenty_wrong_codes_lock_a_station_for_the_hour_and_right_ones_do_not_count() {
+async fn twenty_wrong_codes_lock_one_station_for_the_hour() {
     let school = School::new().await;
     let mut station = school.station("lab").await;
     let right = json!({ "code": school.sign_in_code().await });

@@ -141,7 +141,7 @@ async fn a_guest_goes_from_a_code_to_answers_tied_to_the_attempt() {
 }
 
 #[tokio::test]
-async fn a_guest_agrees_at_the_station_before_anything_is_kept_of_them() {
+async fn guest_consents_at_the_station_before_any_data_are_stored() {
     let mut day = StudyDay::new().await;
     let code = day.guest().await;
     let kept = "SELECT count(*) FROM audit_log WHERE action IN ('study.consented', 'guest.signed_in_at_station')";
@@ -171,7 +171,7 @@ async fn a_guest_agrees_at_the_station_before_anything_is_kept_of_them() {
 }
 
 #[tokio::test]
-async fn a_code_of_a_study_that_has_ended_leads_nowhere_and_is_good_when_it_goes_on() {
+async fn code_of_a_closed_study_is_rejected_until_it_reopens() {
     let mut day = StudyDay::new().await;
     let code = day.guest().await;
     let close = format!("{}/close", day.study);
@@ -250,7 +250,7 @@ async fn bring(day: &mut StudyDay, pseudonym: &str) -> Answer {
 }
 
 #[tokio::test]
-async fn no_recording_is_kept_of_a_guest_who_never_agreed_or_has_withdrawn_or_was_erased() {
+async fn guest_recording_needs_consent_that_is_still_in_force() {
     let mut day = StudyDay::new().await;
     let code = day.guest().await;
     let sql = "SELECT pseudonym FROM people WHERE role = 'guest'";
@@ -267,7 +267,7 @@ async fn no_recording_is_kept_of_a_guest_who_never_agreed_or_has_withdrawn_or_wa
 }
 
 #[tokio::test]
-async fn who_has_withdrawn_keeps_nothing_new_here_and_what_was_made_stays_where_that_is_wished() {
+async fn withdrawn_guest_sends_nothing_new_and_earlier_data_may_stay() {
     let mut day = StudyDay::new().await;
     let code = day.guest().await;
     let guest = day.sign_in(&code).await.json()["trainee"].as_str().unwrap().to_owned();
@@ -280,7 +280,7 @@ async fn who_has_withdrawn_keeps_nothing_new_here_and_what_was_made_stays_where_
 }
 
 #[tokio::test]
-async fn people_of_the_school_are_asked_and_take_part_once_they_have_agreed_signed_in() {
+async fn school_members_join_a_study_by_consenting_signed_in() {
     let mut day = StudyDay::new().await;
     let fields = |email| [("email", email), ("group", "0")];
     assert_eq!(day.add(&fields("nobody@example.org")).await.status, 422);
@@ -346,7 +346,7 @@ async fn a_guest_answers_by_link_what_nobody_has_begun() {
 }
 
 #[tokio::test]
-async fn results_compare_groups_and_the_table_reads_in_statistics_programs() {
+async fn study_results_compare_groups_and_export_statistics_tables() {
     let mut day = StudyDay::new().await;
     for group in ["0", "0", "1", "1"] {
         let fields = [("group", group), ("fact", "=1+1"), ("fact", "7"), ("consent", "yes")];

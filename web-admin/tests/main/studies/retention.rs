@@ -76,7 +76,7 @@ async fn practised() -> (StudyDay, Value) {
 const ANSWERS: &str = "SELECT count(*) FROM survey_responses WHERE answers <> '[]'";
 
 #[tokio::test]
-async fn the_data_of_a_study_go_when_they_were_promised_to_and_what_is_the_schools_stays() {
+async fn study_data_are_erased_on_time_and_school_data_stay() {
     let (mut day, guest) = practised().await;
     let files = day.school.app.files().len();
     day.live(400, 1).await;

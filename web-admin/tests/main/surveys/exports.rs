@@ -10,7 +10,7 @@ use crate::support::client::csrf_in;
 use crate::surveys::{School, send};
 
 #[tokio::test]
-async fn the_columns_of_an_export_have_names_of_their_own_that_spss_takes() {
+async fn export_columns_have_unique_names_that_spss_accepts() {
     let school = School::new().await;
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/instrument-names.toml");
     let (id, now) = (school.id, school.app.state.clock.now());

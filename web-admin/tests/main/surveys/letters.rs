@@ -38,7 +38,7 @@ async fn ask(teacher: &mut Client, survey: &str, addresses: &str) -> Answer {
 }
 
 #[tokio::test]
-async fn each_professional_is_written_to_once_and_the_log_knows_no_address() {
+async fn each_professional_gets_one_letter_and_the_log_no_address() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let survey = school.survey(&mut teacher, "sus", &[("identity", "anonymous")]).await;

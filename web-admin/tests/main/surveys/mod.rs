@@ -190,7 +190,7 @@ async fn what_is_typed_survives_a_closed_tab_and_a_refusal() {
 }
 
 #[tokio::test]
-async fn a_comment_of_ten_thousand_characters_is_refused_and_a_shorter_one_kept_as_typed() {
+async fn overlong_comment_is_rejected_and_a_short_one_kept_verbatim() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let survey = school.survey(&mut teacher, "free-comment", &[("identity", "anonymous")]).await;
@@ -272,7 +272,7 @@ async fn only_attempts_of_whoever_is_asked_are_counted() {
 }
 
 #[tokio::test]
-async fn a_trainee_is_asked_after_an_attempt_once_and_can_skip_without_trace() {
+async fn trainee_is_surveyed_once_per_attempt_and_skips_untraced() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let survey = school.survey(&mut teacher, "sus", &[("identity", "pseudonymous"), ("after_attempts", "true")]).await;
@@ -397,7 +397,7 @@ async fn surveys_of_another_school_and_of_nobody_are_not_there() {
 }
 
 #[tokio::test]
-async fn an_edited_instrument_is_a_new_revision_and_old_answers_keep_theirs() {
+async fn edited_instrument_is_a_revision_and_old_answers_keep_theirs() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let survey = school.survey(&mut teacher, "sus", &[("identity", "anonymous")]).await;
@@ -446,7 +446,7 @@ async fn an_instrument_leaves_as_json_and_comes_back() {
 }
 
 #[tokio::test]
-async fn a_survey_that_makes_no_sense_is_refused_and_what_was_typed_stays() {
+async fn invalid_survey_is_rejected_and_keeps_the_input() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let csrf = csrf_in(&teacher.get("/surveys/new").await.text());

@@ -128,7 +128,7 @@ async fn answers_are_taken_once_however_often_they_are_sent() {
 }
 
 #[tokio::test]
-async fn an_anonymous_answer_from_a_station_leads_to_nobody_and_can_be_taken_back() {
+async fn anonymous_station_answer_is_untraceable_and_withdrawable() {
     let mut debrief = Debrief::after_attempt("anonymous").await;
     assert_eq!(debrief.give(&given(&secret("c"), 55, true)).await.status, 200);
     let row: (Option<Vec<u8>>, Option<Vec<u8>>, i64) =
@@ -181,7 +181,7 @@ async fn what_is_not_allowed_is_named_and_nothing_is_written() {
 }
 
 #[tokio::test]
-async fn answers_that_waited_are_taken_after_the_survey_has_closed_if_it_was_open_at_the_attempt() {
+async fn late_answers_are_accepted_if_the_survey_was_open_at_attempt() {
     let mut debrief = Debrief::after_attempt("named").await;
     let mut teacher = debrief.school.app.signed_in("teacher@example.org").await;
     let csrf = csrf_in(&teacher.get(&debrief.survey).await.text());

@@ -183,7 +183,7 @@ async fn the_same_is_not_assigned_twice_until_it_is_over() {
 }
 
 #[tokio::test]
-async fn what_was_passed_before_counts_unless_everybody_is_to_do_it_again() {
+async fn earlier_pass_counts_unless_the_assignment_requires_another() {
     let mut world = World::new().await;
     let began = datetime!(2026-03-01 9:00 UTC);
     let passed = Attempt { session_id: SessionId::random(), started_at: began, ..Attempt::default() };

@@ -49,7 +49,7 @@ async fn school() -> (App, Member) {
 }
 
 #[tokio::test]
-async fn who_has_mastered_a_course_saves_a_page_that_anybody_can_check() {
+async fn mastered_course_gives_a_certificate_that_anyone_can_verify() {
     let (app, ada) = school().await;
     let german = Language::named("de");
     app.write(async |tx| {

@@ -57,7 +57,7 @@ async fn sums_are_those_of_the_scores_and_stay_so_when_made_again() {
 }
 
 #[tokio::test]
-async fn whoever_teaches_sees_their_cohorts_side_by_side_on_the_schools_clock() {
+async fn teacher_compares_own_cohorts_in_the_schools_time_zone() {
     let app = App::new().await;
     let school = app.school("North").await;
     app.publish(school).await;

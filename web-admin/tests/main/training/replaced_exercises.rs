@@ -19,7 +19,7 @@ fn attempt_at(now: Moment) -> Vec<u8> {
 }
 
 #[tokio::test]
-async fn an_attempt_at_a_replaced_exercise_counts_within_the_grace_alone() {
+async fn attempt_at_a_replaced_exercise_counts_only_in_its_grace() {
     let app = App::with(Clock::fixed(NOON), |_| {}).await;
     let north = app.school("North").await;
     let token = app.member(north, Role::Trainee, "ada@example.org").await.token;

@@ -238,7 +238,7 @@ mod tests {
     const GOOD: &str = "mujoco,4.0.0,flex,3,lower_back,900,0.3,0.1,2.5,\"AMD EPYC, 2 threads, linux x86_64\"\n";
 
     #[test]
-    fn the_committed_file_has_every_solver_on_every_case_and_no_error_rises_far_under_refinement() {
+    fn committed_peers_cover_every_case_and_improve_when_refined() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/field-peers.csv");
         let peers = read(&file).expect("as it is written");
         for case in cases::NAMES {
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_no_measurement_wrote_is_refused_with_its_place_value_and_what_is_allowed() {
+    fn malformed_peer_line_is_rejected_with_place_value_and_rule() {
         assert_eq!(parse("p.csv", &format!("{HEAD}{GOOD}")).map(|peers| peers.len()).ok(), Some(1));
         let other = GOOD.replace("EPYC", "Ryzen");
         for (text, said) in [

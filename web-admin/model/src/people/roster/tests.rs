@@ -94,7 +94,7 @@ fn shipped(name: &str) -> Vec<u8> {
 }
 
 #[test]
-fn a_workbook_keeps_the_zeros_of_text_and_gives_numbers_no_decimals() {
+fn workbook_keeps_zeros_of_text_and_adds_no_decimals() {
     let roster = read(&shipped("excel.xlsx")).unwrap();
     let numbers: Vec<_> = roster.rows.iter().map(|row| row.entry.as_ref().unwrap().registrar_id.clone()).collect();
     assert_eq!(numbers, [Some("0012345".to_owned()), Some("23456".to_owned())]);
@@ -133,7 +133,7 @@ proptest::proptest! {
 }
 
 #[test]
-fn a_line_that_is_wrong_is_refused_with_its_place_and_the_others_stay() {
+fn invalid_roster_line_is_rejected_and_valid_ones_remain() {
     let file = "email,name,role,status\na@b.c,Ana,,\nA@B.C,Again,,\nnobody,Bo,,\nd@b.c,,,\n,Cy,,\n\
                 e@b.c,=HYPERLINK(1),,\nf@b.c,\"-2+3\",,\ng@b.c,Gil,king,\nh@b.c,Hal,student,asleep\ni@b.c,Ida,teacher,aktiv\n";
     let formula = |text: &str| Refusal::Formula(text.to_owned());
@@ -200,7 +200,7 @@ fn nobody_is_taken_for_somebody_else() {
 }
 
 #[test]
-fn nobody_leaves_by_omission_unless_that_is_asked_and_then_only_the_cohorts_of_the_file() {
+fn people_missing_from_the_file_leave_only_when_requested() {
     let people = [known(1, None, "ana@b.c", &["A", "B"]), known(2, None, "bo@b.c", &["A"])];
     let roster = read(b"email,name\nbo@b.c,Ana Ek\n").unwrap();
     let leaving = |remove_missing| {
@@ -307,7 +307,7 @@ fn several_lines_about_one_person_are_read_together() {
 }
 
 #[test]
-fn sections_in_a_sentence_are_several_in_canvas_and_one_elsewhere() {
+fn section_lists_are_split_for_canvas_only() {
     let canvas = |section: &str| {
         entries(&format!(
             "Student,ID,SIS User ID,SIS Login ID,Section\n\"Lind, Ana\",1,U1,a@uni.example,\"{section}\"\n"

@@ -119,7 +119,7 @@ fn prerequisites_come_first() {
 }
 
 #[test]
-fn a_course_is_done_when_all_of_it_is_mastered_and_says_how_much_is() {
+fn course_assignment_is_done_when_every_exercise_is_mastered() {
     let course = |since_only, tried: &[(&str, i64, bool)]| {
         let asked = Assigned { since_only, ..assigned(AssignmentTask::Course("course".to_owned()), None) };
         judge(asked, tried).stage
@@ -132,7 +132,7 @@ fn a_course_is_done_when_all_of_it_is_mastered_and_says_how_much_is() {
 }
 
 #[test]
-fn what_was_passed_before_is_done_and_never_late_where_it_counts() {
+fn earlier_pass_completes_an_assignment_and_is_never_late() {
     let asked = Assigned { since_only: false, ..assigned(exercise("a"), Some(1)) };
     let before = judge(asked.clone(), &[("a", 72, true), ("a", 10, false)]);
     assert_eq!(before.stage, AssignmentStage::Done { on: NOW - Duration::hours(72), late: false });

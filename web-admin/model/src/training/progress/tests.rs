@@ -43,7 +43,7 @@ fn progress(tried: &[(&str, f64)]) -> Progress {
 }
 
 #[test]
-fn a_newcomer_starts_with_the_first_exercise_and_has_not_started() {
+fn newcomer_has_the_first_exercise_next_and_raises_no_concern() {
     let progress = progress(&[]);
     assert_eq!(progress.next, Some(0));
     assert_eq!(progress.concerns, [], "not begun is no worry by itself");
@@ -73,7 +73,7 @@ fn mastery_once_reached_stays() {
 }
 
 #[test]
-fn three_straight_fails_on_the_current_exercise_are_stuck_and_two_are_not() {
+fn three_straight_fails_are_stuck_and_two_are_not() {
     let fails = [("a", 70.0), ("a", 70.0), ("b", 20.0), ("b", 30.0)];
     assert!(progress(&fails).concerns.is_empty());
     let stuck = progress(&[&fails[..], &[("b", 41.0)]].concat()).concerns;
@@ -100,7 +100,7 @@ fn who_has_finished_may_rest() {
 }
 
 #[test]
-fn a_fall_within_one_exercise_is_a_decline_and_a_harder_exercise_is_not() {
+fn falling_scores_decline_only_within_one_exercise() {
     let fall = progress(&[("a", 90.0), ("a", 90.0), ("a", 90.0), ("a", 70.0), ("a", 75.0), ("a", 80.0)]);
     assert_eq!(fall.concerns, [Concern::Declining { title: "A".to_owned(), from: 90.0, to: 75.0 }]);
     let harder = progress(&[("a", 90.0), ("a", 90.0), ("a", 90.0), ("b", 61.0), ("b", 59.0), ("b", 61.0)]);
@@ -149,7 +149,7 @@ fn attempts_on_other_courses_change_nothing() {
 
 /// The same cases apply to the simulator's progress without a school.
 #[test]
-fn mastery_is_what_the_simulator_calls_mastered_without_a_school() {
+fn mastery_agrees_with_the_simulator_without_a_school() {
     let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/mastery/cases.json");
     let cases: Vec<serde_json::Value> = serde_json::from_slice(&std::fs::read(cases).unwrap()).unwrap();
     assert!(cases.len() > 10);
@@ -186,7 +186,7 @@ fn extended(hours: i64) -> Course {
 }
 
 #[test]
-fn mastery_belongs_to_the_revision_that_was_taught_when_it_was_reached() {
+fn mastery_belongs_to_the_course_revision_taught_at_that_time() {
     let tried = attempts(&[("a", 70.0), ("a", 70.0), ("b", 70.0), ("b", 70.0), ("a", 20.0)]);
     let kept = Progress::of(&extended(1), &tried, NOW);
     assert!(kept.complete() && kept.mastered() == 2 && kept.next == Some(2), "{kept:?}");

@@ -260,7 +260,7 @@ mod tests {
     use crate::samples;
 
     #[test]
-    fn the_columns_show_what_stands_in_them_and_how_it_would_be_read() {
+    fn column_page_shows_sample_cells_and_their_interpretation() {
         let entry = RosterEntry {
             email: "ana@example.org".to_owned(),
             name: "Ana".to_owned(),

@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_beside_another_rule_is_folded_for_those_who_teach_and_absent_for_trainees() {
+    fn unused_curve_is_folded_for_teachers_and_absent_for_trainees() {
         let page = made::learning_beside_passes(9);
         let html = samples::keep_page("learning-beside", &page);
         for words in ["3 passes", "not used for mastery in this course", "an example", "<details>"] {

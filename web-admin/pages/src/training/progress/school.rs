@@ -66,7 +66,7 @@ mod tests {
     use crate::{charts, samples};
 
     #[test]
-    fn years_and_months_have_their_shares_and_an_empty_school_says_so() {
+    fn school_progress_shows_yearly_shares_or_that_none_exist() {
         let passed = assessment::statistics::wilson(18, 20).ok();
         let full = SchoolProgressPage {
             shell: samples::shell(Role::Administrator),

@@ -38,7 +38,7 @@ async fn kinds(postgres: &mut PgConnection, statement: &str) -> Result<Vec<Strin
 }
 
 #[tokio::test]
-async fn postgresql_takes_every_statement_and_answers_in_kinds_that_are_read() {
+async fn postgresql_prepares_every_statement_with_readable_types() {
     let Some(mut both) = BothEngines::start().await else { return };
     let (mut prepared, mut refused) = (0, Vec::new());
     for StoredStatement { sql, place } in stored_statements(TwinPlace::Second) {
