@@ -152,6 +152,12 @@ ids! {
     CeremonyId;
     /// An OpenID provider that signs the people of a school in.
     ProviderId;
+    /// A learning platform from which the people of a school launch this service.
+    PlatformId;
+    /// A course of a learning platform.
+    PlatformContextId;
+    /// A link of a learning platform to this service.
+    PlatformLinkId;
     /// An account at a provider that belongs to a person.
     IdentityId;
     /// A token of a directory that provisions people.

@@ -13,7 +13,7 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 46] = [
+pub const SAID_HERE: [&str; 51] = [
     "/account/cohorts/{cohort}",
     "/account/identities/{id}/remove",
     "/account/language",
@@ -24,6 +24,11 @@ pub const SAID_HERE: [&str; 46] = [
     "/account/studies/{id}/leave",
     "/account/tokens/{id}/revoke",
     "/admin/origins",
+    "/admin/platforms",
+    "/admin/platforms/{id}",
+    "/admin/platforms/{id}/admit",
+    "/admin/platforms/{id}/disable",
+    "/admin/platforms/{id}/enable",
     "/admin/provisioning/{id}/revoke",
     "/admin/sign-in",
     "/admin/sign-in/local",

@@ -16,7 +16,7 @@ const SHOW_ATTEMPTS: [(&str, &[&str]); 6] = [
     ("upload", &["own"]),
 ];
 /// The other objects, by which no attempt is seen.
-const SHOW_NONE: [&str; 26] = [
+const SHOW_NONE: [&str; 27] = [
     "asked",
     "asset",
     "assignment",
@@ -34,6 +34,7 @@ const SHOW_NONE: [&str; 26] = [
     "number",
     "picture",
     "pictured",
+    "platform",
     "provider",
     "questionnaire",
     "regrading",

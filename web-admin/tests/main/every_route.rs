@@ -33,21 +33,15 @@ use acts::training::assignments;
 use axum::body::Body;
 use axum::http::{Method, Request, header};
 use documents::ExerciseBundle;
-use model::auth::federation::{IdentityOrigin, ProviderSettings};
-use model::ids::{CohortId, IdentityId, ProviderId, ProvisioningTokenId, SessionId};
+use model::ids::{CohortId, SessionId};
 use model::people::roster::RosterRequest;
 use model::surveys::Identity;
 use model::training::assignment::AssignmentTask;
 use model::training::comment::{Comment, CommentKind};
 use model::{Role, SessionKey};
 use platform::clock::Clock;
-use platform::secret;
 use sqlx::pool::PoolConnection;
-use store::auth::federation::identities::{IssuedSubject, NewIdentity};
-use store::auth::federation::providers::NewProvider;
-use store::auth::federation::{identities, providers};
 use store::authoring::{exercises, pictures};
-use store::people::provisioning::{self, ProvisioningToken};
 use store::recordings::uploads::UploadOwner;
 use store::scoring::{ratings, segments};
 use store::surveys::instruments;
@@ -61,10 +55,9 @@ use web_admin::{routes, worker};
 use crate::support::client::{Client, csrf_in};
 use crate::support::database::{copy_database, version};
 use crate::support::recordings::{Attempt, record};
+use crate::support::university::{DIRECTORY, add_systems};
 use crate::support::{App, Member, course_folder};
 
-/// Token of the school's directory.
-const DIRECTORY: &str = "directory";
 const TABLE: &str = include_str!("every_route.txt");
 const COLUMNS: [&str; 9] = ["out", "own", "same", "other", "teacher", "colleague", "admin", "abroad", "station"];
 
@@ -343,42 +336,8 @@ async fn objects(
     let rated = round(app, [teacher, colleague], session).await;
     let task = task(app, teacher, known[0].id, session).await;
     let regraded = regraded(app, teacher).await;
-    let ways = ways_in(app, own).await;
+    let ways = add_systems(app, own).await;
     objects.into_iter().chain(survey).chain(rated).chain(task).chain(regraded).chain(ways).collect()
-}
-
-/// A provider of the school, at an address that may not be asked, a trainee's identity there, and a directory.
-async fn ways_in(app: &App, own: &Member) -> [(&'static str, String); 2] {
-    let (school_id, now) = (own.person.school_id, app.state.clock.now());
-    let settings = ProviderSettings {
-        name: "North".to_owned(),
-        issuer: "https://127.0.0.1:9".to_owned(),
-        client_id: "stylet".to_owned(),
-        scopes: "openid".to_owned(),
-        subject_claim: "sub".to_owned(),
-        ..ProviderSettings::default()
-    };
-    let (provider, identity) = (ProviderId::made_at(now), IdentityId::made_at(now));
-    app.write(async |tx| {
-        let new = NewProvider { id: provider, school_id, settings: &settings, sealed_secret: b"sealed" };
-        providers::put_provider(tx, new, now).await.unwrap();
-        let of = IssuedSubject { school_id, issuer: &settings.issuer, subject: "own" };
-        let how = IdentityOrigin::ByAdministrator;
-        let new = NewIdentity { id: identity, person_id: own.person.id, of, how, made_by: None, at: now };
-        identities::add_identity(tx, new).await.unwrap();
-    })
-    .await;
-    let token = ProvisioningToken {
-        id: ProvisioningTokenId::made_at(now),
-        school_id,
-        name: "Directory".to_owned(),
-        may_disable_staff: false,
-        made_at: now,
-        expires_at: now.plus_s(86_400),
-        last_used_at: None,
-    };
-    app.write(async |tx| provisioning::add_token(tx, &token, &secret::token_sha256(DIRECTORY)).await.unwrap()).await;
-    [("provider", provider.to_string()), ("identity", identity.to_string())]
 }
 
 fn stranger(column: &'static str) -> Visitor {

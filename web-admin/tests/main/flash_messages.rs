@@ -6,7 +6,7 @@ use pages::flash_message::SAID_HERE;
 use crate::people::{post, school};
 
 /// Forms that lead to a page which says itself what came of them, or shows it.
-const SAID_THERE: [&str; 71] = [
+const SAID_THERE: [&str; 73] = [
     "/account/identities/join/{}",
     "/account/password",
     "/account/prove/{}",
@@ -41,6 +41,8 @@ const SAID_THERE: [&str; 71] = [
     "/login",
     "/login/code",
     "/logout",
+    "/lti/launch",
+    "/lti/login",
     "/people",
     "/people/bulk",
     "/people/bulk/do",

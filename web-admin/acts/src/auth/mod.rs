@@ -1,6 +1,7 @@
 //! Signing in.
 
 pub mod federation;
+pub mod lti;
 pub mod passkeys;
 pub mod passwords;
 pub mod rate_limits;

@@ -4,7 +4,7 @@
 use std::net::IpAddr;
 
 use model::Moment;
-use model::ids::PersonId;
+use model::ids::{PersonId, PlatformId};
 use model::people::email::normalize_email;
 use platform::secret;
 use store::auth::rate_limits;
@@ -27,6 +27,10 @@ const PAIR: BrakePace = BrakePace { burst: 10, period_s: 30 };
 const STRANGERS: BrakePace = BrakePace { burst: 100, period_s: 5 };
 /// Attempts from one address. High enough for a class that signs in at once behind one router.
 const ADDRESS: BrakePace = BrakePace { burst: 100, period_s: 2 };
+/// Launches begun from one address. High enough for several lectures behind one router.
+const LAUNCH_ADDRESS: BrakePace = BrakePace { burst: 500, period_s: 1 };
+/// Launches that one learning platform has confirmed. High enough for an examination of a whole year.
+const LAUNCH: BrakePace = BrakePace { burst: 600, period_s: 1 };
 /// Second-factor codes tried for one person. Three of the 10⁶ codes are valid at any time.
 const CODE: BrakePace = BrakePace { burst: 10, period_s: 120 };
 /// Pairing codes tried from one address.
@@ -141,6 +145,22 @@ pub async fn welcome(service: &Service, address: IpAddr, email: &str) -> Result<
 /// Fails if no attempt is left, with the time until the next one.
 pub async fn take_provider_sign_in(service: &Service, address: IpAddr) -> Result<(), Error> {
     press_all(service, &[Brake::new(ADDRESS, &format!("provider {address}"))]).await
+}
+
+/// Counts a launch from a learning platform that is begun from an address.
+///
+/// # Errors
+/// Fails if no attempt is left, with the time until the next one.
+pub async fn take_launch_start(service: &Service, address: IpAddr) -> Result<(), Error> {
+    press_all(service, &[Brake::new(LAUNCH_ADDRESS, &format!("launch {address}"))]).await
+}
+
+/// Counts a launch that a learning platform has confirmed: nobody else can use up its limit.
+///
+/// # Errors
+/// Fails if no launch is left, with the time until the next one.
+pub async fn take_launch(service: &Service, platform: PlatformId) -> Result<(), Error> {
+    press_all(service, &[Brake::new(LAUNCH, &format!("platform {platform}"))]).await
 }
 
 /// Counts an attempt by a signed-in person to confirm their own password.

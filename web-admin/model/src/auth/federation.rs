@@ -106,6 +106,17 @@ pub enum FlowPurpose {
     Try,
 }
 
+/// Protocol by which an identity was confirmed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
+#[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
+pub enum IdentityKind {
+    /// OpenID Connect: by a provider.
+    Oidc,
+    /// LTI: by a learning platform.
+    Lti,
+}
+
 /// How an identity came to belong to a person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
@@ -215,7 +226,7 @@ impl ProviderSettings {
             (tr!("claim of the person"), &self.subject_claim),
         ];
         for (field, value) in required {
-            check_text(field, value)?;
+            check_setting(field, value)?;
             if value.is_empty() {
                 return Err(tr!("{field}: empty; it is required", field = field));
             }
@@ -223,13 +234,13 @@ impl ProviderSettings {
         for (field, value) in
             [(tr!("claim of the number"), &self.match_claim), (tr!("claim of the roles"), &self.role_claim)]
         {
-            check_text(field, value.as_deref().unwrap_or_default())?;
+            check_setting(field, value.as_deref().unwrap_or_default())?;
         }
         if self.second_factor_acr.len() > MOST_VALUES {
             return Err(tr!("values of acr: more than {most}", most = MOST_VALUES));
         }
         for value in &self.second_factor_acr {
-            check_text(tr!("values of acr"), value)?;
+            check_setting(tr!("values of acr"), value)?;
         }
         if !self.scopes.split(' ').any(|scope| scope == "openid") {
             return Err(tr!("scopes: “{scopes}”; openid must be among them", scopes = shorten(&self.scopes)));
@@ -244,7 +255,11 @@ impl ProviderSettings {
     }
 }
 
-fn check_text(field: &str, value: &str) -> Result<(), String> {
+/// Checks the length and the characters of a setting.
+///
+/// # Errors
+/// Returns the reason in the current language, with the field.
+pub(super) fn check_setting(field: &str, value: &str) -> Result<(), String> {
     if value.chars().count() > LONGEST_SETTING {
         return Err(tr!("{field}: longer than {most} characters", field = field, most = LONGEST_SETTING));
     }
@@ -263,7 +278,7 @@ impl Claims {
     }
 
     /// Returns a non-empty claim to the byte, or a number as text.
-    fn exact(&self, name: &str) -> Option<String> {
+    pub(super) fn exact(&self, name: &str) -> Option<String> {
         match self.0.get(name)? {
             Value::String(text) if !text.trim().is_empty() => Some(text.clone()),
             Value::Number(number) => Some(number.to_string()),
@@ -334,25 +349,40 @@ impl ProvenIdentity {
     #[must_use]
     pub fn read(settings: &ProviderSettings, claims: &Claims) -> Option<Self> {
         let subject = claims.exact(&settings.subject_claim).filter(|subject| subject.len() <= LONGEST_SETTING)?;
-        let email = claims.text("email").map(|email| normalize_email(&email)).filter(|email| is_email(email));
-        let full_name = || Some(format!("{} {}", claims.text("given_name")?, claims.text("family_name")?));
-        let name = claims.text("name").or_else(full_name).or_else(|| claims.text("preferred_username"));
-        let name = name.or_else(|| email.clone()).unwrap_or_else(|| subject.clone());
         let number = settings.match_claim.as_ref().and_then(|claim| claims.text(claim));
         let roles = settings.role_claim.as_ref().map(|claim| claims.list(claim)).unwrap_or_default();
         let is_strong = |method: &String| STRONG_METHODS.contains(&method.as_str());
         let is_listed = |context: &String| settings.second_factor_acr.contains(context);
+        let described = Self::describe(claims, subject);
         Some(Self {
             issuer: settings.issuer.clone(),
-            subject,
-            name: single_line_text::tidy(&single_line_text::on_one_line(&name)).chars().take(LONGEST_NAME).collect(),
-            email_verified: email.is_some() && (settings.addresses_verified || claims.is_true("email_verified")),
-            email,
+            email_verified: described.email.is_some()
+                && (settings.addresses_verified || claims.is_true("email_verified")),
             number: number.filter(|number| single_line_text::refusal("", number).is_none() && number.len() <= 100),
             role: settings.role_map.find_role(&roles),
             has_second_factor: settings.second_factor_trusted
                 && (claims.list("amr").iter().any(is_strong) || claims.list("acr").iter().any(is_listed)),
+            ..described
         })
+    }
+
+    /// Reads the name and the address of a trainee whom an issuer, which the caller adds, calls
+    /// `subject`.
+    pub(super) fn describe(claims: &Claims, subject: String) -> Self {
+        let email = claims.text("email").map(|email| normalize_email(&email)).filter(|email| is_email(email));
+        let full_name = || Some(format!("{} {}", claims.text("given_name")?, claims.text("family_name")?));
+        let name = claims.text("name").or_else(full_name).or_else(|| claims.text("preferred_username"));
+        let name = name.or_else(|| email.clone()).unwrap_or_else(|| subject.clone());
+        Self {
+            issuer: String::new(),
+            name: single_line_text::tidy(&single_line_text::on_one_line(&name)).chars().take(LONGEST_NAME).collect(),
+            subject,
+            email,
+            email_verified: false,
+            number: None,
+            role: Role::Trainee,
+            has_second_factor: false,
+        }
     }
 }
 

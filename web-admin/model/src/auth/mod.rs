@@ -1,6 +1,7 @@
 //! Signing in.
 
 pub mod federation;
+pub mod lti;
 pub mod passkey;
 pub mod password_refused;
 pub mod second_factor;

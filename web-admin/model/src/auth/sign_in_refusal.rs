@@ -1,6 +1,6 @@
-//! Reasons why a sign-in by a provider is refused.
+//! Reasons why a sign-in by a provider, or a launch from a learning platform, is refused.
 
-/// Why a sign-in by a provider is refused.
+/// Why a sign-in by a provider, or a launch from a learning platform, is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SignInRefusal {
     /// The sign-in was not begun in this browser, was used already, or has expired.
@@ -41,11 +41,21 @@ pub enum SignInRefusal {
     NotAnew,
     /// The account here, or the provider, is disabled.
     Disabled,
+    /// No learning platform with this issuer and client id is registered.
+    Platform,
+    /// The launch is another message than a resource link request of LTI 1.3.
+    Message,
+    /// The launch leads to another host.
+    Target,
+    /// The launch comes from a deployment that is not admitted.
+    Deployment,
+    /// The launch does not name the user.
+    Anonymous,
 }
 
 impl SignInRefusal {
     /// Every reason.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 24] = [
         Self::NoFlow,
         Self::Denied,
         Self::Code,
@@ -65,6 +75,11 @@ impl SignInRefusal {
         Self::AccessToken,
         Self::NotAnew,
         Self::Disabled,
+        Self::Platform,
+        Self::Message,
+        Self::Target,
+        Self::Deployment,
+        Self::Anonymous,
     ];
 
     /// Returns the code used in the audit log and on the page.
@@ -90,6 +105,11 @@ impl SignInRefusal {
             Self::AccessToken => "access_token",
             Self::NotAnew => "not_anew",
             Self::Disabled => "disabled",
+            Self::Platform => "platform",
+            Self::Message => "message",
+            Self::Target => "target",
+            Self::Deployment => "deployment",
+            Self::Anonymous => "anonymous",
         }
     }
 
@@ -113,6 +133,25 @@ impl SignInRefusal {
                 )
             }
             Self::Disabled => tr!("This account, or this way to sign in, is disabled."),
+            Self::Platform => {
+                tr!(
+                    "Your learning platform is not registered here. An administrator of your school compares its issuer and its client id."
+                )
+            }
+            Self::Message => {
+                tr!("Your learning platform sends a message that is not supported: only links of LTI 1.3 are.")
+            }
+            Self::Target => tr!("The link in your learning platform leads to another address than this service."),
+            Self::Deployment => {
+                tr!(
+                    "Your learning platform uses this service in a new place. An administrator of your school has to admit it first; then open the link again."
+                )
+            }
+            Self::Anonymous => {
+                tr!(
+                    "Your learning platform does not say who you are. Ask the teacher of the course to share the names of its members with this service."
+                )
+            }
             Self::Code
             | Self::Malformed
             | Self::Issuer

@@ -29,6 +29,7 @@ pub const AUDIT_THEMES: [AuditTheme; 6] = [
             "sign_in",
             "identity",
             "provider",
+            "platform",
             "provisioning_token",
             "sign_in_code",
             "second_factor",

@@ -3,6 +3,7 @@
 pub mod account;
 pub mod federation;
 pub mod login;
+pub mod lti;
 pub mod passkeys;
 pub mod reauthentication;
 pub mod second_factor;

@@ -3,6 +3,7 @@
 pub mod account_links;
 pub mod client_keys;
 pub mod federation;
+pub mod lti;
 pub mod passkeys;
 pub mod rate_limits;
 pub mod second_factors;

@@ -3,6 +3,7 @@
 pub(crate) mod answer_times;
 pub(crate) mod federation;
 pub(crate) mod initial_passwords;
+pub(crate) mod lti;
 pub(crate) mod passkeys;
 pub(crate) mod school_boundaries;
 pub(crate) mod second_factors;

@@ -8,6 +8,7 @@ pub mod client;
 pub mod database;
 pub mod failing_disk;
 pub mod forgery;
+pub mod learning_platform;
 pub mod mail;
 pub mod postgres;
 pub mod provider;
@@ -15,6 +16,7 @@ pub mod recordings;
 pub mod service;
 pub mod signer;
 pub mod statements;
+pub mod university;
 
 use std::path::{Path, PathBuf};
 use std::process::Output;

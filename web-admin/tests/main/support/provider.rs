@@ -11,7 +11,6 @@ use axum::{Json, Router};
 use data_encoding::BASE64;
 use percent_encoding::percent_decode_str;
 use platform::clock::Clock;
-use ring::hmac;
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256, Sha384};
 use tokio::net::TcpListener;
@@ -20,6 +19,7 @@ use tokio::task::JoinHandle;
 use super::assertions::{Assertions, ExpectedAssertion};
 use super::client::encoded;
 pub use super::forgery::{Endpoint, Forgery, Trouble};
+use super::forgery::{forge_token, many_groups};
 use super::signer::{Algorithm, Signer, encode};
 
 /// The public URL of the service.
@@ -279,52 +279,11 @@ impl Shared {
         }
         let signer = inner.signers.last().unwrap();
         claims["at_hash"] = at_hash(signer.algorithm, access_token);
-        let mut head = json!({ "typ": "JWT", "alg": signer.algorithm.name(), "kid": signer.kid });
-        match &inner.forgery {
-            Some(Forgery::Issuer) => claims["iss"] = json!("https://provider.example.net"),
-            Some(Forgery::Audience) => claims["aud"] = json!("another-client"),
-            Some(Forgery::SeveralAudiences) => claims["aud"] = json!([CLIENT_ID, "another-client"]),
-            Some(Forgery::AudienceInList) => claims["aud"] = json!([CLIENT_ID]),
-            Some(Forgery::AuthorizedParty) => {
-                claims["aud"] = json!([CLIENT_ID, "another-client"]);
-                claims["azp"] = json!("another-client");
-            }
-            Some(Forgery::Nonce) => claims["nonce"] = json!("bm9uY2Ugb2YgYW5vdGhlciBmbG93"),
-            Some(Forgery::NoNonce) => claims["nonce"] = Value::Null,
-            Some(Forgery::NoAlgorithm) => head["alg"] = json!("none"),
-            Some(Forgery::PublicKeyAsSecret) => head["alg"] = json!("HS256"),
-            Some(Forgery::UnknownKey) => head["kid"] = json!("unknown"),
-            Some(Forgery::Expired) => claims["exp"] = json!(now - 61),
-            Some(Forgery::IssuedInTheFuture) => claims["iat"] = json!(now + 120),
-            Some(Forgery::NotYetValid) => claims["nbf"] = json!(now + 120),
-            Some(Forgery::TooOld) => claims["iat"] = json!(now - 700),
-            Some(Forgery::EmptySubject) => claims["sub"] = json!(""),
-            Some(Forgery::NoSubject) => claims["sub"] = Value::Null,
-            Some(Forgery::AccessTokenHash) => claims["at_hash"] = at_hash(signer.algorithm, "another access token"),
-            Some(Forgery::ManyClaims) => claims["groups"] = many_groups(),
-            _ => {}
+        if inner.forgery == Some(Forgery::AccessTokenHash) {
+            claims["at_hash"] = at_hash(signer.algorithm, "another access token");
         }
-        if let Value::Object(members) = &mut claims {
-            members.retain(|_, value| !value.is_null());
-        }
-        let signed = format!("{}.{}", encode(head.to_string().as_bytes()), encode(claims.to_string().as_bytes()));
-        let signature = match &inner.forgery {
-            Some(Forgery::TwoParts) => return signed,
-            Some(Forgery::NoAlgorithm) => Vec::new(),
-            Some(Forgery::PublicKeyAsSecret) => {
-                let secret = hmac::Key::new(hmac::HMAC_SHA256, signer.public_bytes());
-                hmac::sign(&secret, signed.as_bytes()).as_ref().to_vec()
-            }
-            Some(Forgery::AnotherKey) => Signer::new(&signer.kid, signer.algorithm).sign(signed.as_bytes()),
-            _ => signer.sign(signed.as_bytes()),
-        };
-        format!("{signed}.{}", encode(&signature))
+        forge_token(signer, claims, inner.forgery.as_ref(), now)
     }
-}
-
-/// Group names of 40 kB in all.
-fn many_groups() -> Value {
-    json!((0..2000).map(|n| format!("group-number-{n:04}")).collect::<Vec<_>>())
 }
 
 /// The first half of the hash of an access token (OpenID Connect Core, section 3.1.3.6). Absent with EdDSA, whose hash programs disagree on.

@@ -1,13 +1,14 @@
 //! Documents of providers: fetched once for everybody who waits, kept for an hour.
 
 use model::Moment;
+use model::auth::federation::Claims;
 use model::auth::sign_in_refusal::SignInRefusal;
 use model::ids::SchoolId;
-use platform::openid::{Discovery, KeySet};
+use platform::openid::{Discovery, ExpectedToken, KeySet, verify_id_token};
 use platform::outgoing::{Answer, Call, CallFailed};
 use platform::secret;
 use store::auth::federation::providers;
-use store::auth::federation::providers::{ProviderDocument, SignInProvider};
+use store::auth::federation::providers::ProviderDocument;
 use url::Url;
 
 use crate::error::Error;
@@ -20,7 +21,7 @@ const REFETCH_S: i64 = 60;
 
 /// Why a document is not available.
 #[derive(Debug)]
-pub(super) enum DocumentError {
+pub(in crate::auth) enum DocumentError {
     /// The provider does not answer as it should; the reason, in English.
     Provider(SignInRefusal, String),
     /// An error of this service.
@@ -34,7 +35,7 @@ impl<E: Into<Error>> From<E> for DocumentError {
 }
 
 /// Creates the error of a provider; `why` is in English.
-pub(super) fn refuse(reason: SignInRefusal, why: impl ToString) -> DocumentError {
+pub(in crate::auth) fn refuse(reason: SignInRefusal, why: impl ToString) -> DocumentError {
     DocumentError::Provider(reason, why.to_string())
 }
 
@@ -48,7 +49,7 @@ fn malformed(why: impl ToString) -> DocumentError {
 
 /// Returns the discovery document of an issuer, fetched now with `anew`; every address in it is
 /// permitted.
-pub(super) async fn read_discovery(
+pub(in crate::auth) async fn read_discovery(
     service: &Service,
     school: SchoolId,
     issuer: &str,
@@ -63,17 +64,32 @@ pub(super) async fn read_discovery(
     Ok(discovery)
 }
 
-/// Returns the keys of a provider. With `anew`, they were fetched within the last minute.
-pub(super) async fn read_keys(
-    service: &Service,
-    provider: &SignInProvider,
-    address: &Url,
-    anew: bool,
-) -> Result<KeySet, DocumentError> {
+/// Returns the keys at an address. With `anew`, they were fetched within the last minute.
+async fn read_keys(service: &Service, school: SchoolId, address: &str, anew: bool) -> Result<KeySet, DocumentError> {
     let lifetime_s = if anew { REFETCH_S } else { LIFETIME_S };
     let oldest = service.clock.now().plus_s(-lifetime_s);
-    let body = fetch(service, provider.school_id, address.as_str(), oldest).await?;
+    let body = fetch(service, school, address, oldest).await?;
     KeySet::parse(body.as_bytes()).map_err(malformed)
+}
+
+/// Verifies an ID token by the keys at an address, and returns its claims. An unknown key makes the
+/// service fetch them again.
+pub(in crate::auth) async fn verify_by_keys(
+    service: &Service,
+    school: SchoolId,
+    keys_url: &str,
+    id_token: &str,
+    expected: &ExpectedToken<'_>,
+) -> Result<Claims, DocumentError> {
+    let keys = read_keys(service, school, keys_url, false).await?;
+    let verified = match verify_id_token(id_token, &keys, expected) {
+        Err(SignInRefusal::Key) => {
+            let keys = read_keys(service, school, keys_url, true).await?;
+            verify_id_token(id_token, &keys, expected)
+        }
+        verified => verified,
+    };
+    verified.map_err(|reason| refuse(reason, "ID token"))
 }
 
 /// Returns the document at an address, fetched after `oldest`.

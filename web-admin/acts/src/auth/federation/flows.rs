@@ -7,14 +7,13 @@ use model::auth::sign_in_refusal::SignInRefusal;
 use model::ids::{PersonId, ProviderId};
 use platform::openid::{AuthorizationRequest, FlowSecrets};
 use platform::{sealing, secret};
-use serde_json::json;
-use store::audit::{Actor, AuditEntry};
 use store::auth::federation::flows::SignInFlow;
 use store::auth::federation::providers::SignInProvider;
 use store::auth::federation::{flows, providers};
 use store::auth::rate_limits;
 
 use super::documents::{self, DocumentError};
+use super::sources::{IdentitySource, refuse, refuse_by};
 use super::tokens::IssuedCode;
 use crate::error::Error;
 use crate::service::Service;
@@ -51,12 +50,12 @@ pub async fn begin_flow(
     new: NewFlow<'_>,
 ) -> Result<Result<String, SignInRefusal>, Error> {
     if provider.disabled_at.is_some() && new.purpose != FlowPurpose::Try {
-        return refuse(service, provider, SignInRefusal::Disabled).await;
+        return refuse(service, &provider.into(), SignInRefusal::Disabled).await;
     }
     let settings = &provider.settings;
     let discovery = match documents::read_discovery(service, provider.school_id, &settings.issuer, false).await {
         Ok(discovery) => discovery,
-        Err(error) => return refuse_by(service, provider, error).await,
+        Err(error) => return refuse_by(service, &provider.into(), error).await,
     };
     let secrets = FlowSecrets::random()?;
     let id = provider.id.uuid();
@@ -142,11 +141,12 @@ pub async fn finish_flow(
     tx.commit().await?;
     let provider = providers::find_provider(service.db.reader(), flow.school_id, flow.provider_id).await?;
     let provider = provider.ok_or(Error::NotFound)?;
+    let source = IdentitySource::from(&provider);
     if flow.expires_at <= now || browser.is_none_or(|own| own[..] != flow.browser_sha256) {
-        return refuse(service, &provider, SignInRefusal::NoFlow).await;
+        return refuse(service, &source, SignInRefusal::NoFlow).await;
     }
     if provider.disabled_at.is_some() && flow.purpose != FlowPurpose::Try {
-        return refuse(service, &provider, SignInRefusal::Disabled).await;
+        return refuse(service, &source, SignInRefusal::Disabled).await;
     }
     match read_identity(service, &provider, &flow, answer).await {
         Ok((identity, claims)) => Ok(Ok(FinishedFlow {
@@ -157,7 +157,7 @@ pub async fn finish_flow(
             identity,
             claims,
         })),
-        Err(error) => refuse_by(service, &provider, error).await,
+        Err(error) => refuse_by(service, &source, error).await,
     }
 }
 
@@ -189,44 +189,6 @@ async fn read_identity(
         Some(identity) => Ok((identity, claims)),
         None => Err(documents::refuse(SignInRefusal::Subject, "the claim that identifies the person is missing")),
     }
-}
-
-/// Converts a failure into a refusal, which is logged and recorded.
-async fn refuse_by<T>(
-    service: &Service,
-    provider: &SignInProvider,
-    error: DocumentError,
-) -> Result<Result<T, SignInRefusal>, Error> {
-    match error {
-        DocumentError::Service(error) => Err(error),
-        DocumentError::Provider(reason, why) => {
-            tracing::warn!(provider = %provider.id, reason = reason.code(), why, "sign-in by a provider refused");
-            refuse(service, provider, reason).await
-        }
-    }
-}
-
-/// Records a refusal in the audit log.
-pub(super) async fn refuse<T>(
-    service: &Service,
-    provider: &SignInProvider,
-    reason: SignInRefusal,
-) -> Result<Result<T, SignInRefusal>, Error> {
-    note_refusal(service, provider, reason).await?;
-    Ok(Err(reason))
-}
-
-/// Records in the audit log that a sign-in by a provider was refused.
-///
-/// # Errors
-/// Fails if the database fails.
-pub async fn note_refusal(service: &Service, provider: &SignInProvider, reason: SignInRefusal) -> Result<(), Error> {
-    let mut tx = service.db.write().await?;
-    AuditEntry::new(provider.school_id, Actor::Stranger, "sign_in.provider_refused", provider.id)
-        .with(json!({ "provider": provider.id, "reason": reason.code() }))
-        .append(&mut tx, service.clock.now())
-        .await?;
-    Ok(tx.commit().await?)
 }
 
 /// Returns a provider of any school.

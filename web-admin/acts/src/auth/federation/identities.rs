@@ -10,22 +10,26 @@ use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::auth::federation::identities;
 use store::auth::federation::identities::{IssuedSubject, NewIdentity};
-use store::auth::federation::providers::SignInProvider;
 use store::letters::mails::{self, NewMail};
 use store::people::directory::{self, Details};
 use store::people::{self, NewPerson, Person};
 use store::{Connection, Write};
 
-use super::flows;
+use super::sources::{self, IdentitySource};
 use crate::error::Error;
 use crate::service::Service;
 
-fn subject_of<'a>(provider: &SignInProvider, identity: &'a ProvenIdentity) -> IssuedSubject<'a> {
-    IssuedSubject { school_id: provider.school_id, issuer: &identity.issuer, subject: &identity.subject }
+fn subject_of<'a>(source: &IdentitySource, identity: &'a ProvenIdentity) -> IssuedSubject<'a> {
+    IssuedSubject {
+        school_id: source.school_id,
+        kind: source.id.kind(),
+        issuer: &identity.issuer,
+        subject: &identity.subject,
+    }
 }
 
 /// Returns the person of an identity: by the identity, by the registration number, by a verified
-/// address, or a new one if the provider creates accounts and no account has the address. Otherwise
+/// address, or a new one if the source creates accounts and no account has the address. Otherwise
 /// `None`: the person joins an account, or begins one.
 ///
 /// # Errors
@@ -33,22 +37,22 @@ fn subject_of<'a>(provider: &SignInProvider, identity: &'a ProvenIdentity) -> Is
 /// log.
 pub async fn find_owner(
     service: &Service,
-    provider: &SignInProvider,
+    source: &IdentitySource,
     identity: &ProvenIdentity,
 ) -> Result<Result<Option<Person>, SignInRefusal>, Error> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
-    let owner = match identities::use_identity(&mut tx, subject_of(provider, identity), now).await? {
+    let owner = match identities::use_identity(&mut tx, subject_of(source, identity), now).await? {
         Some(known) => people::find_person(&mut *tx, known).await?,
-        None => match match_person(&mut tx, provider, identity).await? {
+        None => match match_person(&mut tx, source, identity).await? {
             Some(matched) if matched.disabled_at.is_none() => {
-                join(&mut tx, &Joining { provider, identity, person: &matched, at: now }, IdentityOrigin::Matched)
+                join(&mut tx, &Joining { source, identity, person: &matched, at: now }, IdentityOrigin::Matched)
                     .await?;
                 Some(matched)
             }
             Some(disabled) => Some(disabled),
-            None if provider.settings.creates_trainees && !is_address_taken(&mut tx, identity).await? => {
-                Some(create(&mut tx, provider, identity, now).await?)
+            None if source.creates_trainees && !is_address_taken(&mut tx, identity).await? => {
+                Some(create(&mut tx, source, identity, now).await?)
             }
             None => None,
         },
@@ -56,17 +60,17 @@ pub async fn find_owner(
     tx.commit().await?;
     service.mails.notify_one();
     match owner {
-        Some(person) if person.disabled_at.is_some() => flows::refuse(service, provider, SignInRefusal::Disabled).await,
+        Some(person) if person.disabled_at.is_some() => sources::refuse(service, source, SignInRefusal::Disabled).await,
         owner => Ok(Ok(owner)),
     }
 }
 
 async fn match_person(
     tx: &mut Connection,
-    provider: &SignInProvider,
+    source: &IdentitySource,
     identity: &ProvenIdentity,
 ) -> Result<Option<Person>, Error> {
-    let (school, issuer) = (provider.school_id, identity.issuer.as_str());
+    let (school, issuer) = (source.school_id, identity.issuer.as_str());
     let mut found = None;
     if let Some(number) = &identity.number {
         found = identities::find_unlinked_by_number(&mut *tx, school, issuer, number).await?;
@@ -89,18 +93,18 @@ async fn is_address_taken(tx: &mut Connection, identity: &ProvenIdentity) -> Res
 
 /// An identity that becomes a person's.
 struct Joining<'a> {
-    provider: &'a SignInProvider,
+    source: &'a IdentitySource,
     identity: &'a ProvenIdentity,
     person: &'a Person,
     at: Moment,
 }
 
 async fn join(tx: &mut Connection, joining: &Joining<'_>, how: IdentityOrigin) -> Result<(), Error> {
-    let Joining { provider, identity, person, at } = joining;
+    let Joining { source, identity, person, at } = joining;
     let new = NewIdentity {
         id: IdentityId::made_at(*at),
         person_id: person.id,
-        of: subject_of(provider, identity),
+        of: subject_of(source, identity),
         how,
         made_by: (how == IdentityOrigin::Joined).then_some(person.id),
         at: *at,
@@ -109,8 +113,10 @@ async fn join(tx: &mut Connection, joining: &Joining<'_>, how: IdentityOrigin) -
         let why = tr!("this account of your school’s system belongs to another account here");
         return Err(Error::Conflict(why.to_owned()));
     }
+    let mut details = source.id.details("how", json!(how));
+    details["identity"] = json!(new.id);
     AuditEntry::new(person.school_id, Actor::Person(person.id), "identity.added", person.id)
-        .with(json!({ "identity": new.id, "provider": provider.id, "how": how }))
+        .with(details)
         .append(tx, *at)
         .await?;
     if how != IdentityOrigin::Created {
@@ -124,11 +130,11 @@ async fn join(tx: &mut Connection, joining: &Joining<'_>, how: IdentityOrigin) -
 /// Creates an account for an identity. An address that another account has is not stored.
 async fn create(
     tx: &mut Connection,
-    provider: &SignInProvider,
+    source: &IdentitySource,
     identity: &ProvenIdentity,
     at: Moment,
 ) -> Result<Person, Error> {
-    let school_id = provider.school_id;
+    let school_id = source.school_id;
     let email = match &identity.email {
         Some(email) if people::find_person_by_email(&mut *tx, email).await?.is_none() => email.clone(),
         _ => make_absent_email(new_id(at)),
@@ -143,28 +149,28 @@ async fn create(
         directory::change_details(tx, school_id, person.id, details).await?;
     }
     AuditEntry::new(school_id, Actor::Person(person.id), "person.added", person.id)
-        .with(json!({ "role": identity.role, "provider": provider.id }))
+        .with(source.id.details("role", json!(identity.role)))
         .append(tx, at)
         .await?;
-    join(tx, &Joining { provider, identity, person: &person, at }, IdentityOrigin::Created).await?;
+    join(tx, &Joining { source, identity, person: &person, at }, IdentityOrigin::Created).await?;
     Ok(person)
 }
 
 /// Begins a new account for an identity whose owner has none.
 ///
 /// # Errors
-/// Fails if the provider does not create accounts, the identity belongs to another account, or
+/// Fails if the source does not create accounts, the identity belongs to another account, or
 /// the database fails.
 pub async fn begin_account(
     service: &Service,
-    provider: &SignInProvider,
+    source: &IdentitySource,
     identity: &ProvenIdentity,
 ) -> Result<Person, Error> {
-    if !provider.settings.creates_trainees {
+    if !source.creates_trainees {
         return Err(Error::Forbidden(tr!("accounts are created by your school’s administrator")));
     }
     let mut tx = service.db.write().await?;
-    let person = create(&mut tx, provider, identity, service.clock.now()).await?;
+    let person = create(&mut tx, source, identity, service.clock.now()).await?;
     tx.commit().await?;
     Ok(person)
 }
@@ -176,20 +182,20 @@ pub async fn begin_account(
 /// database fails.
 pub async fn join_account(
     service: &Service,
-    provider: &SignInProvider,
+    source: &IdentitySource,
     identity: &ProvenIdentity,
     person: PersonId,
 ) -> Result<(), Error> {
     let at = service.clock.now();
     let mut tx: Write = service.db.write().await?;
     let person = people::find_person(&mut *tx, person).await?.ok_or(Error::NotFound)?;
-    if person.school_id != provider.school_id {
+    if person.school_id != source.school_id {
         return Err(Error::Forbidden(tr!("this account belongs to another school")));
     }
     // A repeated answer changes nothing.
-    let known = identities::use_identity(&mut tx, subject_of(provider, identity), at).await?;
+    let known = identities::use_identity(&mut tx, subject_of(source, identity), at).await?;
     if known != Some(person.id) {
-        join(&mut tx, &Joining { provider, identity, person: &person, at }, IdentityOrigin::Joined).await?;
+        join(&mut tx, &Joining { source, identity, person: &person, at }, IdentityOrigin::Joined).await?;
     }
     tx.commit().await?;
     service.mails.notify_one();

@@ -3,7 +3,7 @@
 use data_encoding::BASE64;
 use model::auth::federation::Claims;
 use model::auth::sign_in_refusal::SignInRefusal;
-use platform::openid::{ASSERTION_TYPE, Discovery, ExpectedToken, TokenAuthentication, verify_id_token};
+use platform::openid::{ASSERTION_TYPE, Discovery, ExpectedToken, TokenAuthentication};
 use platform::outgoing::Call;
 use platform::sealing;
 use serde::Deserialize;
@@ -103,16 +103,8 @@ impl IssuedCode<'_> {
             access_token: tokens.access_token.as_deref(),
             now: service.clock.now(),
         };
-        let address = &self.discovery.jwks_uri;
-        let keys = documents::read_keys(service, self.provider, address, false).await?;
-        let verified = match verify_id_token(&tokens.id_token, &keys, &expected) {
-            Err(SignInRefusal::Key) => {
-                let keys = documents::read_keys(service, self.provider, address, true).await?;
-                verify_id_token(&tokens.id_token, &keys, &expected)
-            }
-            verified => verified,
-        };
-        verified.map_err(|reason| refuse(reason, "ID token"))
+        let (school, keys_url) = (self.provider.school_id, self.discovery.jwks_uri.as_str());
+        documents::verify_by_keys(service, school, keys_url, &tokens.id_token, &expected).await
     }
 
     /// Whether a claim is missing that the settings of the provider use.

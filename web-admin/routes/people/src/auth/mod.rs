@@ -7,6 +7,7 @@ mod half;
 mod join;
 mod language;
 mod login;
+mod lti;
 mod passkeys;
 pub(crate) mod proving;
 mod second_factor;
@@ -16,7 +17,10 @@ pub(crate) mod tokens;
 /// Returns the routes for anonymous visitors.
 #[must_use]
 pub fn sign_in_routes() -> Routes {
-    login::sign_in_routes().merge(federation::public_routes()).route("/language", post(language::choose_language))
+    login::sign_in_routes()
+        .merge(federation::public_routes())
+        .merge(lti::public_routes())
+        .route("/language", post(language::choose_language))
 }
 
 /// Returns the routes for signed-in people.
@@ -27,4 +31,5 @@ pub(crate) fn own_routes() -> Routes {
         .merge(passkeys::passkey_routes())
         .merge(tokens::token_routes())
         .merge(federation::own_routes())
+        .merge(lti::own_routes())
 }

@@ -1,6 +1,6 @@
-//! Accounts at providers that belong to people.
+//! Accounts at providers and learning platforms that belong to people.
 
-use model::auth::federation::IdentityOrigin;
+use model::auth::federation::{IdentityKind, IdentityOrigin};
 use model::ids::{IdentityId, PersonId, SchoolId};
 use model::people::email::normalize_email;
 use model::{Moment, PersonKey};
@@ -8,14 +8,14 @@ use sqlx::FromRow;
 
 use crate::{Connection, Executor, Result};
 
-/// An account at a provider.
+/// An account at a provider or a learning platform.
 #[derive(Clone, Debug, FromRow)]
 pub struct Identity {
     /// Id.
     pub id: IdentityId,
-    /// Issuer identifier of the provider.
+    /// Issuer identifier of the provider; for a learning platform, with the client id.
     pub issuer: String,
-    /// Name of the provider; `None` if it was changed to another issuer.
+    /// Name of the provider or the platform; `None` if it was changed to another issuer.
     pub provider: Option<String>,
     /// Stable id of the person at the provider.
     pub subject: String,
@@ -32,6 +32,8 @@ pub struct Identity {
 pub struct IssuedSubject<'a> {
     /// School.
     pub school_id: SchoolId,
+    /// Protocol.
+    pub kind: IdentityKind,
     /// Issuer identifier.
     pub issuer: &'a str,
     /// Stable id of the person.
@@ -42,7 +44,10 @@ pub struct IssuedSubject<'a> {
 pub async fn list_identities(executor: impl Executor<'_>, key: PersonKey) -> Result<Vec<Identity>> {
     sqlx::query_as(
         "SELECT i.id, i.issuer, i.subject, i.how, i.made_at, i.last_used_at,
-           (SELECT min(v.name) FROM sign_in_providers v WHERE v.school_id = i.school_id AND v.issuer = i.issuer) AS provider
+           CASE i.kind
+             WHEN 'lti' THEN (SELECT min(v.name) FROM platforms v WHERE v.school_id = i.school_id AND v.issuer || ' ' || v.client_id = i.issuer)
+             ELSE (SELECT min(v.name) FROM sign_in_providers v WHERE v.school_id = i.school_id AND v.issuer = i.issuer)
+           END AS provider
          FROM identities i WHERE i.school_id = $1 AND i.person_id = $2 ORDER BY i.made_at, i.id",
     )
     .bind(key.school_id)
@@ -51,7 +56,7 @@ pub async fn list_identities(executor: impl Executor<'_>, key: PersonKey) -> Res
     .await
 }
 
-/// Returns whether a person can sign in by a provider.
+/// Returns whether a person can sign in by a provider or a learning platform.
 pub async fn has_identity(executor: impl Executor<'_>, key: PersonKey) -> Result<bool> {
     sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM identities WHERE school_id = $1 AND person_id = $2)")
         .bind(key.school_id)
@@ -63,19 +68,21 @@ pub async fn has_identity(executor: impl Executor<'_>, key: PersonKey) -> Result
 /// Returns the person of an identity, and records its use.
 pub async fn use_identity(writer: &mut Connection, of: IssuedSubject<'_>, now: Moment) -> Result<Option<PersonId>> {
     let found: Option<PersonId> = sqlx::query_scalar(
-        "SELECT person_id FROM identities WHERE school_id = $1 AND kind = 'oidc' AND issuer = $2 AND subject = $3",
+        "SELECT person_id FROM identities WHERE school_id = $1 AND kind = $4 AND issuer = $2 AND subject = $3",
     )
     .bind(of.school_id)
     .bind(of.issuer)
     .bind(of.subject)
+    .bind(of.kind)
     .fetch_optional(&mut *writer)
     .await?;
     sqlx::query(
-        "UPDATE identities SET last_used_at = $4 WHERE school_id = $1 AND kind = 'oidc' AND issuer = $2 AND subject = $3",
+        "UPDATE identities SET last_used_at = $5 WHERE school_id = $1 AND kind = $4 AND issuer = $2 AND subject = $3",
     )
     .bind(of.school_id)
     .bind(of.issuer)
     .bind(of.subject)
+    .bind(of.kind)
     .bind(now)
     .execute(writer)
     .await?;
@@ -139,7 +146,7 @@ pub struct NewIdentity<'a> {
 pub async fn add_identity(writer: &mut Connection, new: NewIdentity<'_>) -> Result<bool> {
     sqlx::query(
         "INSERT INTO identities (id, school_id, person_id, kind, issuer, subject, made_at, made_by, how, last_used_at)
-         VALUES ($1, $2, $3, 'oidc', $4, $5, $6, $7, $8, $6) ON CONFLICT DO NOTHING",
+         VALUES ($1, $2, $3, $9, $4, $5, $6, $7, $8, $6) ON CONFLICT DO NOTHING",
     )
     .bind(new.id)
     .bind(new.of.school_id)
@@ -149,6 +156,7 @@ pub async fn add_identity(writer: &mut Connection, new: NewIdentity<'_>) -> Resu
     .bind(new.at)
     .bind(new.made_by)
     .bind(new.how)
+    .bind(new.of.kind)
     .execute(writer)
     .await
     .map(|done| done.rows_affected() == 1)

@@ -72,16 +72,12 @@ impl World {
 
     /// A person without a password, as an invitation or a roster makes one.
     async fn invited(&self, role: Role, email: &str, number: Option<&str>) -> Person {
-        let (now, school_id) = (self.app.state.clock.now(), self.school);
-        let new = NewPerson { school_id, role, email, display_name: "Invited", password_hash: "" };
-        self.app
-            .write(async |tx| {
-                let person = people::add_person(tx, &new, now).await.unwrap();
-                let details = Details { name: "Invited", email, registrar_id: number };
-                directory::change_details(tx, school_id, person.id, details).await.unwrap();
-                person
-            })
-            .await
+        invite(
+            &self.app,
+            NewPerson { school_id: self.school, role, email, display_name: "Invited", password_hash: "" },
+            number,
+        )
+        .await
     }
 
     /// How, and under which subject, each identity was made.
@@ -102,13 +98,29 @@ impl World {
     }
 }
 
-fn fixed_clock() -> Clock {
+/// Adds a person without a password, with a registration number.
+pub(in crate::auth) async fn invite(app: &App, new: NewPerson<'_>, number: Option<&str>) -> Person {
+    let now = app.state.clock.now();
+    app.write(async |tx| {
+        let person = people::add_person(tx, &new, now).await.unwrap();
+        let details = Details { name: new.display_name, email: new.email, registrar_id: number };
+        directory::change_details(tx, new.school_id, person.id, details).await.unwrap();
+        person
+    })
+    .await
+}
+
+pub(in crate::auth) fn fixed_clock() -> Clock {
     Clock::fixed(Moment::from_micros(1_700_000_000_000_000))
 }
 
 /// A service that may send requests to these providers, which are on the loopback interface.
 async fn app_for(clock: &Clock, providers: &[&Provider]) -> App {
-    let plain_http = providers.iter().map(|provider| provider.address.clone()).collect();
+    app_calling(clock, providers.iter().map(|provider| provider.address.clone()).collect()).await
+}
+
+/// A service that may send requests to these hosts and ports, which are on the loopback interface.
+pub(in crate::auth) async fn app_calling(clock: &Clock, plain_http: Vec<String>) -> App {
     let change = |config: &mut platform::config::Config| {
         config.public_url = Some(ORIGIN.to_owned());
         config.outgoing = OutgoingRules { plain_http, private_addresses: true };
@@ -162,7 +174,7 @@ async fn press(browser: &mut Client, id: &str, next: &str) -> Answer {
 }
 
 /// Returns the address at the provider to which a page sends the browser, by header and by link.
-fn authorize_url(begun: &Answer) -> String {
+pub(in crate::auth) fn authorize_url(begun: &Answer) -> String {
     assert_eq!(begun.status, 200, "{}", begun.text());
     let refresh = begun.header("refresh");
     let url = refresh.strip_prefix("0; url=").unwrap_or_else(|| panic!("the header Refresh is {refresh:?}"));
@@ -182,30 +194,32 @@ async fn flow(browser: &mut Client, provider: &Provider, id: &str) -> Answer {
 }
 
 /// Whether a browser is signed in.
-async fn is_signed_in(browser: &mut Client) -> bool {
+pub(in crate::auth) async fn is_signed_in(browser: &mut Client) -> bool {
     browser.get("/").await.status == 200
 }
 
 /// Whether a browser is signed in as a person.
-async fn is_signed_in_as(browser: &mut Client, person: &Person) -> bool {
+pub(in crate::auth) async fn is_signed_in_as(browser: &mut Client, person: &Person) -> bool {
     let page = browser.get("/account").await;
     page.status == 200 && page.text().contains(&person.pseudonym)
 }
 
 /// Rows of one text each.
-async fn texts(app: &App, query: &'static str) -> Vec<String> {
+pub(in crate::auth) async fn texts(app: &App, query: &'static str) -> Vec<String> {
     sqlx::query_scalar(query).fetch_all(app.state.db.reader()).await.unwrap()
 }
 
 /// The reasons of all refusals, from the audit log; no row contains a token.
 async fn reasons(app: &App) -> Vec<String> {
     let query = "SELECT details FROM audit_log WHERE action = 'sign_in.provider_refused' ORDER BY seq";
-    let reason = |details: String| {
-        assert!(!details.contains("eyJ") && !details.contains("code-"), "{details}");
-        let details: Value = serde_json::from_str(&details).unwrap();
-        details["reason"].as_str().unwrap_or_else(|| panic!("no reason in {details}")).to_owned()
-    };
-    texts(app, query).await.into_iter().map(reason).collect()
+    texts(app, query).await.iter().map(|details| reason_in(details)).collect()
+}
+
+/// The reason in the details of a refusal, which contain no token.
+pub(in crate::auth) fn reason_in(details: &str) -> String {
+    assert!(!details.contains("eyJ") && !details.contains("code-"), "{details}");
+    let details: Value = serde_json::from_str(details).unwrap();
+    details["reason"].as_str().unwrap_or_else(|| panic!("no reason in {details}")).to_owned()
 }
 
 /// Asserts that an answer refuses for a reason, that the reason is the only new row, and that the browser is not signed in. `before` is the

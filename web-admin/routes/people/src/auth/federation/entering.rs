@@ -1,7 +1,7 @@
 //! `/sign-in`: leaving for a provider, and coming back from it.
 
 use acts::auth::federation::flows::{self, FinishedFlow, NewFlow, ProviderAnswer};
-use acts::auth::federation::identities;
+use acts::auth::federation::{identities, sources};
 use acts::auth::rate_limits;
 use acts::error::Error;
 use axum::extract::{Query, State};
@@ -80,27 +80,31 @@ pub(super) async fn begin_sign_in(
     leave_for_provider(&state, &provider, new).await
 }
 
-/// Begins a sign-in and sends the browser to the provider: by a page that refreshes itself, because
-/// browsers apply the `form-action` of the policy to redirects after a form.
+/// Begins a sign-in and sends the browser to the provider.
 pub(super) async fn leave_for_provider(
     state: &AppState,
     provider: &SignInProvider,
     new: NewFlow<'_>,
 ) -> Result<Response, PageError> {
+    Ok(match flows::begin_flow(state, provider, new).await? {
+        Ok(address) => leave_for(&provider.settings.name, address),
+        Err(reason) => answer_refused(reason),
+    })
+}
+
+/// Sends the browser to another system: by a page that refreshes itself, because browsers apply the
+/// `form-action` of the policy to redirects after a form.
+pub(in crate::auth) fn leave_for(name: &str, address: String) -> Response {
     const REFRESH: HeaderName = HeaderName::from_static("refresh");
-    let address = match flows::begin_flow(state, provider, new).await? {
-        Ok(address) => address,
-        Err(reason) => return Ok(answer_refused(reason)),
-    };
     let rest = address.split_once("://").map_or("", |(_, rest)| rest);
     let host = rest.split(['/', '?']).next().unwrap_or_default().to_owned();
     let refresh = format!("0; url={address}");
-    let page = LeavePage { provider: provider.settings.name.clone(), host, address };
-    Ok(([(REFRESH, refresh), (header::REFERRER_POLICY, "no-referrer".to_owned())], page).into_response())
+    let page = LeavePage { provider: name.to_owned(), host, address };
+    ([(REFRESH, refresh), (header::REFERRER_POLICY, "no-referrer".to_owned())], page).into_response()
 }
 
 /// Shows why a sign-in was refused.
-pub(super) fn answer_refused(reason: SignInRefusal) -> Response {
+pub(in crate::auth) fn answer_refused(reason: SignInRefusal) -> Response {
     let status = match reason {
         SignInRefusal::Unreachable => StatusCode::SERVICE_UNAVAILABLE,
         _ => StatusCode::FORBIDDEN,
@@ -148,10 +152,10 @@ async fn end_flow(state: &AppState, browser: &Browser, finished: FinishedFlow) -
 
 async fn enter(state: &AppState, browser: &Browser, finished: FinishedFlow) -> Result<Response, PageError> {
     let FinishedFlow { provider, identity, next, .. } = finished;
-    match identities::find_owner(state, &provider, &identity).await? {
+    match identities::find_owner(state, &(&provider).into(), &identity).await? {
         Err(reason) => Ok(answer_refused(reason)),
         Ok(None) => {
-            joining::hold_identity(state, &browser.session, &provider, identity, &next).await?;
+            joining::hold_identity(state, &browser.session, &(&provider).into(), identity, &next).await?;
             Ok(Redirect::to("/sign-in/join").into_response())
         }
         Ok(Some(person)) => {
@@ -168,10 +172,10 @@ async fn join(state: &AppState, browser: &Browser, finished: FinishedFlow) -> Re
     let FinishedFlow { provider, identity, person_id, .. } = finished;
     let signed_in = person_of(state, &browser.session).await?;
     let Some(person) = signed_in.filter(|person| Some(person.id) == person_id) else {
-        flows::note_refusal(state, &provider, SignInRefusal::NoFlow).await?;
+        sources::note_refusal(state, &(&provider).into(), SignInRefusal::NoFlow).await?;
         return Ok(answer_refused(SignInRefusal::NoFlow));
     };
-    match identities::join_account(state, &provider, &identity, person.id).await {
+    match identities::join_account(state, &(&provider).into(), &identity, person.id).await {
         Ok(()) => Ok(Redirect::to("/account/identities").into_response()),
         Err(Error::Conflict(why)) => {
             own_identities::show_conflict(state, Visit::new(&person, &browser.csrf), why).await
@@ -185,14 +189,14 @@ async fn prove(state: &AppState, browser: &Browser, finished: FinishedFlow) -> R
     let FinishedFlow { provider, identity, person_id, next, .. } = finished;
     let signed_in = person_of(state, &browser.session).await?;
     let is_theirs = match signed_in.filter(|person| Some(person.id) == person_id) {
-        Some(person) => match identities::find_owner(state, &provider, &identity).await? {
+        Some(person) => match identities::find_owner(state, &(&provider).into(), &identity).await? {
             Ok(Some(owner)) => owner.id == person.id,
             Ok(None) | Err(_) => false,
         },
         None => false,
     };
     if !is_theirs {
-        flows::note_refusal(state, &provider, SignInRefusal::Subject).await?;
+        sources::note_refusal(state, &(&provider).into(), SignInRefusal::Subject).await?;
         return Ok(answer_refused(SignInRefusal::Subject));
     }
     proving::hold_proof(state, &browser.session).await?;

@@ -1,14 +1,14 @@
-//! `/sign-in/join`: a person whom a provider has confirmed and no account knows joins one, or begins
+//! `/sign-in/join`: a person whom a provider or a learning platform has confirmed and no account knows joins one, or begins
 //! one.
 
-use acts::auth::federation::{flows, identities};
+use acts::auth::federation::sources::{IdentitySource, IdentitySourceId};
+use acts::auth::federation::{identities, sources};
 use acts::auth::rate_limits;
 use acts::error::Error;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use model::auth::federation::ProvenIdentity;
-use model::ids::ProviderId;
 use model::{Moment, PersonKey};
 use pages::auth::federation::UnknownPersonPage;
 use pages::form::FilledForm;
@@ -16,20 +16,19 @@ use routes_base::AppState;
 use routes_base::auth::{Browser, CsrfForm, NoFields, begin_token};
 use routes_base::error::{PageError, finish_answer, status_of};
 use serde::{Deserialize, Serialize};
-use store::auth::federation::providers::SignInProvider;
 use tower_sessions::Session;
 
 use super::entering::enter_joined;
 use crate::auth::login::{LoginForm, check_credentials};
 
-const KEY: &str = "identity";
+const KEY: &str = "confirmed_identity";
 /// Time to join an account, in s.
 const WAIT_S: i64 = 10 * 60;
 
-/// An identity that a provider has confirmed in this session, and that belongs to no account yet.
+/// An identity that a provider or a learning platform has confirmed in this session, and that belongs to no account yet.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct HeldIdentity {
-    provider_id: ProviderId,
+    source_id: IdentitySourceId,
     /// The identity.
     pub identity: ProvenIdentity,
     until: Moment,
@@ -38,43 +37,43 @@ pub(super) struct HeldIdentity {
 }
 
 /// Stores an identity in a new session.
-pub(super) async fn hold_identity(
+pub(in crate::auth) async fn hold_identity(
     state: &AppState,
     session: &Session,
-    provider: &SignInProvider,
+    source: &IdentitySource,
     identity: ProvenIdentity,
     next: &str,
 ) -> Result<(), Error> {
     session.clear().await;
     session.cycle_id().await?;
     let until = state.clock.now().plus_s(WAIT_S);
-    let held = HeldIdentity { provider_id: provider.id, identity, until, next: next.to_owned() };
+    let held = HeldIdentity { source_id: source.id, identity, until, next: next.to_owned() };
     session.insert(KEY, held).await?;
     begin_token(session).await
 }
 
-/// Returns the identity of a session and its provider, if it has not expired.
-async fn held_identity(state: &AppState, session: &Session) -> Result<Option<(HeldIdentity, SignInProvider)>, Error> {
+/// Returns the identity of a session and its source, if it has not expired.
+async fn held_identity(state: &AppState, session: &Session) -> Result<Option<(HeldIdentity, IdentitySource)>, Error> {
     let Some(held) = session.get::<HeldIdentity>(KEY).await? else { return Ok(None) };
     if held.until <= state.clock.now() {
         return Ok(None);
     }
-    let provider = flows::find_provider(state, held.provider_id).await?;
-    Ok(provider.disabled_at.is_none().then_some((held, provider)))
+    let source = sources::find_source(state, held.source_id).await?;
+    Ok((!source.is_disabled).then_some((held, source)))
 }
 
 fn make_page(
     browser: &Browser,
     held: &HeldIdentity,
-    provider: &SignInProvider,
+    source: &IdentitySource,
     form: FilledForm<String>,
 ) -> UnknownPersonPage {
     UnknownPersonPage {
         csrf: browser.csrf.token().to_owned(),
-        provider: provider.settings.name.clone(),
+        provider: source.name.clone(),
         name: held.identity.name.clone(),
         email: form.typed,
-        creates: provider.settings.creates_trainees,
+        creates: source.creates_trainees,
         error: form.refused,
     }
 }
@@ -84,9 +83,9 @@ pub(super) async fn show_unknown_person(
     browser: Browser,
 ) -> Result<Response, PageError> {
     Ok(match held_identity(&state, &browser.session).await? {
-        Some((held, provider)) => {
+        Some((held, source)) => {
             let email = held.identity.email.clone().unwrap_or_default();
-            make_page(&browser, &held, &provider, FilledForm::new(email)).into_response()
+            make_page(&browser, &held, &source, FilledForm::new(email)).into_response()
         }
         None => Redirect::to("/login").into_response(),
     })
@@ -98,26 +97,26 @@ pub(super) async fn join_by_password(
     browser: Browser,
     CsrfForm(form): CsrfForm<LoginForm>,
 ) -> Result<Response, PageError> {
-    let Some((held, provider)) = held_identity(&state, &browser.session).await? else {
+    let Some((held, source)) = held_identity(&state, &browser.session).await? else {
         return Ok(Redirect::to("/login").into_response());
     };
     let known = match check_credentials(&state, browser.from, &form).await {
         Ok(known) if known.initial_until.is_none() => known,
         Ok(_) | Err(Error::Unauthorized) => {
             let why = tr!("The address or the password is wrong.").to_owned();
-            let page = make_page(&browser, &held, &provider, FilledForm::refused(form.email, why));
+            let page = make_page(&browser, &held, &source, FilledForm::refused(form.email, why));
             return Ok((StatusCode::UNAUTHORIZED, page).into_response());
         }
         Err(error @ (Error::TooMany { .. } | Error::Crowded { .. })) => {
             let why = tr!("Not signed in: {why}.", why = error.said());
-            let page = make_page(&browser, &held, &provider, FilledForm::refused(form.email, why));
+            let page = make_page(&browser, &held, &source, FilledForm::refused(form.email, why));
             return Ok(finish_answer(&error, (status_of(&error), page).into_response()));
         }
         Err(error) => return Err(error.into()),
     };
     rate_limits::welcome(&state, browser.from, &form.email).await?;
-    identities::join_account(&state, &provider, &held.identity, known.id).await?;
-    enter_joined(&state, &browser, PersonKey { school_id: provider.school_id, person_id: known.id }, &held).await
+    identities::join_account(&state, &source, &held.identity, known.id).await?;
+    enter_joined(&state, &browser, PersonKey { school_id: source.school_id, person_id: known.id }, &held).await
 }
 
 /// Begins a new account for the identity.
@@ -126,9 +125,9 @@ pub(super) async fn begin_account(
     browser: Browser,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
-    let Some((held, provider)) = held_identity(&state, &browser.session).await? else {
+    let Some((held, source)) = held_identity(&state, &browser.session).await? else {
         return Ok(Redirect::to("/login").into_response());
     };
-    let person = identities::begin_account(&state, &provider, &held.identity).await?;
+    let person = identities::begin_account(&state, &source, &held.identity).await?;
     enter_joined(&state, &browser, PersonKey { school_id: person.school_id, person_id: person.id }, &held).await
 }

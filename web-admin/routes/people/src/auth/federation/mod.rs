@@ -7,7 +7,8 @@ mod identities;
 mod joining;
 mod providers;
 
-pub(super) use entering::{Buttons, list_buttons};
+pub(super) use entering::{Buttons, answer_refused, leave_for, list_buttons};
+pub(super) use joining::hold_identity;
 
 /// Returns the routes for anonymous visitors.
 pub(super) fn public_routes() -> Routes {

@@ -1,0 +1,236 @@
+//! A launch from a learning platform: its beginning, and its end.
+
+use std::net::IpAddr;
+
+use model::auth::lti::{Launch, LoginInitiation, own_target};
+use model::auth::sign_in_refusal::SignInRefusal;
+use platform::openid::{ExpectedToken, LaunchRequest};
+use platform::secret;
+use store::auth::lti::launches::BegunLaunch;
+use store::auth::lti::platforms::Platform;
+use store::auth::lti::{courses, launches, platforms};
+use store::auth::rate_limits as counts;
+
+use crate::auth::federation::documents::{self, DocumentError, refuse as fail};
+use crate::auth::federation::sources::{self, IdentitySource};
+use crate::auth::rate_limits;
+use crate::error::Error;
+use crate::service::Service;
+
+/// Lifetime of a launch that the platform has not confirmed, in s.
+pub const LAUNCH_S: i64 = 10 * 60;
+/// Maximum number of deployments of a platform.
+const MOST_DEPLOYMENTS: u32 = 500;
+
+/// Returns the address to which platforms post launches.
+#[must_use]
+pub fn launch_url(service: &Service) -> String {
+    format!("{}/lti/launch", service.config.address())
+}
+
+/// Returns the learning platform that has initiated a login.
+///
+/// # Errors
+/// Fails if the database fails. The inner error is the reason of a refusal.
+pub async fn find_initiator(
+    service: &Service,
+    asked: &LoginInitiation,
+) -> Result<Result<Platform, SignInRefusal>, Error> {
+    let client_id = Some(asked.client_id.as_str()).filter(|id| !id.is_empty());
+    let found = platforms::find_registration(service.db.reader(), &asked.iss, client_id).await?;
+    // No school is known whose audit log could have a row.
+    Ok(found.ok_or(SignInRefusal::Platform))
+}
+
+/// A launch that was begun.
+#[derive(Clone, Debug)]
+pub struct LaunchStart {
+    /// Address of the platform to open.
+    pub address: String,
+    /// State of the launch, which names its cookie.
+    pub state: String,
+    /// Value of the cookie.
+    pub browser_token: String,
+}
+
+/// Begins a launch.
+///
+/// # Errors
+/// Fails if the database fails. The inner error is the reason of a refusal, which is in the audit
+/// log.
+pub async fn begin_launch(
+    service: &Service,
+    platform: &Platform,
+    asked: &LoginInitiation,
+) -> Result<Result<LaunchStart, SignInRefusal>, Error> {
+    let source = IdentitySource::from(platform);
+    let refused = if source.is_disabled {
+        Some(SignInRefusal::Disabled)
+    } else if !asked.is_acceptable() {
+        Some(SignInRefusal::Malformed)
+    } else if own_target(&asked.target_link_uri, &service.config.address()).is_none() {
+        Some(SignInRefusal::Target)
+    } else {
+        None
+    };
+    if let Some(reason) = refused {
+        return sources::refuse(service, &source, reason).await;
+    }
+    let endpoint = match service.outgoing.rules().check(&platform.settings.auth_url) {
+        Ok(endpoint) => endpoint,
+        Err(why) => return sources::refuse_by(service, &source, fail(SignInRefusal::Unreachable, why)).await,
+    };
+    let (state, nonce, browser_token) = (secret::random_hex()?, secret::random_hex()?, secret::random_hex()?);
+    let now = service.clock.now();
+    let message_hint = Some(asked.lti_message_hint.clone()).filter(|hint| !hint.is_empty());
+    let begun = BegunLaunch {
+        school_id: platform.school_id,
+        platform_id: platform.id,
+        browser_sha256: secret::token_sha256(&browser_token).to_vec(),
+        nonce_sha256: secret::token_sha256(&nonce).to_vec(),
+        login_hint: asked.login_hint.clone(),
+        message_hint,
+        target_link_uri: asked.target_link_uri.clone(),
+        expires_at: now.plus_s(LAUNCH_S),
+    };
+    let mut tx = service.db.write().await?;
+    launches::add_launch(&mut tx, &secret::token_sha256(&state), &begun, now).await?;
+    tx.commit().await?;
+    let request = LaunchRequest {
+        client_id: &platform.settings.client_id,
+        redirect_uri: &launch_url(service),
+        login_hint: &begun.login_hint,
+        message_hint: begun.message_hint.as_deref(),
+        state: &state,
+        nonce: &nonce,
+    };
+    Ok(Ok(LaunchStart { address: request.address(&endpoint).to_string(), state, browser_token }))
+}
+
+/// A platform's answer, as the browser posts it.
+#[derive(Clone, Copy, Debug)]
+pub struct LaunchAnswer<'a> {
+    /// State of the launch.
+    pub state: &'a str,
+    /// The ID token.
+    pub id_token: Option<&'a str>,
+    /// Error code of the platform.
+    pub error: Option<&'a str>,
+    /// Token of the launch's cookie, if the browser has sent it.
+    pub browser_token: Option<&'a str>,
+    /// Client address.
+    pub from: IpAddr,
+}
+
+/// Result of a launch.
+#[derive(Clone, Debug)]
+pub enum LaunchOutcome {
+    /// The platform has confirmed the user.
+    Confirmed(Box<(Platform, Launch)>),
+    /// The browser has not sent the cookie of the launch: it begins again with its parameters.
+    Again(Box<(Platform, LoginInitiation)>),
+    /// It is refused.
+    Refused(SignInRefusal),
+}
+
+/// Finishes a launch. The state is used up even by a refusal, which is in the audit log.
+///
+/// # Errors
+/// Fails if the database fails, or the platform sends too many launches.
+pub async fn finish_launch(service: &Service, answer: LaunchAnswer<'_>) -> Result<LaunchOutcome, Error> {
+    let now = service.clock.now();
+    let mut tx = service.db.write().await?;
+    let begun = launches::take_launch(&mut tx, &secret::token_sha256(answer.state)).await?;
+    let Some(begun) = begun else {
+        // Anybody can send such an answer, so it is only counted.
+        counts::count_unknown_sign_in(&mut tx, now).await?;
+        tx.commit().await?;
+        tracing::warn!(from = %answer.from, "answer of a learning platform without its launch");
+        return Ok(LaunchOutcome::Refused(SignInRefusal::NoFlow));
+    };
+    tx.commit().await?;
+    let platform = platforms::find_platform(service.db.reader(), begun.school_id, begun.platform_id).await?;
+    let platform = platform.ok_or(Error::NotFound)?;
+    let source = IdentitySource::from(&platform);
+    if begun.expires_at <= now {
+        return refuse(service, &source, SignInRefusal::NoFlow).await;
+    }
+    if source.is_disabled {
+        return refuse(service, &source, SignInRefusal::Disabled).await;
+    }
+    let browser = answer.browser_token.map(secret::token_sha256);
+    if browser.is_none_or(|own| own[..] != begun.browser_sha256) {
+        let again = LoginInitiation {
+            iss: platform.settings.issuer.clone(),
+            client_id: platform.settings.client_id.clone(),
+            login_hint: begun.login_hint,
+            lti_message_hint: begun.message_hint.unwrap_or_default(),
+            target_link_uri: begun.target_link_uri,
+        };
+        return Ok(LaunchOutcome::Again(Box::new((platform, again))));
+    }
+    match read_launch(service, &platform, &begun, answer).await {
+        Ok(launch) => accept(service, platform, launch).await,
+        Err(DocumentError::Service(error)) => Err(error),
+        Err(DocumentError::Provider(reason, why)) => {
+            tracing::warn!(platform = %platform.id, reason = reason.code(), why, "launch refused");
+            refuse(service, &source, reason).await
+        }
+    }
+}
+
+/// Records a refusal in the audit log.
+async fn refuse(service: &Service, source: &IdentitySource, reason: SignInRefusal) -> Result<LaunchOutcome, Error> {
+    sources::note_refusal(service, source, reason).await?;
+    Ok(LaunchOutcome::Refused(reason))
+}
+
+/// Verifies the ID token of a launch and reads its claims.
+async fn read_launch(
+    service: &Service,
+    platform: &Platform,
+    begun: &BegunLaunch,
+    answer: LaunchAnswer<'_>,
+) -> Result<Launch, DocumentError> {
+    if let Some(error) = answer.error {
+        return Err(fail(SignInRefusal::Denied, error.chars().take(40).collect::<String>()));
+    }
+    let Some(id_token) = answer.id_token else {
+        return Err(fail(SignInRefusal::Malformed, "an answer without an ID token"));
+    };
+    let settings = &platform.settings;
+    let expected = ExpectedToken {
+        issuer: &settings.issuer,
+        client_id: &settings.client_id,
+        nonce_sha256: &begun.nonce_sha256,
+        access_token: None,
+        now: service.clock.now(),
+    };
+    let verified =
+        documents::verify_by_keys(service, platform.school_id, &settings.keys_url, id_token, &expected).await;
+    let claims = match verified {
+        // A platform names no subject in an anonymous launch.
+        Err(DocumentError::Provider(SignInRefusal::Subject, why)) => Err(fail(SignInRefusal::Anonymous, why)),
+        verified => verified,
+    }?;
+    Launch::read(settings, &claims, &service.config.address()).map_err(|reason| fail(reason, "claims of the launch"))
+}
+
+/// Takes a verified launch, if its deployment is admitted.
+async fn accept(service: &Service, platform: Platform, launch: Launch) -> Result<LaunchOutcome, Error> {
+    rate_limits::take_launch(service, platform.id).await?;
+    let now = service.clock.now();
+    let mut tx = service.db.write().await?;
+    let known = platforms::find_deployment(&mut *tx, platform.id, &launch.deployment).await?;
+    let is_admitted = known.is_some_and(|known| known.admitted_at.is_some());
+    if is_admitted {
+        courses::put_launch(&mut tx, &platform, &launch, now).await?;
+    } else {
+        platforms::add_deployment(&mut tx, &platform, &launch.deployment, MOST_DEPLOYMENTS, now).await?;
+    }
+    tx.commit().await?;
+    if !is_admitted {
+        return refuse(service, &IdentitySource::from(&platform), SignInRefusal::Deployment).await;
+    }
+    Ok(LaunchOutcome::Confirmed(Box::new((platform, launch))))
+}

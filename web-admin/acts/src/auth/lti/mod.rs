@@ -1,0 +1,4 @@
+//! Launches from learning platforms (LTI 1.3).
+
+pub mod launches;
+pub mod platforms;

@@ -1,0 +1,23 @@
+//! Launches from learning platforms (LTI 1.3).
+
+use routes_base::{Routes, get, post};
+
+mod launching;
+mod platforms;
+
+/// Returns the routes for anonymous visitors.
+pub(super) fn public_routes() -> Routes {
+    Routes::new()
+        .route("/lti/login", get(launching::begin_by_link).merge(post(launching::begin_by_form)))
+        .route("/lti/launch", post(launching::finish_launch))
+}
+
+/// Returns the routes for signed-in people.
+pub(super) fn own_routes() -> Routes {
+    Routes::new()
+        .route("/admin/platforms", get(platforms::show_platforms).merge(post(platforms::add_platform)))
+        .route("/admin/platforms/{id}", get(platforms::show_platform).merge(post(platforms::change_platform)))
+        .route("/admin/platforms/{id}/admit", post(platforms::admit_deployment))
+        .route("/admin/platforms/{id}/disable", post(platforms::disable_platform))
+        .route("/admin/platforms/{id}/enable", post(platforms::enable_platform))
+}

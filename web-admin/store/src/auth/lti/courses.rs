@@ -1,0 +1,65 @@
+//! Courses of learning platforms, and their links to this service, as launches describe them.
+
+use model::Moment;
+use model::auth::lti::{Launch, LaunchContext};
+use model::ids::{PlatformContextId, PlatformLinkId};
+
+use super::platforms::Platform;
+use crate::{Connection, Result};
+
+/// Stores the course of a launch, or what has changed of it; returns its id.
+async fn put_context(
+    writer: &mut Connection,
+    platform: &Platform,
+    launch: &Launch,
+    context: &LaunchContext,
+    now: Moment,
+) -> Result<PlatformContextId> {
+    sqlx::query_scalar(
+        "INSERT INTO platform_contexts (id, school_id, platform_id, deployment_id, context_id, title, members_url,
+           lineitems_url, seen_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)
+         ON CONFLICT (school_id, platform_id, deployment_id, context_id) DO UPDATE SET title = excluded.title,
+           members_url = excluded.members_url, lineitems_url = excluded.lineitems_url, seen_at = excluded.seen_at
+         RETURNING id",
+    )
+    .bind(PlatformContextId::made_at(now))
+    .bind(platform.school_id)
+    .bind(platform.id)
+    .bind(&launch.deployment)
+    .bind(&context.id)
+    .bind(&context.title)
+    .bind(&context.members_url)
+    .bind(&context.lineitems_url)
+    .bind(now)
+    .fetch_one(writer)
+    .await
+}
+
+/// Stores the link of a launch and its course, or what has changed of them. The deployment must be
+/// known.
+pub async fn put_launch(writer: &mut Connection, platform: &Platform, launch: &Launch, now: Moment) -> Result<()> {
+    let context = match &launch.context {
+        Some(context) => Some(put_context(writer, platform, launch, context, now).await?),
+        None => None,
+    };
+    sqlx::query(
+        "INSERT INTO platform_links (id, school_id, platform_id, deployment_id, context_id, resource_link_id, page,
+           lineitem_url, made_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)
+         ON CONFLICT (school_id, platform_id, deployment_id, resource_link_id) DO UPDATE SET
+           context_id = excluded.context_id, page = excluded.page, lineitem_url = excluded.lineitem_url",
+    )
+    .bind(PlatformLinkId::made_at(now))
+    .bind(platform.school_id)
+    .bind(platform.id)
+    .bind(&launch.deployment)
+    .bind(context)
+    .bind(&launch.link)
+    .bind(&launch.page)
+    .bind(&launch.lineitem_url)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}

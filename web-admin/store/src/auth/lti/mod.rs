@@ -1,0 +1,9 @@
+//! Launches from learning platforms.
+
+pub mod courses;
+pub mod launches;
+pub mod platforms;
+
+use model::auth::lti::NumberClaim;
+
+crate::engine::read_natively!(Text: NumberClaim);

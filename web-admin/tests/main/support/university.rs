@@ -1,0 +1,73 @@
+//! The systems of a university that a school uses: an OpenID provider, a directory, a learning platform.
+
+use model::auth::federation::{IdentityKind, IdentityOrigin, ProviderSettings};
+use model::auth::lti::PlatformSettings;
+use model::ids::{IdentityId, PlatformId, ProviderId, ProvisioningTokenId, SchoolId};
+use platform::secret;
+use store::auth::federation::identities::{IssuedSubject, NewIdentity};
+use store::auth::federation::providers::NewProvider;
+use store::auth::federation::{identities, providers};
+use store::auth::lti::platforms::{self, NewPlatform};
+use store::people::provisioning::{self, ProvisioningToken};
+
+use super::{App, Member};
+
+/// Token of the directory.
+pub const DIRECTORY: &str = "directory";
+
+/// Adds a provider at an address that may not be asked, a trainee's identity there, a directory and a learning platform; returns their ids by
+/// name.
+pub async fn add_systems(app: &App, own: &Member) -> [(&'static str, String); 3] {
+    let (school_id, now) = (own.person.school_id, app.state.clock.now());
+    let settings = ProviderSettings {
+        name: "North".to_owned(),
+        issuer: "https://127.0.0.1:9".to_owned(),
+        client_id: "stylet".to_owned(),
+        scopes: "openid".to_owned(),
+        subject_claim: "sub".to_owned(),
+        ..ProviderSettings::default()
+    };
+    let (provider, identity) = (ProviderId::made_at(now), IdentityId::made_at(now));
+    app.write(async |tx| {
+        let new = NewProvider { id: provider, school_id, settings: &settings, sealed_secret: b"sealed" };
+        providers::put_provider(tx, new, now).await.unwrap();
+        let of = IssuedSubject { school_id, kind: IdentityKind::Oidc, issuer: &settings.issuer, subject: "own" };
+        let how = IdentityOrigin::ByAdministrator;
+        let new = NewIdentity { id: identity, person_id: own.person.id, of, how, made_by: None, at: now };
+        identities::add_identity(tx, new).await.unwrap();
+    })
+    .await;
+    let token = ProvisioningToken {
+        id: ProvisioningTokenId::made_at(now),
+        school_id,
+        name: "Directory".to_owned(),
+        may_disable_staff: false,
+        made_at: now,
+        expires_at: now.plus_s(86_400),
+        last_used_at: None,
+    };
+    app.write(async |tx| provisioning::add_token(tx, &token, &secret::token_sha256(DIRECTORY)).await.unwrap()).await;
+    let platform = learning_platform(app, school_id).await;
+    [("provider", provider.to_string()), ("identity", identity.to_string()), ("platform", platform.to_string())]
+}
+
+/// A learning platform of the school, with a deployment that waits.
+async fn learning_platform(app: &App, school_id: SchoolId) -> PlatformId {
+    let (id, now) = (PlatformId::made_at(app.state.clock.now()), app.state.clock.now());
+    let settings = PlatformSettings {
+        name: "Moodle".to_owned(),
+        issuer: "https://lms.example.edu".to_owned(),
+        client_id: "stylet".to_owned(),
+        auth_url: "https://lms.example.edu/auth".to_owned(),
+        token_url: "https://lms.example.edu/token".to_owned(),
+        keys_url: "https://lms.example.edu/keys".to_owned(),
+        ..PlatformSettings::default()
+    };
+    app.write(async |tx| {
+        platforms::put_platform(tx, NewPlatform { id, school_id, settings: &settings }, now).await.unwrap();
+        let platform = platforms::find_platform(&mut *tx, school_id, id).await.unwrap().unwrap();
+        platforms::add_deployment(tx, &platform, "1", 1, now).await.unwrap();
+    })
+    .await;
+    id
+}
