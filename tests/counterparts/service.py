@@ -59,7 +59,10 @@ class Browser:
 
     def __init__(self, url):
         self.url = url
-        self.opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(http.cookiejar.CookieJar()))
+        # As browsers do on the loopback interface: cookies for TLS alone are sent without it.
+        policy = http.cookiejar.DefaultCookiePolicy(secure_protocols=("http", "https"))
+        jar = http.cookiejar.CookieJar(policy)
+        self.opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(jar))
 
     def open(self, path, form=None):
         body = form and urllib.parse.urlencode(form).encode()
