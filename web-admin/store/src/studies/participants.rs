@@ -85,7 +85,7 @@ macro_rules! participant {
                (SELECT CAST(coalesce(sum(min(n.made, u.attempts)), 0) AS BIGINT) FROM (
                  SELECT count(*) AS made FROM sessions s
                  JOIN study_exercises e ON e.study_id = t.study_id AND e.revision_id = s.revision_id
-                 WHERE s.school_id = t.school_id AND s.trainee_id = t.person_id AND s.uncounted IS NULL
+                 WHERE s.school_id = t.school_id AND s.trainee_id = t.person_id AND s.state = 'scored' AND s.uncounted IS NULL
                    AND s.received_at >= t.agreed_at GROUP BY s.revision_id) n) AS attempts,
                (SELECT count(*) FROM surveys v JOIN survey_responses r ON r.survey_id = v.id AND r.person_id = t.person_id
                  WHERE v.school_id = t.school_id AND v.study_id = t.study_id AND r.state = 'submitted') AS answers
