@@ -65,9 +65,10 @@ pub enum SignInStanding {
 /// The person of a browser's session.
 #[derive(Debug)]
 pub struct SignedInPerson {
-    person: CurrentPerson,
+    /// The person.
+    pub person: CurrentPerson,
     /// Time zone of their school.
-    time_zone: String,
+    pub time_zone: String,
 }
 
 /// Returns the sign-in state of a browser's session, with its person.
@@ -87,23 +88,18 @@ pub async fn standing_of(state: &AppState, session: &Session) -> Result<SignInSt
     Ok(if owes_factor { SignInStanding::OwesFactor(signed_in) } else { SignInStanding::SignedIn(signed_in) })
 }
 
-/// Returns the person of a browser's session, if they are signed in, their account is active, and
-/// no second factor is due.
-pub async fn person_of(state: &AppState, session: &Session) -> Result<Option<CurrentPerson>, Error> {
+/// Returns the person of a browser's session with their time zone, if they are signed in, their
+/// account is active, and no second factor is due.
+pub async fn find_signed_in(state: &AppState, session: &Session) -> Result<Option<SignedInPerson>, Error> {
     Ok(match standing_of(state, session).await? {
-        SignInStanding::SignedIn(SignedInPerson { person, .. }) => Some(person),
+        SignInStanding::SignedIn(signed_in) => Some(signed_in),
         SignInStanding::Stranger | SignInStanding::OwesFactor(_) => None,
     })
 }
 
-/// Runs a future whose pages show times in the time zone of the session's person; UTC if nobody is
-/// signed in.
-pub async fn on_own_clock<F: Future>(state: &AppState, session: &Session, future: F) -> Result<F::Output, Error> {
-    let zone = match standing_of(state, session).await? {
-        SignInStanding::SignedIn(signed_in) | SignInStanding::OwesFactor(signed_in) => signed_in.time_zone,
-        SignInStanding::Stranger => String::new(),
-    };
-    Ok(school_time::on_school_clock(&zone, future).await)
+/// Returns the person of a browser's session, as [`find_signed_in`] does.
+pub async fn person_of(state: &AppState, session: &Session) -> Result<Option<CurrentPerson>, Error> {
+    Ok(find_signed_in(state, session).await?.map(|signed_in| signed_in.person))
 }
 
 /// Page to set up a second factor.

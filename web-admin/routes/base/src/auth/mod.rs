@@ -11,7 +11,7 @@ pub use address::{ClientAddress, asked_by};
 pub use browser::{Browser, PageHead, Visit};
 pub use csrf::{CheckedForm, Csrf, CsrfForm, NoFields, OpenForm, begin_token, refuse_form, refuse_nul};
 pub use current::{
-    Administrator, SignInStanding, Teacher, Visitor, on_own_clock, person_of, require_person, standing_of,
+    Administrator, SignInStanding, Teacher, Visitor, find_signed_in, person_of, require_person, standing_of,
     start_factored_session, start_session,
 };
 pub use stranger::{BrowserToken, StrangerToken, settle_stranger};

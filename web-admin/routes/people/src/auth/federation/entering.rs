@@ -10,12 +10,13 @@ use axum::response::{IntoResponse, Redirect, Response};
 use model::auth::federation::{FlowPurpose, LocalPasswords};
 use model::auth::sign_in_refusal::SignInRefusal;
 use model::ids::ProviderId;
-use model::{PersonKey, Role};
+use model::{CurrentPerson, PersonKey, Role};
 use pages::auth::federation::{ClaimsPage, LeavePage, ProviderButton, SignInRefusedPage};
+use pages::school_time::on_school_clock;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
-use routes_base::auth::{Browser, BrowserToken, CsrfForm, Visit, on_own_clock, person_of};
+use routes_base::auth::{Browser, BrowserToken, CsrfForm, Visit, find_signed_in};
 use routes_base::error::PageError;
 use serde::Deserialize;
 use store::auth::federation::providers;
@@ -137,16 +138,29 @@ pub(super) async fn finish_sign_in(
     };
     match flows::finish_flow(&state, answer).await? {
         Err(reason) => Ok(answer_refused(reason)),
-        Ok(finished) => on_own_clock(&state, &browser.session, end_flow(&state, &browser, finished)).await?,
+        Ok(finished) if finished.purpose == FlowPurpose::Enter => enter(&state, &browser, finished).await,
+        Ok(finished) => {
+            let signed_in = find_signed_in(&state, &browser.session).await?;
+            let asking = signed_in.filter(|signed_in| Some(signed_in.person.id) == finished.person_id);
+            let (person, zone) = asking.map(|asking| (asking.person, asking.time_zone)).unzip();
+            on_school_clock(&zone.unwrap_or_default(), end_flow(&state, &browser, finished, person)).await
+        }
     }
 }
 
-async fn end_flow(state: &AppState, browser: &Browser, finished: FinishedFlow) -> Result<Response, PageError> {
+/// Ends a flow that was begun by a signed-in person: `person`, if they are still signed in in this
+/// browser.
+async fn end_flow(
+    state: &AppState,
+    browser: &Browser,
+    finished: FinishedFlow,
+    person: Option<CurrentPerson>,
+) -> Result<Response, PageError> {
     match finished.purpose {
         FlowPurpose::Enter => enter(state, browser, finished).await,
-        FlowPurpose::Join => join(state, browser, finished).await,
-        FlowPurpose::Prove => prove(state, browser, finished).await,
-        FlowPurpose::Try => show_claims(state, browser, finished).await,
+        FlowPurpose::Join => join(state, browser, finished, person).await,
+        FlowPurpose::Prove => prove(state, browser, finished, person).await,
+        FlowPurpose::Try => show_claims(browser, finished, person),
     }
 }
 
@@ -166,12 +180,15 @@ async fn enter(state: &AppState, browser: &Browser, finished: FinishedFlow) -> R
     }
 }
 
-/// Adds the identity to the account that is signed in in this browser, if it is still the one that
-/// has asked.
-async fn join(state: &AppState, browser: &Browser, finished: FinishedFlow) -> Result<Response, PageError> {
-    let FinishedFlow { provider, identity, person_id, .. } = finished;
-    let signed_in = person_of(state, &browser.session).await?;
-    let Some(person) = signed_in.filter(|person| Some(person.id) == person_id) else {
+/// Adds the identity to the account that has asked for it.
+async fn join(
+    state: &AppState,
+    browser: &Browser,
+    finished: FinishedFlow,
+    person: Option<CurrentPerson>,
+) -> Result<Response, PageError> {
+    let FinishedFlow { provider, identity, .. } = finished;
+    let Some(person) = person else {
         sources::note_refusal(state, &(&provider).into(), SignInRefusal::NoFlow).await?;
         return Ok(answer_refused(SignInRefusal::NoFlow));
     };
@@ -185,10 +202,14 @@ async fn join(state: &AppState, browser: &Browser, finished: FinishedFlow) -> Re
 }
 
 /// Records in the session that the person has confirmed who they are.
-async fn prove(state: &AppState, browser: &Browser, finished: FinishedFlow) -> Result<Response, PageError> {
-    let FinishedFlow { provider, identity, person_id, next, .. } = finished;
-    let signed_in = person_of(state, &browser.session).await?;
-    let is_theirs = match signed_in.filter(|person| Some(person.id) == person_id) {
+async fn prove(
+    state: &AppState,
+    browser: &Browser,
+    finished: FinishedFlow,
+    person: Option<CurrentPerson>,
+) -> Result<Response, PageError> {
+    let FinishedFlow { provider, identity, next, .. } = finished;
+    let is_theirs = match person {
         Some(person) => match identities::find_owner(state, &(&provider).into(), &identity).await? {
             Ok(Some(owner)) => owner.id == person.id,
             Ok(None) | Err(_) => false,
@@ -203,10 +224,13 @@ async fn prove(state: &AppState, browser: &Browser, finished: FinishedFlow) -> R
     Ok(Redirect::to(own_path(&next)).into_response())
 }
 
-async fn show_claims(state: &AppState, browser: &Browser, finished: FinishedFlow) -> Result<Response, PageError> {
-    let FinishedFlow { provider, identity, person_id, claims, .. } = finished;
-    let signed_in = person_of(state, &browser.session).await?;
-    let person = signed_in.filter(|person| Some(person.id) == person_id).ok_or(Error::NotFound)?;
+fn show_claims(
+    browser: &Browser,
+    finished: FinishedFlow,
+    person: Option<CurrentPerson>,
+) -> Result<Response, PageError> {
+    let FinishedFlow { provider, identity, claims, .. } = finished;
+    let person = person.ok_or(Error::NotFound)?;
     let visit = Visit::new(&person, &browser.csrf);
     let page = ClaimsPage {
         shell: Shell::new(visit.person, visit.csrf.token(), NavPlace::Administration),
