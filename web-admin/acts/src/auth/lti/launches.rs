@@ -22,6 +22,12 @@ pub const LAUNCH_S: i64 = 10 * 60;
 /// Maximum number of deployments of a platform.
 const MOST_DEPLOYMENTS: u32 = 500;
 
+/// Returns the address at which platforms initiate logins.
+#[must_use]
+pub fn login_url(service: &Service) -> String {
+    format!("{}/lti/login", service.config.address())
+}
+
 /// Returns the address to which platforms post launches.
 #[must_use]
 pub fn launch_url(service: &Service) -> String {
@@ -38,7 +44,7 @@ pub async fn find_initiator(
 ) -> Result<Result<Platform, SignInRefusal>, Error> {
     let client_id = Some(asked.client_id.as_str()).filter(|id| !id.is_empty());
     let found = platforms::find_registration(service.db.reader(), &asked.iss, client_id).await?;
-    // No school is known whose audit log could have a row.
+    // Without a school there is no audit log to add a row to.
     Ok(found.ok_or(SignInRefusal::Platform))
 }
 
@@ -122,22 +128,24 @@ pub struct LaunchAnswer<'a> {
     pub from: IpAddr,
 }
 
-/// Result of a launch.
+/// Result of a launch that is not refused.
 #[derive(Clone, Debug)]
 pub enum LaunchOutcome {
     /// The platform has confirmed the user.
     Confirmed(Box<(Platform, Launch)>),
     /// The browser has not sent the cookie of the launch: it begins again with its parameters.
     Again(Box<(Platform, LoginInitiation)>),
-    /// It is refused.
-    Refused(SignInRefusal),
 }
 
 /// Finishes a launch. The state is used up even by a refusal, which is in the audit log.
 ///
 /// # Errors
-/// Fails if the database fails, or the platform sends too many launches.
-pub async fn finish_launch(service: &Service, answer: LaunchAnswer<'_>) -> Result<LaunchOutcome, Error> {
+/// Fails if the database fails, or the platform sends too many launches. The inner error is the
+/// reason of a refusal.
+pub async fn finish_launch(
+    service: &Service,
+    answer: LaunchAnswer<'_>,
+) -> Result<Result<LaunchOutcome, SignInRefusal>, Error> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
     let begun = launches::take_launch(&mut tx, &secret::token_sha256(answer.state)).await?;
@@ -146,17 +154,17 @@ pub async fn finish_launch(service: &Service, answer: LaunchAnswer<'_>) -> Resul
         counts::count_unknown_sign_in(&mut tx, now).await?;
         tx.commit().await?;
         tracing::warn!(from = %answer.from, "answer of a learning platform without its launch");
-        return Ok(LaunchOutcome::Refused(SignInRefusal::NoFlow));
+        return Ok(Err(SignInRefusal::NoFlow));
     };
     tx.commit().await?;
     let platform = platforms::find_platform(service.db.reader(), begun.school_id, begun.platform_id).await?;
     let platform = platform.ok_or(Error::NotFound)?;
     let source = IdentitySource::from(&platform);
     if begun.expires_at <= now {
-        return refuse(service, &source, SignInRefusal::NoFlow).await;
+        return sources::refuse(service, &source, SignInRefusal::NoFlow).await;
     }
     if source.is_disabled {
-        return refuse(service, &source, SignInRefusal::Disabled).await;
+        return sources::refuse(service, &source, SignInRefusal::Disabled).await;
     }
     let browser = answer.browser_token.map(secret::token_sha256);
     if browser.is_none_or(|own| own[..] != begun.browser_sha256) {
@@ -167,22 +175,12 @@ pub async fn finish_launch(service: &Service, answer: LaunchAnswer<'_>) -> Resul
             lti_message_hint: begun.message_hint.unwrap_or_default(),
             target_link_uri: begun.target_link_uri,
         };
-        return Ok(LaunchOutcome::Again(Box::new((platform, again))));
+        return Ok(Ok(LaunchOutcome::Again(Box::new((platform, again)))));
     }
     match read_launch(service, &platform, &begun, answer).await {
         Ok(launch) => accept(service, platform, launch).await,
-        Err(DocumentError::Service(error)) => Err(error),
-        Err(DocumentError::Provider(reason, why)) => {
-            tracing::warn!(platform = %platform.id, reason = reason.code(), why, "launch refused");
-            refuse(service, &source, reason).await
-        }
+        Err(error) => sources::refuse_by(service, &source, error).await,
     }
-}
-
-/// Records a refusal in the audit log.
-async fn refuse(service: &Service, source: &IdentitySource, reason: SignInRefusal) -> Result<LaunchOutcome, Error> {
-    sources::note_refusal(service, source, reason).await?;
-    Ok(LaunchOutcome::Refused(reason))
 }
 
 /// Verifies the ID token of a launch and reads its claims.
@@ -217,7 +215,11 @@ async fn read_launch(
 }
 
 /// Takes a verified launch, if its deployment is admitted.
-async fn accept(service: &Service, platform: Platform, launch: Launch) -> Result<LaunchOutcome, Error> {
+async fn accept(
+    service: &Service,
+    platform: Platform,
+    launch: Launch,
+) -> Result<Result<LaunchOutcome, SignInRefusal>, Error> {
     rate_limits::take_launch(service, platform.id).await?;
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
@@ -230,7 +232,7 @@ async fn accept(service: &Service, platform: Platform, launch: Launch) -> Result
     }
     tx.commit().await?;
     if !is_admitted {
-        return refuse(service, &IdentitySource::from(&platform), SignInRefusal::Deployment).await;
+        return sources::refuse(service, &IdentitySource::from(&platform), SignInRefusal::Deployment).await;
     }
-    Ok(LaunchOutcome::Confirmed(Box::new((platform, launch))))
+    Ok(Ok(LaunchOutcome::Confirmed(Box::new((platform, launch)))))
 }

@@ -133,15 +133,15 @@ pub(super) async fn finish_launch(
         from,
     };
     let mut response = match launches::finish_launch(&state, answer).await? {
-        LaunchOutcome::Confirmed(confirmed) => {
+        Ok(LaunchOutcome::Confirmed(confirmed)) => {
             let (platform, launch) = *confirmed;
             enter(&state, &session, &platform, launch).await?
         }
-        LaunchOutcome::Again(again) => {
+        Ok(LaunchOutcome::Again(again)) => {
             let (platform, asked) = *again;
             answer_in_frame(platform, asked)
         }
-        LaunchOutcome::Refused(reason) => answer_refused(reason),
+        Err(reason) => answer_refused(reason),
     };
     if browser_token.is_some() {
         set_cookie(&mut response, &form.state, "", 0);
