@@ -20,6 +20,17 @@ pub struct OpenWindowPage {
     pub asked: LoginInitiation,
 }
 
+/// Addresses of this service, to enter at a learning platform.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlatformEntries {
+    /// Address at which the platform initiates a login.
+    pub login_url: String,
+    /// Address to which the platform posts launches.
+    pub launch_url: String,
+    /// Address of the public keys.
+    pub keys_uri: String,
+}
+
 /// The page of a school's learning platforms.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "auth/lti/platforms.html")]
@@ -30,8 +41,8 @@ pub struct PlatformsPage {
     pub rows: Vec<PlatformRow>,
     /// The form for a new one.
     pub form: FilledForm<PlatformForm>,
-    /// Public address of this service.
-    pub address: String,
+    /// Values to enter at the platform.
+    pub entries: PlatformEntries,
 }
 
 /// A learning platform in a list.
@@ -76,8 +87,8 @@ pub struct PlatformPage {
     pub form: FilledForm<PlatformForm>,
     /// Deployments, in the order of their first launches.
     pub deployments: Vec<DeploymentRow>,
-    /// Public address of this service.
-    pub address: String,
+    /// Values to enter at the platform.
+    pub entries: PlatformEntries,
 }
 
 /// A deployment of a learning platform.
@@ -182,6 +193,14 @@ mod tests {
 
     const ADDRESS: &str = "https://training.example.edu";
 
+    fn entries() -> PlatformEntries {
+        PlatformEntries {
+            login_url: format!("{ADDRESS}/lti/login"),
+            launch_url: format!("{ADDRESS}/lti/launch"),
+            keys_uri: format!("{ADDRESS}/.well-known/jwks.json"),
+        }
+    }
+
     fn typed() -> PlatformForm {
         PlatformForm {
             name: "Moodle".to_owned(),
@@ -224,7 +243,7 @@ mod tests {
             shell: samples::shell(Role::Administrator),
             rows: vec![row(false), row(true)],
             form: FilledForm::refused(typed, "no".to_owned()),
-            address: ADDRESS.to_owned(),
+            entries: entries(),
         };
         let html = samples::keep_page("platforms", &page);
         assert!(html.contains("&#60;b&#62;a1") && html.contains("/admin/platforms/1/enable"), "{html}");
@@ -244,7 +263,7 @@ mod tests {
             href: "/admin/platforms/1".to_owned(),
             form: FilledForm::new(typed()),
             deployments,
-            address: ADDRESS.to_owned(),
+            entries: entries(),
         };
         let html = samples::keep_page("platform", &page(vec![row("1\"", None), row("2", Some(samples::NOW))]));
         assert_eq!(html.matches("/admin/platforms/1/admit").count(), 1, "{html}");

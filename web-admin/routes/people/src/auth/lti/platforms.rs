@@ -1,12 +1,14 @@
 //! `/admin/platforms`: the learning platforms of the school.
 
+use acts::auth::federation::client_keys;
+use acts::auth::lti::launches;
 use acts::auth::lti::platforms as settling;
 use acts::error::Error;
 use axum::extract::State;
 use axum::response::Redirect;
 use model::CurrentPerson;
 use model::ids::PlatformId;
-use pages::auth::lti::{DeploymentRow, PlatformForm, PlatformPage, PlatformRow, PlatformsPage};
+use pages::auth::lti::{DeploymentRow, PlatformEntries, PlatformForm, PlatformPage, PlatformRow, PlatformsPage};
 use pages::form::FilledForm;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
@@ -19,6 +21,14 @@ use store::auth::lti::platforms;
 use store::auth::lti::platforms::{Deployment, Platform};
 
 const PAGE: &str = "/admin/platforms";
+
+fn list_entries(state: &AppState) -> PlatformEntries {
+    PlatformEntries {
+        login_url: launches::login_url(state),
+        launch_url: launches::launch_url(state),
+        keys_uri: client_keys::keys_uri(state),
+    }
+}
 
 pub(super) async fn show_platforms(
     State(state): State<AppState>,
@@ -51,7 +61,7 @@ async fn make_page(
         shell: Shell::new(person, csrf.token(), NavPlace::Administration),
         rows: platforms::list_platforms(reader, person.school_id).await?.into_iter().map(row).collect(),
         form,
-        address: state.config.address(),
+        entries: list_entries(state),
     })
 }
 
@@ -96,7 +106,7 @@ async fn make_platform_page(
         href: format!("{PAGE}/{}", known.id),
         form,
         deployments: deployments.into_iter().map(row).collect(),
-        address: state.config.address(),
+        entries: list_entries(state),
     })
 }
 
