@@ -36,7 +36,7 @@ pub async fn add_provider(
         return Err(Error::Unprocessable(tr!("at most {most} providers are allowed", most = MOST)));
     }
     let id = ProviderId::made_at(service.clock.now());
-    let sealed = seal_secret(service, id, NewSecret { settings, typed: secret, stored: &[] }).await?;
+    let sealed = seal_secret(service, id, NewSecret { settings, typed: secret, stored: &[] })?;
     put(service, by, NewProvider { id, school_id: by.school_id, settings, sealed_secret: &sealed }, "provider.added")
         .await?;
     Ok(id)
@@ -54,7 +54,7 @@ pub async fn change_provider(
     secret: &str,
 ) -> Result<(), Error> {
     let secret = NewSecret { settings, typed: secret, stored: &known.sealed_secret };
-    let sealed = seal_secret(service, known.id, secret).await?;
+    let sealed = seal_secret(service, known.id, secret)?;
     let new = NewProvider { id: known.id, school_id: by.school_id, settings, sealed_secret: &sealed };
     put(service, by, new, "provider.changed").await
 }
@@ -63,15 +63,13 @@ pub async fn change_provider(
 struct NewSecret<'a> {
     settings: &'a ProviderSettings,
     typed: &'a str,
-    /// Encrypted; empty if there is none.
+    /// Encrypted; empty for a new provider, and for one that authenticates by the key.
     stored: &'a [u8],
 }
 
-/// Returns the encrypted secret; empty if this service authenticates by its key, which is created if
-/// there is none.
-async fn seal_secret(service: &Service, id: ProviderId, secret: NewSecret<'_>) -> Result<Vec<u8>, Error> {
+/// Returns the encrypted secret; empty if this service authenticates by its key.
+fn seal_secret(service: &Service, id: ProviderId, secret: NewSecret<'_>) -> Result<Vec<u8>, Error> {
     if secret.settings.authentication == ClientAuthentication::Key {
-        client_keys::read_signing_key(service).await?;
         return Ok(Vec::new());
     }
     match (secret.typed, secret.stored) {
@@ -107,6 +105,10 @@ async fn put(service: &Service, by: &CurrentPerson, new: NewProvider<'_>, action
             let why = tr!("the provider’s description cannot be read (technical reason, in English: {why})", why = why);
             return Err(Error::Unprocessable(why));
         }
+    }
+    if settings.authentication == ClientAuthentication::Key {
+        // Creates the first key.
+        client_keys::read_signing_key(service).await?;
     }
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
