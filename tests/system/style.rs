@@ -1,6 +1,6 @@
 //! How the code of what ships is written, measured on its syntax. Each limit stands where respected code of its kind stands; it fails
-//! when a type takes the name of another, a tuple takes the place of arguments, ids can be swapped unseen, a name says nothing, the name
-//! of a test is too long, or modules lean on each other in a circle.
+//! when a type takes the name of another, a tuple takes the place of arguments, ids of several kinds share a type, a name is too
+//! general, the name of a test is too long, or modules depend on each other in a circle.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

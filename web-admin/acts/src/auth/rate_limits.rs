@@ -155,7 +155,7 @@ pub async fn take_launch_start(service: &Service, address: IpAddr) -> Result<(),
     press_all(service, &[Brake::new(LAUNCH_ADDRESS, &format!("launch {address}"))]).await
 }
 
-/// Counts a launch that a learning platform has confirmed: nobody else can use up its limit.
+/// Counts a launch that a learning platform has confirmed. Unconfirmed launches do not use up its limit.
 ///
 /// # Errors
 /// Fails if no launch is left, with the time until the next one.

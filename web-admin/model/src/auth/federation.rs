@@ -154,7 +154,7 @@ pub struct ProviderSettings {
     pub addresses_verified: bool,
     /// Its second factor replaces the one of this service.
     pub second_factor_trusted: bool,
-    /// Values of the claim `acr` that count as a second factor, beside the methods in `amr`.
+    /// Values of the claim `acr` that count as a second factor, in addition to the methods in `amr`.
     pub second_factor_acr: Vec<String>,
     /// Unknown people get a new account as trainees.
     pub creates_trainees: bool,

@@ -150,7 +150,7 @@ pub struct LoginInitiation {
     pub client_id: String,
     /// The user, for the platform.
     pub login_hint: String,
-    /// The message, for the platform; empty if there is none.
+    /// Identifies the message to the platform; empty if the platform sent none.
     pub lti_message_hint: String,
     /// Address of this service to open.
     pub target_link_uri: String,

@@ -138,7 +138,7 @@ pub(crate) fn explain_missing_proof(own: OwnPassword) -> String {
 }
 
 /// Checks that a person has entered their password or, without one, has just signed in at their
-/// provider. The inner error is what they have instead.
+/// provider. The inner error names the proof that is required.
 ///
 /// # Errors
 /// When the session cannot be read, or the database fails.

@@ -7,7 +7,7 @@ use model::ids::{PlatformContextId, PlatformLinkId};
 use super::platforms::Platform;
 use crate::{Connection, Result};
 
-/// Stores the course of a launch, or what has changed of it; returns its id.
+/// Adds the course of a launch, or updates it; returns its id.
 async fn put_context(
     writer: &mut Connection,
     platform: &Platform,
@@ -36,8 +36,7 @@ async fn put_context(
     .await
 }
 
-/// Stores the link of a launch and its course, or what has changed of them. The deployment must be
-/// known.
+/// Adds the link of a launch and its course, or updates them. The deployment must be known.
 pub async fn put_launch(writer: &mut Connection, platform: &Platform, launch: &Launch, now: Moment) -> Result<()> {
     let context = match &launch.context {
         Some(context) => Some(put_context(writer, platform, launch, context, now).await?),

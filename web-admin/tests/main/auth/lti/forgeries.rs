@@ -126,7 +126,7 @@ async fn a_login_that_cannot_be_right_begins_nothing() {
         let answer = browser.get(&login(&[changes])).await;
         assert_eq!(refusal(&answer), reason, "{changes:?}");
         assert!(answer.headers.get("refresh").is_none() && browser.cookie_named("").is_none());
-        // A platform that nobody knows belongs to no school whose log could say so.
+        // An unregistered platform has no school, and so no audit log.
         refused += usize::from(reason != "platform");
         assert_eq!(world.reasons().await.len(), refused, "{changes:?}");
     }

@@ -1,6 +1,6 @@
 //! Launches from learning platforms by LTI 1.3. Fails when a forged or stolen launch signs a user in or leaves no row in the audit log, when two
 //! schools with one issuer mix, when another page than the one that opens a window may be shown in a frame, or when a launch opens an account
-//! by what a browser or an address says.
+//! because of the session in the browser, or of an email address.
 
 pub(crate) mod administration;
 pub(crate) mod forgeries;

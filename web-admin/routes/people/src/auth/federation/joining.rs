@@ -1,5 +1,5 @@
-//! `/sign-in/join`: a person whom a provider or a learning platform has confirmed and no account knows joins one, or begins
-//! one.
+//! `/sign-in/join`: a user whom a provider or a learning platform has confirmed, and whose identity
+//! belongs to no account, joins an account or creates one.
 
 use acts::auth::federation::sources::{IdentitySource, IdentitySourceId};
 use acts::auth::federation::{identities, sources};
@@ -25,7 +25,8 @@ const KEY: &str = "confirmed_identity";
 /// Time to join an account, in s.
 const WAIT_S: i64 = 10 * 60;
 
-/// An identity that a provider or a learning platform has confirmed in this session, and that belongs to no account yet.
+/// An identity that a provider or a learning platform has confirmed in this session, and that
+/// belongs to no account yet.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct HeldIdentity {
     source_id: IdentitySourceId,
