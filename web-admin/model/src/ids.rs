@@ -162,6 +162,8 @@ ids! {
     IdentityId;
     /// A token of a directory that provisions people.
     ProvisioningTokenId;
+    /// A badge for a mastered course.
+    BadgeId;
     /// A replica: a process that serves the database.
     ReplicaId;
     /// An attempt to parse a recording uploaded in one request.

@@ -1,6 +1,7 @@
 //! Courses, assignments and progress.
 
 pub mod assignment;
+pub mod badge;
 pub mod certificate;
 pub mod certificate_note;
 pub mod cohort;
