@@ -37,6 +37,8 @@ pub enum Duty {
     Statements,
     /// Continues re-gradings and backfills of old attempts.
     OldAttempts,
+    /// Revokes badges that are no longer earned.
+    Badges,
 }
 
 impl Duty {
@@ -48,6 +50,7 @@ impl Duty {
             Self::Retention => "retention",
             Self::Statements => "statements",
             Self::OldAttempts => "old attempts",
+            Self::Badges => "badges",
         }
     }
 }

@@ -1,9 +1,11 @@
-//! `web-admin certificate`: prints the public key, and checks a certificate without the service.
+//! `web-admin certificate`: prints the public key, and checks a certificate or a badge without the
+//! service.
 
 use std::path::PathBuf;
 
 use acts::training::certificates;
 use clap::{Args, Subcommand};
+use model::training::badge::{Achievement, Badge, check_badge, is_badge};
 use model::training::certificate::{Statement, check_certificate};
 
 use super::{CommandFailure, StorageArgs, say_line};
@@ -13,14 +15,15 @@ use super::{CommandFailure, StorageArgs, say_line};
 pub enum CertificateCommand {
     /// Prints the public key of this service, for the school to publish
     Key(StorageArgs),
-    /// Checks a certificate and prints every signed field; needs neither the service nor its data
+    /// Checks a certificate or a badge and prints every signed field; needs neither the service nor
+    /// its data
     Verify(CertificateArgs),
 }
 
 /// Options of `web-admin certificate verify`.
 #[derive(Debug, Args)]
 pub struct CertificateArgs {
-    /// The certificate: the saved page, or the JSON in it
+    /// The certificate: the saved page, or the JSON in it; or a badge: JSON or SVG
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The public key that the school has published, 64 hexadecimal digits
@@ -40,9 +43,13 @@ pub(super) fn run_certificate(command: &CertificateCommand) -> Result<(), Comman
 
 fn verify_certificate(CertificateArgs { file, key }: &CertificateArgs) -> Result<(), CommandFailure> {
     let bytes = std::fs::read(file).map_err(|error| CommandFailure::Usage(format!("{}: {error}", file.display())))?;
-    match check_certificate(&bytes, key) {
-        Ok(statement) => {
-            lines_of_certificate(&statement).iter().for_each(say_line);
+    let checked = match is_badge(&bytes) {
+        true => check_badge(&bytes, key).map(|badge| lines_of_badge(&badge)),
+        false => check_certificate(&bytes, key).map(|statement| lines_of_certificate(&statement)),
+    };
+    match checked {
+        Ok(lines) => {
+            lines.iter().for_each(say_line);
             Ok(())
         }
         Err(why) => {
@@ -81,6 +88,22 @@ fn lines_of_certificate(statement: &Statement) -> Vec<String> {
     lines.iter().map(|line| on_one_line(line)).collect()
 }
 
+/// Formats every signed field of a badge, one per line.
+fn lines_of_badge(badge: &Badge) -> Vec<String> {
+    // Destructured without `..`, so that a new field of the badge must be added here.
+    let Badge { id, issuer, school, person, achievement, mastered_at, place } = badge;
+    let Achievement { id: course, name, description, narrative } = achievement;
+    let lines = [
+        format!("genuine: badge {id} for person {person}, who mastered “{name}” at {school} on {mastered_at}"),
+        format!("  issuer    {}, {}", issuer.did, issuer.url),
+        format!("  course    {course}"),
+        format!("  exercises {description}"),
+        format!("  criteria  {narrative}"),
+        format!("  revoked?  see index {} of {}", place.index(), issuer.status_list(place.list())),
+    ];
+    lines.iter().map(|line| on_one_line(line)).collect()
+}
+
 /// Replaces control characters: a name may contain anything, also escape sequences of a terminal.
 fn on_one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '�' } else { c }).collect()
@@ -95,6 +118,29 @@ mod tests {
     fn sample() -> Statement {
         let file = include_str!("../../../tests/data/certificate/statement.json");
         serde_json::from_str(file).expect("a statement")
+    }
+
+    #[test]
+    fn every_field_of_a_badge_is_printed() {
+        let file = include_bytes!("../../../tests/data/badge/badge.json");
+        let key = "ea4a6c63e29c520abef5507b132ec5f9954776aebebe7b92421eea691446d22c";
+        let all = lines_of_badge(&check_badge(file, key).expect("genuine")).join("\n");
+        let signed: serde_json::Value = serde_json::from_slice(file).expect("JSON");
+        for pointer in [
+            "/name",
+            "/issuer/id",
+            "/issuer/name",
+            "/issuer/url",
+            "/validFrom",
+            "/credentialSubject/achievement/id",
+            "/credentialSubject/achievement/description",
+            "/credentialSubject/achievement/criteria/narrative",
+            "/credentialStatus/statusListIndex",
+            "/credentialStatus/statusListCredential",
+        ] {
+            let value = signed.pointer(pointer).and_then(serde_json::Value::as_str).expect("a text");
+            assert!(all.contains(value), "{pointer} is not printed:\n{all}");
+        }
     }
 
     #[test]

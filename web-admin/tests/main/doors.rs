@@ -31,6 +31,7 @@ const SHOW_NONE: [&str; 27] = [
     "instrument",
     "join",
     "link",
+    "list",
     "number",
     "picture",
     "pictured",

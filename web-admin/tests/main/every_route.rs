@@ -316,6 +316,7 @@ async fn objects(
         ("pictured", "avoid-the-vessel".to_owned()),
         ("picture", shipped.name),
         ("number", "1".to_owned()),
+        ("list", "0".to_owned()),
         ("course", "lower-back-basics".to_owned()),
         ("comment", comment.to_string()),
         ("unknown", "nobody-was-given-this".to_owned()),

@@ -14,6 +14,7 @@ use store::operations::schools;
 use store::people::directory;
 use store::privacy::texts::{ErasedRecording, TextOwner, TextSide};
 use store::privacy::{retention, texts};
+use store::training::badges;
 
 use crate::error::Error;
 use crate::privacy::erasure_store::ErasureStore;
@@ -122,6 +123,10 @@ async fn take_away(
         let letters = directory::list_letters_to(&mut *tx, person, erasure.school_id).await?;
         retention::forget_warning(tx, person.id).await?;
         directory::erase_person(tx, person, erasure.school_id, erasure.at).await?;
+        let revoked = badges::revoke_badges_of(tx, key, erasure.at).await?;
+        if revoked > 0 {
+            told["badges_revoked"] = revoked.into();
+        }
         // Before the commit: if the mails cannot be deleted, the erasure fails and their record is
         // kept.
         state.mailer.forget(&letters).await?;

@@ -1,6 +1,7 @@
 //! Courses, assignments and progress.
 
 pub mod assignments;
+pub mod badges;
 pub mod certificates;
 pub mod cohorts;
 pub mod comments;

@@ -13,6 +13,8 @@ pub fn describe_act(action: &str) -> Option<&'static str> {
         "assignment.mailed" => tr!("emailed the trainees of an assignment"),
         "assignment.made" => tr!("assigned training"),
         "assignment.withdrawn" => tr!("withdrew an assignment"),
+        "badge.issued" => tr!("issued a badge"),
+        "badge.revoked" => tr!("revoked a badge: the course is no longer mastered"),
         "certificate.issued" => tr!("issued a certificate"),
         "cohort.asked" => tr!("invited a person to a cohort"),
         "cohort.declined" => tr!("declined a place in a cohort"),

@@ -47,7 +47,7 @@ pub const AUDIT_THEMES: [AuditTheme; 6] = [
     AuditTheme { key: "attempts", actions: &["session", "recording", "grade", "comment"] },
     AuditTheme {
         key: "teaching",
-        actions: &["assignment", "exercise", "curriculum", "draft", "certificate", "segments"],
+        actions: &["assignment", "exercise", "curriculum", "draft", "certificate", "badge", "segments"],
     },
     AuditTheme { key: "surveys", actions: &["survey", "instrument", "study", "ratings", "rating", "expert"] },
     AuditTheme { key: "school", actions: &["school", "station", "pairing_code", "retention"] },

@@ -2,6 +2,7 @@
 
 pub mod addresses;
 pub mod assignments;
+pub mod badge;
 pub mod certificate;
 pub mod cohort;
 pub mod concern;

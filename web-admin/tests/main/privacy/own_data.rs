@@ -16,13 +16,14 @@ use crate::support::recordings::{Attempt, record};
 use crate::support::{App, PASSWORD};
 
 /// What refers to a person: table and column, and under which key it stands in the file.
-const HELD: [(&str, &str); 51] = [
+const HELD: [(&str, &str); 52] = [
     ("notices.person_id", "notices"),
     ("api_tokens.person_id", "access/tokens"),
     ("account_links.person_id", "password_links"),
     ("assignment_extensions.person_id", "assignment_extensions"),
     ("assignments.made_by", "assignments_made"),
     ("assignments.person_id", "assignments"),
+    ("badges.person_id", "badges"),
     ("cohort_acts.done_by", "cohort_acts_done"),
     ("cohort_acts.person_id", "cohort_acts"),
     ("cohort_members.person_id", "cohorts"),

@@ -25,7 +25,7 @@ const NOW: Moment = Moment::from_micros(1_779_269_400_000_000);
 const COURSE: &str = "id = \"one-step\"\ntitle = \"One <step> & no more\"\n[mastery]\nrule = \"passes\"\npasses = 1\nof = 1\n\
                       [[exercise]]\nfile = \"only.toml\"\n";
 
-async fn school() -> (App, Member) {
+pub(super) async fn school() -> (App, Member) {
     let app = App::with(Clock::fixed(NOW), |_| {}).await;
     let school = app.school("North & Sons").await;
     let folder = app.folder.path().join("short");

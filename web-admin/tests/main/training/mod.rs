@@ -1,6 +1,7 @@
 //! Courses, assignments and progress.
 
 pub(crate) mod assignments;
+pub(crate) mod badges;
 pub(crate) mod certificates;
 pub(crate) mod cohorts;
 pub(crate) mod membership;

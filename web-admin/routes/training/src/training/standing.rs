@@ -3,15 +3,15 @@
 use acts::error::Error;
 use acts::training::assignments as teaching;
 use acts::training::assignments::{CohortStandings, PractisedTrainee, TraineeStandings};
+use acts::training::badges;
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::training::assignment::{AttemptHistory, TaughtCourse as JudgedCourse, find_not_started};
 use model::training::progress::{Concern, Course, Progress, ScoredAttempt};
-use model::{CurrentPerson, Moment, Needed, Role};
+use model::{CurrentPerson, Moment, Needed, PersonKey, Role};
 use pages::training::cohort::{NamedTrainee, TraineeRow};
 use pages::training::trainee::CourseFacts;
 use routes_base::AppState;
 use store::operations::schools;
-use store::recordings::proofs;
 use store::training::curricula::TaughtCurriculum;
 use store::training::practice::ByTrainee;
 use store::training::reports::{ExerciseInShort, NamedItem};
@@ -84,8 +84,8 @@ pub(crate) async fn proved_attempts(
     attempts: &[ScoredAttempt],
 ) -> Result<(Needed, Vec<ScoredAttempt>), Error> {
     let needed = schools::certificate_needs(state.db.reader(), school).await?;
-    let enough = proofs::list_proved_sessions(state.db.reader(), school, trainee, needed).await?;
-    Ok((needed, attempts.iter().filter(|attempt| enough.contains(&attempt.session)).cloned().collect()))
+    let key = PersonKey { school_id: school, person_id: trainee };
+    Ok((needed, badges::list_proved_attempts(state, key, needed, attempts).await?))
 }
 
 /// A cohort and all attempts of its trainees.

@@ -26,7 +26,7 @@ const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
 }
 
 /// Records about the person, including those made by others.
-const ABOUT: [RecordKind; 21] = [
+const ABOUT: [RecordKind; 22] = [
     kind(
         "overrides",
         "SELECT o.session_id, o.score, o.passed AS is_pass, o.reason, p.display_name AS made_by, o.made_at
@@ -70,6 +70,11 @@ const ABOUT: [RecordKind; 21] = [
         "SELECT d.cohort_id, c.name AS cohort, d.act, p.display_name AS done_by, d.done_at FROM cohort_acts d
          JOIN cohorts c ON c.id = d.cohort_id LEFT JOIN people p ON p.id = d.done_by
          WHERE d.school_id = $1 AND d.person_id = $2 ORDER BY d.done_at, d.id",
+    ),
+    kind(
+        "badges",
+        "SELECT id, place, curriculum_id, curriculum_sha256, needed, issued_at, revoked_at FROM badges
+         WHERE school_id = $1 AND person_id = $2 ORDER BY place",
     ),
     kind(
         "assignment_extensions",

@@ -12,7 +12,7 @@ use model::ids::{PersonId, SchoolId};
 use model::training::certificate::{Certificate, Statement, sign_statement};
 use model::training::certificate_note::CertificateNote;
 use model::training::progress::{Course, Mastery, Progress, StepState};
-use model::{Needed, PersonKey};
+use model::{CurrentPerson, Needed, PersonKey};
 use pages::format;
 use pages::training::certificate::CertificatePage;
 use pages::training::trainee::{needed_in_words, rule_in_words};
@@ -39,19 +39,12 @@ pub(super) async fn issue_certificate(
     Path((id, course)): Path<(String, String)>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
-    let id: PersonId = id.parse().map_err(|_| Error::NotFound)?;
-    let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
-    let (curriculum, course) = find_taught_curriculum(&state, person.school_id, &course).await?;
-    let certified = CertifiedCourse { school: person.school_id, curriculum: &curriculum, course };
-    let earned = earned_by_trainee(&state, &trainee, certified).await?;
+    let CertifiedTrainee { trainee, curriculum, earned } = find_earned(&state, &person, &id, &course).await?;
     let key = certificates::signing_key(&state.config.keys_dir)?;
     let certificate = sign_statement(&key, &earned.statement)?;
     let query = earned.note().signed_query(&key).map_err(anyhow::Error::from)?;
     let check_href = format!("{}/certificate?{query}", state.config.address());
-    let theirs =
-        people::find_language(state.db.reader(), PersonKey { school_id: person.school_id, person_id: trainee.id })
-            .await?;
-    let language = theirs.unwrap_or_else(words::current);
+    let language = find_language(&state, PersonKey { school_id: person.school_id, person_id: trainee.id }).await?;
     let file = format!("certificate-{}.html", curriculum.curriculum_id);
     let page = words::within(language, || earned.page(&certificate, check_href))?;
     certificates::note_issued(&state, &person, trainee.id, &curriculum).await?;
@@ -60,14 +53,45 @@ pub(super) async fn issue_certificate(
         .into_response())
 }
 
+/// A trainee who has earned a certificate.
+pub(super) struct CertifiedTrainee {
+    pub trainee: NamedItem<PersonId>,
+    pub curriculum: TaughtCurriculum,
+    pub earned: Earned,
+}
+
+/// Returns what a trainee has earned in a course, by the ids in an address.
+///
+/// # Errors
+/// [`Error::NotFound`] if the visitor may not see it, [`Error::Conflict`] if the course is not
+/// mastered.
+pub(super) async fn find_earned(
+    state: &AppState,
+    visitor: &CurrentPerson,
+    id: &str,
+    course: &str,
+) -> Result<CertifiedTrainee, Error> {
+    let id: PersonId = id.parse().map_err(|_| Error::NotFound)?;
+    let trainee = reports::trainee(state.db.reader(), visitor, id).await?.ok_or(Error::NotFound)?;
+    let (curriculum, course) = find_taught_curriculum(state, visitor.school_id, course).await?;
+    let certified = CertifiedCourse { school: visitor.school_id, curriculum: &curriculum, course };
+    let earned = earned_by_trainee(state, &trainee, certified).await?;
+    Ok(CertifiedTrainee { trainee, curriculum, earned })
+}
+
+/// Returns the language of a trainee's certificate.
+pub(super) async fn find_language(state: &AppState, trainee: PersonKey) -> Result<Language, Error> {
+    Ok(people::find_language(state.db.reader(), trainee).await?.unwrap_or_else(words::current))
+}
+
 /// The content of an earned certificate.
-struct Earned {
+pub(super) struct Earned {
     /// The school's logo, as a data URL.
     logo: Option<String>,
-    statement: Statement,
+    pub statement: Statement,
     rule: Mastery,
-    needed: Needed,
-    mastered: Vec<(String, OffsetDateTime)>,
+    pub needed: Needed,
+    pub mastered: Vec<(String, OffsetDateTime)>,
     issued_at: OffsetDateTime,
 }
 

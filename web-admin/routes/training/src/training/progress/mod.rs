@@ -2,6 +2,7 @@
 //! the file.
 
 mod attempts;
+mod badge;
 mod certificate;
 mod cohort;
 mod metrics;
@@ -16,6 +17,8 @@ pub(super) fn progress_routes() -> Routes {
         .route("/trainees/{id}/exercises/{exercise}", get(trainee::show_trainee_step))
         .route("/trainees/{id}/exercises/{exercise}/attempts.csv", get(trainee::export_trainee_step))
         .route("/trainees/{id}/certificates/{curriculum}", post(certificate::issue_certificate))
+        .route("/trainees/{id}/certificates/{curriculum}/badge.json", get(badge::export_badge))
+        .route("/trainees/{id}/certificates/{curriculum}/badge.svg", get(badge::draw_badge))
         .route("/cohorts/{id}/progress", get(cohort::show_cohort_progress))
         .route("/cohorts/{id}/progress.csv", get(cohort::export_cohort_progress))
         .route("/cohorts/{id}/exercises/{exercise}", get(metrics::show_cohort_metrics))
