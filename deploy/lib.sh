@@ -74,7 +74,7 @@ need_programs_or_packages() {
     done
 }
 
-# Where other people's programs are installed against which sign-in and provisioning are tried.
+# Where other people's programs are installed against which sign-in, provisioning and badges are tried.
 counterparts() { realpath -sm "${CARGO_TARGET_DIR:-target}/counterparts"; }
 
 # Makes a Python environment by a list of requirements, and makes it anew when the list has changed.
