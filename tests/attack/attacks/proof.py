@@ -17,6 +17,10 @@ def certificate(town, name):
     return town.browser(name).press(f"/trainees/{town.person(name)}/certificates/one-step")
 
 
+def badge(town, name, whose):
+    return town.browser(name).get(f"/trainees/{town.person(whose)}/certificates/one-step/badge.json")
+
+
 def needs(town, needed):
     answer = town.browser("head").press("/admin/certificate-needs", {"needed": needed})
     honest(answer.status == 303, f"the school says what a certificate needs: {answer}")
@@ -234,11 +238,14 @@ def attack_certificate_without_proof(world):
     town = world.own_town()
     session = world.scored("ada", town, world.expert())
     status(certificate(town, "ada"), 409)
+    status(badge(town, "ada", "ada"), 409)
     status(town.browser("ada").press(f"/sessions/{session}/supervision", {"confirm": "yes"}), 403)
     status(town.browser("ada").press("/admin/certificate-needs", {"needed": "nothing"}), 403)
     confirmed = town.browser("teacher").press(f"/sessions/{session}/supervision", {"confirm": "yes"})
     honest(confirmed.status == 303, f"the teacher confirms: {confirmed}")
     honest(certificate(town, "ada").status == 200, "supervised, it is given")
+    honest(badge(town, "ada", "ada").status == 200, "and the badge, too")
+    status(badge(town, "ben", "ada"), 404)
     return "409, and 403 for the trainee's own word"
 
 
