@@ -16,7 +16,7 @@ const SHOW_ATTEMPTS: [(&str, &[&str]); 6] = [
     ("upload", &["own"]),
 ];
 /// The other objects, by which no attempt is seen.
-const SHOW_NONE: [&str; 27] = [
+const SHOW_NONE: [&str; 28] = [
     "asked",
     "asset",
     "assignment",
