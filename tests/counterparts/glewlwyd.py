@@ -5,6 +5,7 @@
 
 import json
 import re
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -37,6 +38,14 @@ user_module_path="{package}/usr/lib/glewlwyd/user"
 client_module_path="{package}/usr/lib/glewlwyd/client"
 user_auth_scheme_module_path="{package}/usr/lib/glewlwyd/scheme"
 plugin_module_path="{package}/usr/lib/glewlwyd/plugin"
+static_files_path="{pages}"
+static_files_mime_types = (
+  {{ extension = ".html"; mime_type = "text/html"; compress = 0; }},
+  {{ extension = ".css"; mime_type = "text/css"; compress = 0; }},
+  {{ extension = ".js"; mime_type = "application/javascript"; compress = 0; }},
+  {{ extension = ".json"; mime_type = "application/json"; compress = 0; }},
+  {{ extension = ".woff2"; mime_type = "font/woff2"; compress = 0; }}
+);
 database = {{ type = "sqlite3"; path = "{database}"; }};
 """
 
@@ -54,10 +63,18 @@ class Glewlwyd:
             database.executescript((package / SCHEMA).read_text())
         settings = self.folder / "glewlwyd.conf"
         port, database = address.split(":")[1], self.folder / "glewlwyd.db"
-        settings.write_text(SETTINGS.format(package=package, port=port, database=database))
+        pages = self.copy_pages(package)
+        settings.write_text(SETTINGS.format(package=package, port=port, database=database, pages=pages))
         start([package / "usr/bin/glewlwyd", f"--config-file={settings}"], self.folder)
         wait_for(self.base)
         self.configure(callback)
+
+    def copy_pages(self, package):
+        """Copies its pages, with the settings file where they look for it: the package links it to a file below /etc."""
+        pages, settings = self.folder / "pages", package / "etc/glewlwyd/config-2.7.json/config.json"
+        shutil.copytree(package / "usr/share/glewlwyd/webapp", pages, ignore=shutil.ignore_patterns("config.json"))
+        shutil.copy(settings, pages / "config.json")
+        return pages
 
     def call(self, browser, method, path, body):
         """Calls its API with the session of a browser."""
@@ -126,12 +143,18 @@ class Glewlwyd:
         return asked, browser.get(f"{asked}&g_continue")
 
 
-def main():
+def start_both(program, package):
+    """Starts a service and a provider, and adds the provider to the service; returns both."""
     address = free_address()
-    provider = Glewlwyd(Path(sys.argv[2]), f"http://{address}/sign-in/callback")
+    provider = Glewlwyd(Path(package), f"http://{address}/sign-in/callback")
     options = ["--allow-plain-http", provider.address, "--allow-private-addresses"]
-    service = Service(sys.argv[1], address, options=options)
+    service = Service(program, address, options=options)
     service.add_provider(provider.url, SECRET)
+    return service, provider
+
+
+def main():
+    service, provider = start_both(sys.argv[1], sys.argv[2])
     for _ in range(2):
         browser = Browser(service.url)
         asked, page = provider.sign_in(browser)

@@ -27,13 +27,18 @@ def sign_in(browser, name):
     return page
 
 
-def main():
+def start_both(program, folder):
+    """Starts a service and a provider, and adds the provider to the service; returns the service and the provider's address."""
     provider, address = free_address(), free_address()
-    service = Service(sys.argv[1], address, options=["--allow-plain-http", provider, "--allow-private-addresses"])
-    callback = f"{service.url}/sign-in/callback"
-    start(["node", SCRIPT, sys.argv[2], provider, callback], service.folder)
+    service = Service(program, address, options=["--allow-plain-http", provider, "--allow-private-addresses"])
+    start(["node", SCRIPT, folder, provider, f"{service.url}/sign-in/callback"], service.folder)
     wait_for(f"http://{provider}")
     service.add_provider(f"http://{provider}", "a-secret-for-a-trial", **FORM)
+    return service, provider
+
+
+def main():
+    service, provider = start_both(sys.argv[1], sys.argv[2])
     for name, role in [("ada", "trainee"), ("teacher", "instructor"), ("ada", "trainee")]:
         browser = Browser(service.url)
         page = sign_in(browser, name)
