@@ -5,7 +5,6 @@
 
 import html
 import json
-import re
 import sys
 import threading
 import urllib.parse
@@ -134,25 +133,13 @@ def start_both(program):
     """Starts a service and a platform, and registers the platform by its form; returns both and the path of the registration's page."""
     service = Service(program, options=["--allow-plain-http", PLATFORM, "--allow-private-addresses"])
     platform = Platform(service)
-    at = f"http://{PLATFORM}"
-    form = {"name": "Open edX", "issuer": ISSUER, "client_id": CLIENT, "creates_trainees": "true"}
-    form |= {"auth_url": f"{at}/auth", "token_url": f"{at}/token", "keys_url": f"{at}/keys"}
-    page = service.head.post("/admin/platforms", service.head.get("/admin/platforms"), **form)
-    path = urllib.parse.urlsplit(page.url).path
-    expect(re.fullmatch(r"/admin/platforms/[0-9a-f-]{36}", path), f"not registered: {page.status} {page.text}")
-    return service, platform, path
-
-
-def admit(service, own):
-    """Admits the deployment at the page of the registration."""
-    admitted = service.head.post(f"{own}/admit", service.head.get(own), deployment=DEPLOYMENT)
-    expect(admitted.status == 200 and "/admit" not in admitted.text, f"not admitted: {admitted.text}")
+    return service, platform, service.add_platform("Open edX", ISSUER, CLIENT, f"http://{PLATFORM}")
 
 
 def main():
     service, platform, own = start_both(sys.argv[1])
     platform.expect_refusal("deployment")
-    admit(service, own)
+    service.admit(own, DEPLOYMENT)
     for _ in range(2):
         browser, page = platform.launch("ada")
         expect(page.status == 200 and page.url == f"{service.url}/", f"{page.status} {page.url}")

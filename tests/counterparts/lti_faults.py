@@ -30,7 +30,8 @@ TOO_MANY = Fault("429", status=429, headers={"Retry-After": "1"})
 STALL = Fault("stall", stall_s=15.0)
 CUT_BEFORE = Fault("cut before")
 CUT_AFTER = Fault("cut after", is_handled=True)
-ALL = [SERVER_ERROR, UNAVAILABLE, UNAUTHORIZED, TOO_MANY, STALL, CUT_BEFORE, CUT_AFTER]
+# A stall takes long, so there are few.
+ALL = [SERVER_ERROR, UNAVAILABLE, UNAUTHORIZED, TOO_MANY, CUT_BEFORE, CUT_AFTER] * 3 + [STALL]
 
 
 class Faults:
@@ -50,7 +51,7 @@ class Faults:
         with self.lock:
             return self.plans[endpoint].popleft() if self.plans[endpoint] else None
 
-    def left(self):
-        """Returns how many requests are still planned."""
+    def left(self, endpoint=None):
+        """Returns how many requests are still planned, for an endpoint or for all."""
         with self.lock:
-            return sum(len(plan) for plan in self.plans.values())
+            return sum(len(plan) for name, plan in self.plans.items() if endpoint in (None, name))

@@ -6,7 +6,7 @@
 import sys
 
 from chromium import Window
-from lti import PLATFORM, admit, start_both
+from lti import DEPLOYMENT, PLATFORM, start_both
 from service import expect
 
 # Key of a reference to an element (WebDriver, section 12.2).
@@ -36,7 +36,7 @@ def main():
     address, text = launch(window)
     expect("code: deployment" in text, f"{address}: {text}")
     print("refused: deployment")
-    admit(service, own)
+    service.admit(own, DEPLOYMENT)
     address, text = launch(window)
     expect(address == f"{service.url}/" and "Name of ada" in text, f"{address}: {text}")
     print("launched from a frame: ada")

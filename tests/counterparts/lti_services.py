@@ -186,6 +186,7 @@ class Grades(AssignmentsGradesService):
     def create_lineitem(self, creation_data):
         item = read_item(creation_data)
         demand("id" not in item, "the platform chooses the id")
+        demand(item.get("resourceLinkId") in (None, *self.platform.links), f"no such link: {item.get('resourceLinkId')}")
         return self.show(self.book.add_item(item))
 
     def update_lineitem(self, update_data):

@@ -100,16 +100,43 @@ class Service:
         self.database = database
         self.temporary = tempfile.TemporaryDirectory()
         self.folder = Path(self.temporary.name)
-        place = ["--data-dir", str(self.folder), *(["--database", database] if database else [])]
+        self.program = program
+        self.place = ["--data-dir", str(self.folder), *(["--database", database] if database else [])]
         who = ["--email", HEAD, "--name", "Head", "--role", "administrator", "--school", "North"]
-        added = subprocess.run([program, "user", "add", *place, *who], check=True, capture_output=True, text=True)
-        initial = re.search(r"password: (\S+)", added.stdout).group(1)
-        command = [program, "serve", *place, "--listen", self.address, "--public-url", self.url, *options]
-        start(command, self.folder)
+        initial = re.search(r"password: (\S+)", self.command("user", "add", *who)).group(1)
+        self.serving = [program, "serve", *self.place, "--listen", self.address, "--public-url", self.url, *options]
+        self.start()
         wait_for(self.url + "/healthz")
         self.head = Browser(self.url)
         page = self.head.post("/login", self.head.get("/login"), email=HEAD, password=initial)
         self.head.post(page.url, page, password=PASSWORD, again=PASSWORD)
+
+    def command(self, *words):
+        """Runs an administrative command on the data of the service; returns its output."""
+        return subprocess.run([self.program, *words, *self.place], check=True, capture_output=True, text=True).stdout
+
+    def start(self):
+        """Starts the service, also after it was killed, without waiting for it."""
+        self.process = start(self.serving, self.folder)
+
+    def kill(self):
+        """Ends the service without a chance to finish anything."""
+        self.process.kill()
+        self.process.wait()
+
+    def add_platform(self, name, issuer, client_id, at):
+        """Registers a learning platform by its form; returns the path of the registration's page."""
+        form = {"name": name, "issuer": issuer, "client_id": client_id, "creates_trainees": "true"}
+        form |= {"auth_url": f"{at}/auth", "token_url": f"{at}/token", "keys_url": f"{at}/keys"}
+        page = self.head.post("/admin/platforms", self.head.get("/admin/platforms"), **form)
+        path = urllib.parse.urlsplit(page.url).path
+        expect(re.fullmatch(r"/admin/platforms/[0-9a-f-]{36}", path), f"not registered: {page.status} {page.text}")
+        return path
+
+    def admit(self, own, deployment):
+        """Admits a deployment at the page of the registration."""
+        admitted = self.head.post(f"{own}/admit", self.head.get(own), deployment=deployment)
+        expect(admitted.status == 200 and "/admit" not in admitted.text, f"not admitted: {admitted.text}")
 
     def make_token(self):
         """Makes a token for a directory that may disable staff."""
