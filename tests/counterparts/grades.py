@@ -27,8 +27,9 @@ ENDPOINTS = {"scores": 0.9, "token": 0.06, "items": 0.04}
 # How many of the faults are kills.
 KILLS = 0.1
 NEAR = 1e-6
-# Repeated for as long as grades are sent: failed deliveries are due at once, instead of in minutes, hours and days.
-HASTEN = "UPDATE deliveries SET next_run_at = 0 WHERE state = 'waiting' AND next_run_at > 0"
+# Makes failed deliveries due at once, instead of after minutes, hours and days. Repeated after some seconds.
+HASTEN = "UPDATE deliveries SET next_run_at = 0, tries = 0 WHERE state = 'waiting' AND next_run_at > 0"
+HASTEN_S = 2
 GRADES = """SELECT i.subject, g.score, s.exercise_id FROM grades g
 JOIN sessions s ON s.school_id = g.school_id AND s.id = g.session_id
 JOIN identities i ON i.school_id = s.school_id AND i.person_id = s.trainee_id WHERE i.kind = 'lti'"""
@@ -38,11 +39,11 @@ def read_arguments():
     parser = argparse.ArgumentParser(prog="grades.py", description="Sends grades to a learning platform that fails.")
     parser.add_argument("program", help="the service to check")
     parser.add_argument("--database", help="PostgreSQL instead of SQLite")
-    parser.add_argument("--trainees", type=int, default=40, help="how many grades there are; 2000 take an hour")
-    parser.add_argument("--changes", type=int, default=5, help="how often each grade changes")
-    parser.add_argument("--faults", type=int, default=300, help="how many requests fail")
-    parser.add_argument("--wait", type=int, default=600, help="seconds until the platform has to have everything")
-    parser.add_argument("--seed", type=int, default=time.time_ns() % 10**6, help="of faults and grades")
+    parser.add_argument("--trainees", type=int, default=40, help="number of grades, such as 2000")
+    parser.add_argument("--changes", type=int, default=5, help="changes of each grade")
+    parser.add_argument("--faults", type=int, default=300, help="number of faults")
+    parser.add_argument("--wait", type=int, default=200, help="seconds without any request after which it has failed")
+    parser.add_argument("--seed", type=int, default=time.time_ns() % 10**6, help="seed of faults and grades")
     return parser.parse_args()
 
 
@@ -74,7 +75,7 @@ class School:
         # The first link has a line item. For the others the service makes one.
         pages = [publish_exercise(self.service, tape) for tape in self.tapes]
         self.links = [self.platform.add_link(page, {"stylet": page}, has_item=not number) for number, page in enumerate(pages)]
-        self.trainees = [f"user-{number + 1}" for number in range(arguments.trainees)]
+        self.trainees = {f"user-{number + 1}": number for number in range(arguments.trainees)}
         self.attempts = {}
         self.kills = 0
         self.is_over = threading.Event()
@@ -92,7 +93,7 @@ class School:
 
     def tape_of(self, trainee):
         """Returns the recording whose exercise a trainee has; the links are in the same order."""
-        number = self.trainees.index(trainee) % len(self.links)
+        number = self.trainees[trainee] % len(self.links)
         return self.links[number], self.tapes[number]
 
     def launch_everybody(self):
@@ -106,8 +107,8 @@ class School:
         """Uploads an attempt of each trainee."""
         query = "SELECT i.subject, p.pseudonym FROM identities i JOIN people p ON p.id = i.person_id WHERE i.kind = 'lti'"
         pseudonyms, station = dict(self.service.rows(query)), Station(self.service)
-        expect(pseudonyms.keys() >= set(self.trainees), f"accounts: {len(pseudonyms)}")
-        for number, trainee in enumerate(self.trainees):
+        expect(pseudonyms.keys() >= self.trainees.keys(), f"accounts: {len(pseudonyms)}")
+        for trainee, number in self.trainees.items():
             copy = copy_recording(self.tape_of(trainee)[1], pseudonyms[trainee], number)
             self.attempts[trainee] = copy.session_id
             uploaded = persist(lambda tape=copy: station.upload(tape))
@@ -130,8 +131,9 @@ class School:
         expect(answer.status in (200, 409, 422), f"{own}: {answer.status} {answer.text}")
 
     def change_everybody(self):
-        """Changes every grade, in random order."""
-        for trainee in self.draw.sample(self.trainees, len(self.trainees)):
+        """Changes every grade, in random order. Each time the platform has another key, so that its access tokens end."""
+        self.platform.rotate_key()
+        for trainee in self.draw.sample(list(self.trainees), len(self.trainees)):
             self.change(trainee)
         print(f"changed every grade; {self.platform.faults.left()} requests are planned", flush=True)
 
@@ -154,11 +156,14 @@ class School:
         self.service.kill()
 
     def keep_alive(self):
-        """Starts the service again whenever it was killed, and lets failed deliveries be due."""
-        while not self.is_over.wait(0.3):
+        """Starts the service again whenever it was killed, and makes failed deliveries due."""
+        hastened = 0.0
+        while not self.is_over.wait(0.2):
             if self.service.process.poll() is not None:
                 self.service.start()
-            self.hasten()
+            if time.monotonic() > hastened + HASTEN_S:
+                self.hasten()
+                hastened = time.monotonic()
 
     def run(self, arguments):
         """Gives grades and changes them, and again for as long as faults are left; the platform has to have them each time."""
@@ -173,7 +178,7 @@ class School:
                 break
             self.change_everybody()
             wait_until_same(self, arguments.wait)
-        # What is still under way changes nothing.
+        # Requests that are still under way must not change anything.
         time.sleep(3)
         wait_until_same(self, 0).show()
 
@@ -220,16 +225,18 @@ class Comparison:
     """The service's grades next to those of the platform."""
 
     def __init__(self, school):
-        self.school, self.platform = school, school.platform
+        self.school, self.book = school, school.platform.book
+        self.items = collections.defaultdict(list)
+        for number, user in list(self.book.scores):
+            self.items[user].append(number)
         self.rows = [self.compare(*row) for row in sorted(school.service.rows(GRADES))]
         self.wrong = [row for row in self.rows if not row[3]]
 
     def compare(self, subject, own, exercise):
         """Returns a trainee, the grade here, the points at the platform, and whether they are the same."""
-        numbers = [number for number, user in list(self.platform.book.scores) if user == subject]
-        points = [self.platform.book.points(number, subject) for number in numbers]
+        points = [self.book.points(number, subject) for number in self.items[subject]]
         link, tape = self.school.tape_of(subject)
-        is_right = link.item in (None, *numbers) and tape.session["exercise_id"] == exercise
+        is_right = link.item in (None, *self.items[subject]) and tape.session["exercise_id"] == exercise
         is_same = len(points) == 1 and points[0] is not None and abs(points[0] - float(own)) <= NEAR
         return subject, float(own), points, is_right and is_same
 
@@ -240,30 +247,38 @@ class Comparison:
 
 
 def wait_until_same(school, seconds):
-    """Returns the comparison once the platform has every grade; ends the program if it does not get them."""
-    end = time.monotonic() + seconds
-    while (found := Comparison(school)).wrong and time.monotonic() < end:
+    """Returns the comparison once the platform has every grade. Ends the program if no request arrives for so long, or a score is refused."""
+    received, end = 0, 0.0
+    while (found := Comparison(school)).wrong:
+        check_refusals(school.platform)
+        if len(school.platform.log) > received:
+            received, end = len(school.platform.log), time.monotonic() + seconds
+        if time.monotonic() > end:
+            found.show()
+            states = school.service.rows("SELECT state, last_status, count(*) FROM deliveries GROUP BY state, last_status")
+            sys.exit(f"failed: {len(found.wrong)} grades differ, and no request has arrived for {seconds} s; deliveries: {states}")
         time.sleep(1)
-    if found.wrong:
-        found.show()
-        states = school.service.rows("SELECT state, last_status, count(*) FROM deliveries GROUP BY state, last_status")
-        sys.exit(f"failed: {len(found.wrong)} grades differ after {seconds} s; deliveries: {states}")
     return found
 
 
+def check_refusals(platform):
+    """Checks that no score was refused for its form, time or address; returns the answers without a fault, by status."""
+    statuses = collections.Counter(entry.status for entry in list(platform.log) if entry.endpoint == "scores" and not entry.fault)
+    # 0 is under way. An access token that has ended is still tried (401).
+    refused = {status: count for status, count in statuses.items() if status not in (0, 200, 201, 202, 204, 401)}
+    expect(not refused, f"the platform refused scores: {refused}")
+    return sorted(statuses.items())
+
+
 def check_requests(school):
-    """Checks everything that the platform received: no score is refused for its form, time or address, and no line item is made twice."""
+    """Checks everything that the platform received, and prints it."""
     platform = school.platform
     received = platform.received("scores")
-    statuses = collections.Counter(entry.status for entry in received if not entry.fault)
-    print(f"{len(received)} scores received, {len(platform.book.accepted)} accepted; answers without a fault: {sorted(statuses.items())}")
+    print(f"{len(received)} scores received, {len(platform.book.accepted)} accepted; answers without a fault: {check_refusals(platform)}")
     met = collections.Counter(entry.fault for entry in platform.log if entry.fault)
     print(f"{met.total()} faults met: {sorted(met.items())}; {school.kills} kills")
-    # An access token that a 401 has ended is tried by the deliveries that were under way.
-    refused = {status: count for status, count in statuses.items() if status not in (200, 201, 202, 204, 401)}
-    expect(not refused, f"the platform refused scores: {refused}")
-    items = [item for item in platform.book.items.values() if "resourceLinkId" not in item or "resourceId" in item]
-    expect(len(items) <= len(school.links) - 1, f"line items made by the service: {items}")
+    items = [item for item in platform.book.items.values() if "resourceId" in item]
+    expect(len(items) == len(school.links) - 1, f"line items made by the service: {items}")
     check_submissions(school)
 
 

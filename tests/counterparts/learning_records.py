@@ -43,7 +43,7 @@ class Store:
         self.process.wait()
 
     def statements(self):
-        """Returns what is kept, past the store."""
+        """Returns the stored statements, read from the file."""
         file = self.folder / FILE
         return [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
 

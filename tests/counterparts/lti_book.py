@@ -155,7 +155,7 @@ class Book:
             del self.items[number]
 
     def record(self, number, text):
-        """Keeps a score, unless it is not later than the user's last one; returns what became of it."""
+        """Keeps a score, unless it is not later than the user's last one; returns its status."""
         self.find_item(number)
         user, score = read_score(text, self.users)
         with self.lock:

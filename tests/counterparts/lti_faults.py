@@ -1,4 +1,4 @@
-"""Faults of a server, planned in advance: what happens to each of the next requests to an endpoint."""
+"""Faults of a server, planned in advance for each of the next requests to an endpoint."""
 
 import threading
 from collections import defaultdict, deque
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Fault:
-    """What happens to a request. Without a status, the connection is cut.
+    """A fault in place of an answer. Without a status, the connection is cut.
 
     `is_handled`: the request is carried out first, and only its answer is lost.
     """

@@ -5,15 +5,12 @@
 It keeps a log of everything it receives, a book of scores (`lti_book.py`), and fails as planned (`lti_faults.py`).
 """
 
-import html
 import json
 import re
 import secrets
-import socket
 import threading
 import urllib.parse
 from dataclasses import dataclass, field
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import rsa
@@ -26,19 +23,18 @@ from lti1p3platform.exceptions import (
 )
 from lti1p3platform.oidc_login import OIDCLoginAbstract
 from lti1p3platform.registration import Registration
-from lti_book import Book, demand, is_text, read_item
+from lti_book import Book, demand, read_item
 from lti_faults import Faults
-from lti_services import CLAIM, COURSE, LINE_ITEM, MEMBERS, RESULT, SCORE, Client, Launch, Services, Tool, read_unverified
+from lti_http import HTML, JSON, refuse, reply, self_posting_page, serve
+from lti_registration import TOOL_CONFIGURATION, check_registration, describe_platform
+from lti_services import CLAIM, COURSE, Client, Launch, Services, Tool, read_unverified
 from service import free_address
 
 ROLE = "http://purl.imsglobal.org/vocab/lis/v2/membership#"
 LEARNER, INSTRUCTOR = f"{ROLE}Learner", f"{ROLE}Instructor"
-CONFIGURATION = "https://purl.imsglobal.org/spec/lti-platform-configuration"
-TOOL_CONFIGURATION = "https://purl.imsglobal.org/spec/lti-tool-configuration"
 DEEP_LINK = "https://purl.imsglobal.org/spec/lti-dl/claim/"
-# What a tool asks for at each launch (LTI 1.3, security framework 5.1.1.2).
+# Parameters of each request for a launch (1EdTech Security Framework 1.0, section 5.1.1.2).
 REQUEST = {"scope": "openid", "response_type": "id_token", "response_mode": "form_post", "prompt": "none"}
-JSON, HTML = "application/json", "text/html; charset=utf-8"
 # How lti1p3platform and the reading of a request fail on a bad one.
 BAD = (LtiException, LtiDeepLinkingResponseException, PreflightRequestValidationException, ValueError, TypeError, KeyError, AttributeError)
 # Endpoint, methods and path.
@@ -82,7 +78,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Message:
-    """What a launch is about; a deep linking request has no link, and `data` that comes back."""
+    """Client, user and link of a launch. A deep linking request has no link, and `data` that the tool returns."""
 
     client: Client
     user: str
@@ -98,33 +94,6 @@ class Login(OIDCLoginAbstract):
 
     def get_redirect(self, url):
         return url
-
-
-class Request:
-    """A request that was read whole."""
-
-    def __init__(self, handler):
-        address = urllib.parse.urlsplit(handler.path)
-        self.method, self.target, self.path, self.headers = handler.command, handler.path, address.path, handler.headers
-        self.query = dict(urllib.parse.parse_qsl(address.query))
-        self.body = handler.rfile.read(int(handler.headers.get("Content-Length", 0))).decode()
-
-    @property
-    def form(self):
-        return dict(urllib.parse.parse_qsl(self.body)) if self.method == "POST" else {}
-
-    def token(self):
-        kind, _, token = self.headers.get("Authorization", "").partition(" ")
-        return token if kind.lower() == "bearer" else ""
-
-    def expect_type(self, kind):
-        found = self.headers.get("Content-Type", "")
-        demand(found.partition(";")[0].strip() == kind, f"Content-Type: {found}, not {kind}", 415)
-
-    def expect_accept(self, kind):
-        found = self.headers.get("Accept", "*/*")
-        accepted = {part.partition(";")[0].strip() for part in found.split(",")}
-        demand(accepted & {kind, "*/*", "application/*"}, f"Accept: {found}, not {kind}", 406)
 
 
 def make_key():
@@ -164,7 +133,7 @@ class Platform:
         self.faults, self.log, self.ended = Faults(), [], threading.Event()
         self.services = Services(self)
         self.rotate_key()
-        self.server = self.serve()
+        serve(self.address, self.handle)
 
     def rotate_key(self):
         """Replaces the key of the platform: access tokens end, and launches are signed by the new one."""
@@ -287,25 +256,7 @@ class Platform:
             link.item = self.book.add_item(item | {"resourceLinkId": link.id})
 
     def configuration(self, _):
-        names = {"authorization": "auth", "registration": "register", "token": "token"}
-        found = {f"{name}_endpoint": f"{self.url}/{path}" for name, path in names.items()}
-        messages = [{"type": "LtiResourceLinkRequest"}, {"type": "LtiDeepLinkingRequest"}]
-        variables = ["User.id", "Person.sourcedId"]
-        claims = ["iss", "sub", "name", "email"]
-        platform = {"product_family_code": "stand-in", "version": "1", "messages_supported": messages, "variables": variables}
-        found |= {
-            "issuer": self.issuer,
-            "jwks_uri": f"{self.url}/keys",
-            "token_endpoint_auth_methods_supported": ["private_key_jwt"],
-            "token_endpoint_auth_signing_alg_values_supported": ["RS256"],
-            "id_token_signing_alg_values_supported": ["RS256"],
-            "scopes_supported": ["openid", LINE_ITEM, f"{LINE_ITEM}.readonly", SCORE, RESULT, MEMBERS],
-            "response_types_supported": ["id_token"],
-            "subject_types_supported": ["public"],
-            "claims_supported": claims,
-            CONFIGURATION: platform,
-        }
-        return reply(found)
+        return reply(describe_platform(self))
 
     def register(self, request):
         """Registers a tool that came with the token of an offer."""
@@ -322,10 +273,10 @@ class Platform:
         tool = asked[TOOL_CONFIGURATION] | deployment
         return reply(asked | {"client_id": client_id, TOOL_CONFIGURATION: tool}, 201)
 
-    # The server.
+    # Faults and the log.
 
     def answer(self, request, endpoint, methods, parts):
-        """Returns what an endpoint answers."""
+        """Returns the answer of an endpoint."""
         try:
             demand(endpoint, "no such address", 404)
             demand(request.method in methods, f"{request.method} is not allowed", 405)
@@ -339,7 +290,7 @@ class Platform:
             return refuse(400, repr(error))
 
     def handle(self, request):
-        """Returns what a request is answered, after its fault; None to cut the connection."""
+        """Returns the answer to a request, or that of its fault; None to cut the connection."""
         endpoint, methods, parts = find_route(request.path)
         fault = self.faults.take(endpoint)
         entry = Received(endpoint, request.method, request.target, request.body, fault.name if fault else "")
@@ -358,51 +309,9 @@ class Platform:
             client.revoke(request.token())
         return (fault.status, fault.headers, b"") if fault.status else None
 
-    def serve(self):
-        """Starts the server; it ends with this program."""
-        platform = self
-
-        class Pages(BaseHTTPRequestHandler):
-            protocol_version = "HTTP/1.1"
-            disable_nagle_algorithm = True
-
-            def log_message(self, *_):
-                pass
-
-            def respond(self):
-                answer = platform.handle(Request(self))
-                if answer is None:
-                    self.close_connection = True
-                    self.connection.shutdown(socket.SHUT_RDWR)
-                    return
-                status, headers, body = answer
-                self.send_response(status)
-                for name, value in headers.items():
-                    self.send_header(name, value)
-                self.send_header("Content-Length", str(len(body)))
-                self.end_headers()
-                self.wfile.write(body)
-
-            do_GET = do_POST = do_PUT = do_DELETE = respond
-
-        host, port = self.address.split(":")
-        server = Server((host, int(port)), Pages)
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        return server
-
     def received(self, endpoint):
         """Returns the log of an endpoint."""
         return [entry for entry in self.log if entry.endpoint == endpoint]
-
-
-class Server(ThreadingHTTPServer):
-    """Says nothing of clients that were killed."""
-
-    daemon_threads = True
-    request_queue_size = 128
-
-    def handle_error(self, *_):
-        pass
 
 
 def find_route(path):
@@ -411,38 +320,6 @@ def find_route(path):
         if found := re.fullmatch(pattern, path):
             return endpoint, methods.split(), [int(part) for part in found.groups()]
     return "", [], []
-
-
-def reply(document, status=200):
-    return status, {"Content-Type": JSON, "Cache-Control": "no-store"}, json.dumps(document, default=float).encode()
-
-
-def refuse(status, why):
-    """Returns a refusal in the form of OAuth 2.0."""
-    return reply({"error": "invalid_client" if status == 401 else "invalid_request", "error_description": why}, status)
-
-
-def self_posting_page(action, fields):
-    """Returns a page that posts a form."""
-    shown = "".join(f'<input type="hidden" name="{name}" value="{html.escape(value)}">' for name, value in fields.items())
-    return f'<form method="post" action="{html.escape(action)}">{shown}</form><script>document.forms[0].submit()</script>'
-
-
-def check_registration(asked):
-    """Checks what a tool registers, by LTI Dynamic Registration 1.0."""
-    demand(asked.get("application_type") == "web", "application_type")
-    demand(asked.get("response_types") == ["id_token"], "response_types")
-    demand({"implicit", "client_credentials"} <= set(asked.get("grant_types", [])), "grant_types")
-    demand(asked.get("token_endpoint_auth_method") == "private_key_jwt", "token_endpoint_auth_method")
-    for name in ("initiate_login_uri", "jwks_uri", "client_name", "scope"):
-        demand(is_text(asked.get(name)), f"{name} is required")
-    demand(asked.get("redirect_uris") and all(map(is_text, asked["redirect_uris"])), "redirect_uris")
-    tool = asked.get(TOOL_CONFIGURATION, {})
-    demand(is_text(tool.get("domain")) and is_text(tool.get("target_link_uri")), "domain and target_link_uri")
-    demand(tool["domain"] == urllib.parse.urlsplit(tool["target_link_uri"]).netloc, "domain is that of target_link_uri")
-    kinds = {"LtiResourceLinkRequest", "LtiDeepLinkingRequest"}
-    demand(tool.get("messages") and {message.get("type") for message in tool["messages"]} <= kinds, "messages")
-    demand(isinstance(tool.get("claims"), list), "claims")
 
 
 def main():

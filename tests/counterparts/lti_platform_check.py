@@ -1,4 +1,4 @@
-"""Checks the learning platform of this folder with a tool that others wrote, PyLTI1p3. Ends with what is wrong, or with status 0.
+"""Checks the learning platform of this folder with a tool that others wrote, PyLTI1p3. Ends with the first error, or with status 0.
 
     lti_platform_check.py
 """
@@ -13,7 +13,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import jwt
 import requests
 from lti_faults import CUT_AFTER, CUT_BEFORE, SERVER_ERROR, TOO_MANY, UNAUTHORIZED, Fault
-from lti_platform import DEEP_LINK, REQUEST, TOOL_CONFIGURATION, Platform, make_key
+from lti_platform import DEEP_LINK, REQUEST, Platform, make_key
+from lti_registration import TOOL_CONFIGURATION
 from lti_services import ASSERTION, ITEMS_TYPE, LINE_ITEM, MEMBERS_TYPE, SCORE, SCORE_TYPE
 from pylti1p3.cookie import CookieService
 from pylti1p3.deep_link_resource import DeepLinkResource
@@ -238,7 +239,7 @@ def check_items(tool, launch):
 
 
 def check_scores(tool, launch, link, other):
-    """Checks what is accepted and what is not, and that the book has the last accepted score."""
+    """Checks which scores are accepted, and that the book has the last of them."""
     ags, book = launch.get_ags(), tool.platform.book
     points = lambda: book.points(link.item, "user-7")  # noqa: E731
     for second in range(4):
@@ -307,7 +308,7 @@ def check_deep_link(tool):
 
 
 def check_faults(tool, launch, link):
-    """Checks that each fault does what it says, and that a lost answer is all that is lost after a handled request."""
+    """Checks each fault, and that a request is recorded if only its answer is lost."""
     ags, platform = launch.get_ags(), tool.platform
     ags.put_grade(grade("user-8", 1))
     for fault, status in ((SERVER_ERROR, 500), (TOO_MANY, 429), (UNAUTHORIZED, 401)):
@@ -376,4 +377,4 @@ if __name__ == "__main__":
     try:
         main()
     except LtiException as error:
-        raise SystemExit(f"failed: PyLTI1p3 says {error}") from error
+        raise SystemExit(f"failed: PyLTI1p3: {error}") from error

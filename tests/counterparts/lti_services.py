@@ -56,14 +56,14 @@ class Tool(Registration):
 
 
 class Client(LTI1P3PlatformConfAbstract):
-    """What a tool may do: it proves its messages by its published keys, and gets access tokens."""
+    """The rights of a tool. It signs its messages by published keys, and gets access tokens."""
 
     def init_platform_config(self, tool, token_url):
         self._registration, self.token_url = tool, token_url
         self.used, self.revoked = set(), set()
         # lti1p3platform keeps the header of a message here between two calls.
         self.lock = threading.Lock()
-        # What the tool may ask for; lti1p3platform grants every scope that it knows.
+        # lti1p3platform grants every scope that it knows.
         self.scopes = {LINE_ITEM, f"{LINE_ITEM}.readonly", SCORE, RESULT, MEMBERS}
 
     def get_registration_by_params(self, **_):
