@@ -18,10 +18,9 @@ from datetime import datetime
 
 from attempts import Station, copy_recording, publish_exercise, read_recordings, wait_until_scored
 from lti_faults import ALL, UNAUTHORIZED, Fault
-from lti_platform import REQUEST, Platform
-from service import Browser, Service, expect, find_field
+from lti_platform import Platform, register
+from service import Browser, Service, expect
 
-CLIENT = "client-1"
 # How often each endpoint fails.
 ENDPOINTS = {"scores": 0.9, "token": 0.06, "items": 0.04}
 # How many of the faults are kills.
@@ -71,7 +70,7 @@ class School:
         options = ["--allow-plain-http", self.platform.address, "--allow-private-addresses"]
         self.service = Service(arguments.program, database=arguments.database, options=options)
         self.tapes = read_recordings()
-        self.client = self.register()
+        self.client = register(self.service, self.platform)
         # The first link has a line item. For the others the service makes one.
         pages = [publish_exercise(self.service, tape) for tape in self.tapes]
         self.links = [self.platform.add_link(page, {"stylet": page}, has_item=not number) for number, page in enumerate(pages)]
@@ -79,17 +78,6 @@ class School:
         self.attempts = {}
         self.kills = 0
         self.is_over = threading.Event()
-
-    def register(self):
-        """Registers each at the other, and admits the deployment after its first launch."""
-        url, platform = self.service.url, self.platform
-        client = platform.add_tool(CLIENT, f"{url}/lti/login", f"{url}/lti/launch", f"{url}/.well-known/jwks.json")
-        own = self.service.add_platform("Stand-in", platform.issuer, CLIENT, platform.url)
-        link = platform.add_link("Home", {})
-        refused = launch(self.service, platform.begin_launch(client, "user-1", link))
-        expect(refused.status == 403 and "code: deployment<" in refused.text, f"{refused.status} {refused.text}")
-        self.service.admit(own, client.get_registration().get_deployment_id())
-        return client
 
     def tape_of(self, trainee):
         """Returns the recording whose exercise a trainee has; the links are in the same order."""
@@ -207,14 +195,7 @@ def expect_deliveries(service):
 def launch(service, address):
     """Launches in a browser of its own; returns the page after it. Waits while the service has too many launches."""
     for _ in range(120):
-        browser = Browser(service.url)
-        page = browser.get(address)
-        asked = page.headers["Refresh"].removeprefix("0; url=")
-        expect(all(f"{name}={value}" in asked for name, value in REQUEST.items()), asked)
-        confirmed = browser.get(asked)
-        expect(confirmed.status == 200, confirmed.text)
-        form = {name: find_field(confirmed.text, name) for name in ("state", "id_token")}
-        page = browser.open("/lti/launch", form)
+        page = Browser(service.url).launch(address)
         if page.status != 429:
             return page
         time.sleep(1)

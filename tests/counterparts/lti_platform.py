@@ -28,7 +28,7 @@ from lti_faults import Faults
 from lti_http import HTML, JSON, refuse, reply, self_posting_page, serve
 from lti_registration import TOOL_CONFIGURATION, check_registration, describe_platform
 from lti_services import CLAIM, COURSE, Client, Launch, Services, Tool, read_unverified
-from service import free_address
+from service import Browser, expect, free_address
 
 ROLE = "http://purl.imsglobal.org/vocab/lis/v2/membership#"
 LEARNER, INSTRUCTOR = f"{ROLE}Learner", f"{ROLE}Instructor"
@@ -320,6 +320,17 @@ def find_route(path):
         if found := re.fullmatch(pattern, path):
             return endpoint, methods.split(), [int(part) for part in found.groups()]
     return "", [], []
+
+
+def register(service, platform):
+    """Registers a service and a platform at each other, and admits the deployment after its first launch; returns the client."""
+    url = service.url
+    client = platform.add_tool("client-1", f"{url}/lti/login", f"{url}/lti/launch", f"{url}/.well-known/jwks.json")
+    own = service.add_platform("Stand-in", platform.issuer, "client-1", platform.url)
+    refused = Browser(url).launch(platform.begin_launch(client, "user-1", platform.add_link("Home", {})))
+    expect(refused.status == 403 and "code: deployment<" in refused.text, f"{refused.status} {refused.text}")
+    service.admit(own, client.get_registration().get_deployment_id())
+    return client
 
 
 def main():

@@ -83,6 +83,15 @@ class Browser:
     def is_signed_in(self):
         return not urllib.parse.urlparse(self.get("/").url).path.startswith("/login")
 
+    def launch(self, address):
+        """Launches from a learning platform, beginning at an address; returns the page after it, or that of a refusal."""
+        begun = self.get(address)
+        if "Refresh" not in begun.headers:
+            return begun
+        confirmed = self.get(begun.headers["Refresh"].removeprefix("0; url="))
+        expect(confirmed.status == 200, confirmed.text)
+        return self.open("/lti/launch", {name: find_field(confirmed.text, name) for name in ("state", "id_token")})
+
     def leave_for_provider(self):
         """Presses the only button of a provider; returns the first page there."""
         page = self.get("/login")
