@@ -173,7 +173,7 @@ class School:
     def hasten(self):
         """Makes deliveries due."""
         if self.service.database:
-            subprocess.run(["psql", "-q", "-X", self.service.database, "-c", HASTEN], check=False)
+            subprocess.run(["psql", "-q", "-X", self.service.database, "-c", HASTEN], check=False, capture_output=True)
             return
         with contextlib.suppress(sqlite3.OperationalError), contextlib.closing(open_database(self.service)) as database:
             database.execute(HASTEN)

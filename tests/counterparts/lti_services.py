@@ -235,7 +235,7 @@ class Members(NamesRoleProvisioningService):
 
 
 class Launch(LTIAdvantageMessageLaunchAbstract):
-    """A message for a tool, as a page that posts itself."""
+    """A message for a tool."""
 
     def get_preflight_response(self):
         return self._request
