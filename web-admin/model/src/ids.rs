@@ -158,6 +158,8 @@ ids! {
     PlatformContextId;
     /// A link of a learning platform to this service.
     PlatformLinkId;
+    /// A choice of content for a course of a learning platform.
+    ContentChoiceId;
     /// An account at a provider that belongs to a person.
     IdentityId;
     /// A token of a directory that provisions people.

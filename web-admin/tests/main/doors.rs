@@ -20,6 +20,7 @@ const SHOW_NONE: [&str; 28] = [
     "asked",
     "asset",
     "assignment",
+    "choice",
     "comment",
     "course",
     "document",

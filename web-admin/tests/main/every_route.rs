@@ -337,7 +337,7 @@ async fn objects(
     let rated = round(app, [teacher, colleague], session).await;
     let task = task(app, teacher, known[0].id, session).await;
     let regraded = regraded(app, teacher).await;
-    let ways = add_systems(app, own).await;
+    let ways = add_systems(app, own, teacher).await;
     objects.into_iter().chain(survey).chain(rated).chain(task).chain(regraded).chain(ways).collect()
 }
 

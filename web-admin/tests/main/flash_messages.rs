@@ -6,7 +6,7 @@ use pages::flash_message::SAID_HERE;
 use crate::people::{post, school};
 
 /// Forms that lead to a page which says itself what came of them, or shows it.
-const SAID_THERE: [&str; 73] = [
+const SAID_THERE: [&str; 74] = [
     "/account/identities/join/{}",
     "/account/password",
     "/account/prove/{}",
@@ -41,6 +41,7 @@ const SAID_THERE: [&str; 73] = [
     "/login",
     "/login/code",
     "/logout",
+    "/lti/deep-link/{}",
     "/lti/launch",
     "/lti/login",
     "/people",

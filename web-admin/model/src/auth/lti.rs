@@ -9,17 +9,21 @@ use crate::auth::sign_in_refusal::SignInRefusal;
 use crate::single_line_text;
 
 /// Prefix of the claims of LTI 1.3.
-const LTI: &str = "https://purl.imsglobal.org/spec/lti/claim/";
+pub(super) const LTI: &str = "https://purl.imsglobal.org/spec/lti/claim/";
 /// Claim of Assignment and Grade Services.
 const GRADES: &str = "https://purl.imsglobal.org/spec/lti-ags/claim/endpoint";
 /// Claim of Names and Role Provisioning Services.
 const MEMBERS: &str = "https://purl.imsglobal.org/spec/lti-nrps/claim/namesroleservice";
+/// Message type of the launch of a link.
+const RESOURCE_LINK: &str = "LtiResourceLinkRequest";
+/// Version of LTI.
+pub(super) const VERSION: &str = "1.3.0";
 /// Maximum length of an id, in characters (LTI 1.3, sections 5.3.3 and 5.3.5).
 const LONGEST_ID: usize = 255;
 /// Maximum length of a title, in characters.
 const LONGEST_TITLE: usize = 200;
 /// Maximum length of an address, in bytes.
-const LONGEST_URL: usize = 2000;
+pub(super) const LONGEST_URL: usize = 2000;
 
 /// Maximum length of a hint, in bytes: some are tokens.
 const LONGEST_HINT: usize = 4000;
@@ -124,11 +128,7 @@ impl PlatformSettings {
     /// Returns the origin of the platform's pages, which may show this service in a frame.
     #[must_use]
     pub fn frame_origin(&self) -> Option<String> {
-        Url::parse(&self.auth_url)
-            .ok()
-            .map(|url| url.origin())
-            .filter(Origin::is_tuple)
-            .map(|origin| origin.ascii_serialization())
+        web_origin(&self.auth_url)
     }
 
     /// Returns the issuer of the identities of this registration. Other registrations of the same
@@ -203,32 +203,62 @@ impl Launch {
     /// # Errors
     /// Returns the reason of a refusal.
     pub fn read(settings: &PlatformSettings, claims: &Claims, address: &str) -> Result<Self, SignInRefusal> {
+        let message = MessageClaims::read(settings, claims, RESOURCE_LINK, address)?;
+        let link = object(claims, "resource_link").text("id").and_then(valid_id).ok_or(SignInRefusal::Malformed)?;
+        let chosen = object(claims, "custom").text("stylet");
+        let chosen = chosen.and_then(|chosen| own_target(&chosen, address)).filter(|page| page != "/");
+        Ok(Self {
+            identity: message.identity,
+            deployment: message.deployment,
+            context: message.context,
+            link,
+            lineitem_url: Claims(members_of(claims, GRADES)).text("lineitem").filter(|url| is_web_address(url)),
+            page: chosen.unwrap_or(message.target),
+        })
+    }
+}
+
+/// The claims that every message of LTI 1.3 has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct MessageClaims {
+    /// Whom the platform has confirmed.
+    pub(super) identity: ProvenIdentity,
+    /// Deployment at the platform.
+    pub(super) deployment: String,
+    /// The course.
+    pub(super) context: Option<LaunchContext>,
+    /// Path of this service that the message names.
+    target: String,
+}
+
+impl MessageClaims {
+    /// Reads the claims of a message of a type.
+    pub(super) fn read(
+        settings: &PlatformSettings,
+        claims: &Claims,
+        message_type: &str,
+        address: &str,
+    ) -> Result<Self, SignInRefusal> {
         let named = |name: &str| claims.text(&format!("{LTI}{name}"));
-        let is = |name: &str, value: &str| named(name).as_deref() == Some(value);
-        if !is("message_type", "LtiResourceLinkRequest") || !is("version", "1.3.0") {
+        if !is_message(claims, message_type) || named("version").as_deref() != Some(VERSION) {
             return Err(SignInRefusal::Message);
         }
         let target = named("target_link_uri").ok_or(SignInRefusal::Malformed)?;
         let target = own_target(&target, address).ok_or(SignInRefusal::Target)?;
         let deployment = named("deployment_id").and_then(valid_id).ok_or(SignInRefusal::Malformed)?;
-        let link = object(claims, "resource_link").text("id").and_then(valid_id).ok_or(SignInRefusal::Malformed)?;
         let subject = claims.exact("sub").and_then(valid_id).ok_or(SignInRefusal::Anonymous)?;
-        let grades = Claims(members_of(claims, GRADES));
-        let chosen = object(claims, "custom").text("stylet");
-        let chosen = chosen.and_then(|chosen| own_target(&chosen, address)).filter(|page| page != "/");
-        Ok(Self {
-            identity: read_identity(settings, claims, subject),
-            deployment,
-            context: read_context(claims, &grades),
-            link,
-            lineitem_url: grades.text("lineitem").filter(|url| is_web_address(url)),
-            page: chosen.unwrap_or(target),
-        })
+        let identity = read_identity(settings, claims, subject);
+        Ok(Self { identity, deployment, context: read_context(claims), target })
     }
 }
 
-/// Returns the page that an address of this service names, if it is on this host: an exercise, the
-/// courses, or the home page for every other path.
+/// Returns whether a message has a type.
+pub(super) fn is_message(claims: &Claims, message_type: &str) -> bool {
+    claims.text(&format!("{LTI}message_type")).as_deref() == Some(message_type)
+}
+
+/// Returns the page that an address of this service names, if it is on this host: an exercise, an
+/// assignment, the courses, or the home page for every other path.
 #[must_use]
 pub fn own_target(target: &str, address: &str) -> Option<String> {
     let own = Url::parse(address).ok()?;
@@ -238,11 +268,12 @@ pub fn own_target(target: &str, address: &str) -> Option<String> {
     }
     let path = url.path();
     let is_id = |id: &str| !id.is_empty() && id.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_".contains(&b));
-    let is_exercise = path.strip_prefix("/exercises/").is_some_and(is_id);
-    Some(if is_exercise || path == "/curricula" { path.to_owned() } else { "/".to_owned() })
+    let is_named = ["/exercises/", "/assignments/"].iter().any(|start| path.strip_prefix(start).is_some_and(is_id));
+    Some(if is_named || path == "/curricula" { path.to_owned() } else { "/".to_owned() })
 }
 
-fn members_of(claims: &Claims, name: &str) -> Map<String, Value> {
+/// Returns a claim that is an object, or an empty one.
+pub(super) fn members_of(claims: &Claims, name: &str) -> Map<String, Value> {
     claims.0.get(name).and_then(Value::as_object).cloned().unwrap_or_default()
 }
 
@@ -251,17 +282,24 @@ fn object(claims: &Claims, name: &str) -> Claims {
     Claims(members_of(claims, &format!("{LTI}{name}")))
 }
 
+/// Returns the origin of an address.
+pub(super) fn web_origin(address: &str) -> Option<String> {
+    let origin = Url::parse(address).ok()?.origin();
+    Some(origin).filter(Origin::is_tuple).map(|origin| origin.ascii_serialization())
+}
+
 fn valid_id(id: String) -> Option<String> {
     let is_valid = id.chars().count() <= LONGEST_ID && single_line_text::refusal("", &id).is_none();
     is_valid.then_some(id)
 }
 
-fn is_web_address(address: &str) -> bool {
+/// Returns whether a text is an address of the web that is not too long to keep.
+pub(super) fn is_web_address(address: &str) -> bool {
     address.len() <= LONGEST_URL && Url::parse(address).is_ok_and(|url| matches!(url.scheme(), "https" | "http"))
 }
 
-fn read_context(claims: &Claims, grades: &Claims) -> Option<LaunchContext> {
-    let context = object(claims, "context");
+fn read_context(claims: &Claims) -> Option<LaunchContext> {
+    let (context, grades) = (object(claims, "context"), Claims(members_of(claims, GRADES)));
     let title = context.text("title").or_else(|| context.text("label"));
     Some(LaunchContext {
         id: context.text("id").and_then(valid_id)?,
@@ -387,6 +425,8 @@ mod tests {
             (json!(exercise), exercise),
             (json!(whole), exercise),
             (json!("/curricula"), "/curricula"),
+            (json!("/assignments/0190b5d8-7c4b-7000"), "/assignments/0190b5d8-7c4b-7000"),
+            (json!("/assignments"), "/"),
             (json!("/logout"), "/"),
             (json!("/exercises/feel-the-layers/draft"), "/"),
             (json!("/exercises/../logout"), "/"),

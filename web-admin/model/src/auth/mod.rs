@@ -1,5 +1,6 @@
 //! Signing in.
 
+pub mod deep_linking;
 pub mod federation;
 pub mod lti;
 pub mod passkey;

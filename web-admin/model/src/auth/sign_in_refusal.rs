@@ -43,7 +43,7 @@ pub enum SignInRefusal {
     Disabled,
     /// No learning platform with this issuer and client id is registered.
     Platform,
-    /// The launch is another message than a resource link request of LTI 1.3.
+    /// The launch is another message than a link or a choice of content of LTI 1.3.
     Message,
     /// The launch leads to another host.
     Target,
@@ -51,11 +51,13 @@ pub enum SignInRefusal {
     Deployment,
     /// The launch does not name the user.
     Anonymous,
+    /// The platform asks for content that this service does not have.
+    Content,
 }
 
 impl SignInRefusal {
     /// Every reason.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::NoFlow,
         Self::Denied,
         Self::Code,
@@ -80,6 +82,7 @@ impl SignInRefusal {
         Self::Target,
         Self::Deployment,
         Self::Anonymous,
+        Self::Content,
     ];
 
     /// Returns the code used in the audit log and on the page.
@@ -110,6 +113,7 @@ impl SignInRefusal {
             Self::Target => "target",
             Self::Deployment => "deployment",
             Self::Anonymous => "anonymous",
+            Self::Content => "content",
         }
     }
 
@@ -139,7 +143,9 @@ impl SignInRefusal {
                 )
             }
             Self::Message => {
-                tr!("Your learning platform sends a message that is not supported: only links of LTI 1.3 are.")
+                tr!(
+                    "Your learning platform sends a message that is not supported: only links and the choice of content of LTI 1.3 are."
+                )
             }
             Self::Target => tr!("The link in your learning platform leads to another address than this service."),
             Self::Deployment => {
@@ -151,6 +157,9 @@ impl SignInRefusal {
                 tr!(
                     "Your learning platform does not say who you are. Ask the teacher of the course to share the names of its members with this service."
                 )
+            }
+            Self::Content => {
+                tr!("Your learning platform asks for other content than links, and this service has only links.")
             }
             Self::Code
             | Self::Malformed

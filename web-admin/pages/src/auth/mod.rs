@@ -1,6 +1,7 @@
 //! Signing in.
 
 pub mod account;
+pub mod deep_linking;
 pub mod federation;
 pub mod login;
 pub mod lti;

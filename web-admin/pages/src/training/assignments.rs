@@ -176,10 +176,7 @@ impl AssignmentRow {
     /// Creates a row for the trainee's own list.
     #[must_use]
     pub fn own(standing: AssignmentStanding) -> Self {
-        let href = match &standing.assigned.task {
-            AssignmentTask::Exercise(id) => crate::training::addresses::exercise_href(id),
-            AssignmentTask::Course(_) => "/curricula".to_owned(),
-        };
+        let href = task_href(&standing.assigned.task);
         let title = standing.assigned.title.clone();
         Self::new(standing, title, href, String::new())
     }
@@ -215,6 +212,15 @@ impl AssignmentRow {
 impl ManagedAssignmentsPage {
     fn say_done(&self, tally: &AssignmentTally) -> String {
         tr!("{done} of {of}", done = tally.done, of = tally.of)
+    }
+}
+
+/// Returns the address of the page that shows a trainee what is to be done.
+#[must_use]
+pub fn task_href(task: &AssignmentTask) -> String {
+    match task {
+        AssignmentTask::Exercise(id) => crate::training::addresses::exercise_href(id),
+        AssignmentTask::Course(_) => "/curricula".to_owned(),
     }
 }
 

@@ -38,7 +38,7 @@ impl Assertions {
 }
 
 /// Returns the claims of a token that a key of the set has signed with RS256.
-fn read_signed(token: &str, keys: &Value) -> Option<Value> {
+pub fn read_signed(token: &str, keys: &Value) -> Option<Value> {
     let (signed, signature) = token.rsplit_once('.')?;
     let (header, claims) = signed.split_once('.')?;
     let decode = |text: &str| BASE64URL_NOPAD.decode(text.as_bytes()).ok();

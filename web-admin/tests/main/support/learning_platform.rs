@@ -17,7 +17,8 @@ use super::signer::{Algorithm, Signer};
 
 /// Issuer of every platform of the tests, as all schools on one Canvas have the same.
 pub const ISSUER: &str = "https://canvas.example.com";
-const LTI: &str = "https://purl.imsglobal.org/spec/lti/claim/";
+pub const LTI: &str = "https://purl.imsglobal.org/spec/lti/claim/";
+pub const DEEP_LINKING: &str = "https://purl.imsglobal.org/spec/lti-dl/claim/";
 
 /// A message of a launch: the claims beside those of every ID token.
 #[derive(Clone, Debug)]
@@ -37,6 +38,24 @@ impl LaunchMessage {
             format!("{LTI}context"): { "id": "course-1", "title": "Nursing, first year" },
             format!("{LTI}roles"): ["http://purl.imsglobal.org/vocab/lis/v2/membership#Instructor"],
         }))
+    }
+
+    /// A request of a user for content.
+    pub fn choice_by(subject: &str) -> Self {
+        let asked = json!({
+            "deep_link_return_url": "https://canvas.example.com/return?course=5",
+            "accept_types": ["link", "ltiResourceLink"],
+            "accept_multiple": true,
+            "data": "op=321&v=44",
+        });
+        let message = Self::by(subject).with_lti("message_type", "LtiDeepLinkingRequest");
+        message.with_lti("resource_link", Value::Null).with(&format!("{DEEP_LINKING}deep_linking_settings"), asked)
+    }
+
+    /// With another setting of a request for content; null leaves it out.
+    pub fn with_setting(mut self, setting: &str, value: impl Into<Value>) -> Self {
+        self.0[format!("{DEEP_LINKING}deep_linking_settings")][setting] = value.into();
+        self
     }
 
     /// With another claim; null leaves it out.

@@ -1,13 +1,16 @@
 //! The systems of a university that a school uses: an OpenID provider, a directory, a learning platform.
 
-use model::auth::federation::{IdentityKind, IdentityOrigin, ProviderSettings};
+use model::Role;
+use model::auth::deep_linking::{ContentRequest, DeepLinkingRequest};
+use model::auth::federation::{IdentityKind, IdentityOrigin, ProvenIdentity, ProviderSettings};
 use model::auth::lti::PlatformSettings;
-use model::ids::{IdentityId, PlatformId, ProviderId, ProvisioningTokenId, SchoolId};
+use model::ids::{ContentChoiceId, IdentityId, PlatformId, ProviderId, ProvisioningTokenId, SchoolId};
 use platform::secret;
 use store::auth::federation::identities::{IssuedSubject, NewIdentity};
 use store::auth::federation::providers::NewProvider;
 use store::auth::federation::{identities, providers};
-use store::auth::lti::platforms::{self, NewPlatform};
+use store::auth::lti::content_choices;
+use store::auth::lti::platforms::{self, NewPlatform, Platform};
 use store::people::provisioning::{self, ProvisioningToken};
 
 use super::{App, Member};
@@ -15,9 +18,9 @@ use super::{App, Member};
 /// Token of the directory.
 pub const DIRECTORY: &str = "directory";
 
-/// Adds a provider at an address that may not be asked, a trainee's identity there, a directory and a learning platform; returns their ids by
-/// name.
-pub async fn add_systems(app: &App, own: &Member) -> [(&'static str, String); 3] {
+/// Adds a provider at an address that may not be asked, a trainee's identity there, a directory, a learning platform, and the choice of content
+/// that a teacher has begun there; returns their ids by name.
+pub async fn add_systems(app: &App, own: &Member, teacher: &Member) -> [(&'static str, String); 4] {
     let (school_id, now) = (own.person.school_id, app.state.clock.now());
     let settings = ProviderSettings {
         name: "North".to_owned(),
@@ -48,11 +51,17 @@ pub async fn add_systems(app: &App, own: &Member) -> [(&'static str, String); 3]
     };
     app.write(async |tx| provisioning::add_token(tx, &token, &secret::token_sha256(DIRECTORY)).await.unwrap()).await;
     let platform = learning_platform(app, school_id).await;
-    [("provider", provider.to_string()), ("identity", identity.to_string()), ("platform", platform.to_string())]
+    let choice = content_choice(app, &platform, teacher).await;
+    [
+        ("provider", provider.to_string()),
+        ("identity", identity.to_string()),
+        ("platform", platform.id.to_string()),
+        ("choice", choice.to_string()),
+    ]
 }
 
 /// A learning platform of the school, with a deployment that waits.
-async fn learning_platform(app: &App, school_id: SchoolId) -> PlatformId {
+async fn learning_platform(app: &App, school_id: SchoolId) -> Platform {
     let (id, now) = (PlatformId::made_at(app.state.clock.now()), app.state.clock.now());
     let settings = PlatformSettings {
         name: "Moodle".to_owned(),
@@ -67,7 +76,42 @@ async fn learning_platform(app: &App, school_id: SchoolId) -> PlatformId {
         platforms::put_platform(tx, NewPlatform { id, school_id, settings: &settings }, now).await.unwrap();
         let platform = platforms::find_platform(&mut *tx, school_id, id).await.unwrap().unwrap();
         platforms::add_deployment(tx, &platform, "1", 1, now).await.unwrap();
+        platform
     })
-    .await;
-    id
+    .await
+}
+
+/// A choice of content that a person has begun at a platform.
+async fn content_choice(app: &App, platform: &Platform, by: &Member) -> ContentChoiceId {
+    let (school_id, now) = (platform.school_id, app.state.clock.now());
+    let issuer = platform.settings.identity_issuer();
+    let asked = DeepLinkingRequest {
+        identity: ProvenIdentity {
+            issuer: issuer.clone(),
+            subject: "teacher".to_owned(),
+            name: "Teacher".to_owned(),
+            email: None,
+            email_verified: false,
+            number: None,
+            role: Role::Trainee,
+            has_second_factor: false,
+        },
+        deployment: "1".to_owned(),
+        context: None,
+        content: ContentRequest {
+            return_url: "https://lms.example.edu/return".to_owned(),
+            data: None,
+            accepts_several: false,
+            accepts_line_items: false,
+        },
+    };
+    app.write(async |tx| {
+        let of = IssuedSubject { school_id, kind: IdentityKind::Lti, issuer: &issuer, subject: "teacher" };
+        let (id, how) = (IdentityId::made_at(now), IdentityOrigin::ByAdministrator);
+        identities::add_identity(tx, NewIdentity { id, person_id: by.person.id, of, how, made_by: None, at: now })
+            .await
+            .unwrap();
+        content_choices::add_choice(tx, platform, &asked, now.plus_s(3600), now).await.unwrap()
+    })
+    .await
 }

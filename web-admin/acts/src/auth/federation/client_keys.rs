@@ -40,7 +40,7 @@ pub async fn list_public_keys(service: &Service) -> Result<Vec<Value>, Error> {
 ///
 /// # Errors
 /// Fails if the key file or the database fails.
-pub(super) async fn read_signing_key(service: &Service) -> Result<ClientKey, Error> {
+pub(in crate::auth) async fn read_signing_key(service: &Service) -> Result<ClientKey, Error> {
     let now = service.clock.now();
     let signing = async || {
         let mut keys = client_keys::list_client_keys(service.db.reader()).await?.into_iter();

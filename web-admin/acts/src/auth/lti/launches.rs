@@ -2,13 +2,16 @@
 
 use std::net::IpAddr;
 
+use model::auth::deep_linking::DeepLinkingRequest;
+use model::auth::federation::{Claims, ProvenIdentity};
 use model::auth::lti::{Launch, LoginInitiation, own_target};
 use model::auth::sign_in_refusal::SignInRefusal;
 use platform::openid::{ExpectedToken, LaunchRequest};
 use platform::secret;
+use store::auth::lti::courses::DeployedPlatform;
 use store::auth::lti::launches::BegunLaunch;
 use store::auth::lti::platforms::Platform;
-use store::auth::lti::{courses, launches, platforms};
+use store::auth::lti::{content_choices, courses, launches, platforms};
 use store::auth::rate_limits as counts;
 
 use crate::auth::federation::documents::{self, DocumentError, refuse as fail};
@@ -19,6 +22,8 @@ use crate::service::Service;
 
 /// Lifetime of a launch that the platform has not confirmed, in s.
 pub const LAUNCH_S: i64 = 10 * 60;
+/// Lifetime of a choice of content, in s.
+const CHOICE_S: i64 = 3600;
 /// Maximum number of deployments of a platform.
 const MOST_DEPLOYMENTS: u32 = 500;
 
@@ -128,11 +133,22 @@ pub struct LaunchAnswer<'a> {
     pub from: IpAddr,
 }
 
+/// A launch that the platform has confirmed.
+#[derive(Clone, Debug)]
+pub struct ConfirmedLaunch {
+    /// Learning platform.
+    pub platform: Platform,
+    /// Whom it has confirmed.
+    pub identity: ProvenIdentity,
+    /// Path to open.
+    pub page: String,
+}
+
 /// Result of a launch that is not refused.
 #[derive(Clone, Debug)]
 pub enum LaunchOutcome {
     /// The platform has confirmed the user.
-    Confirmed(Box<(Platform, Launch)>),
+    Confirmed(Box<ConfirmedLaunch>),
     /// The browser has not sent the cookie of the launch: it begins again with its parameters.
     Again(Box<(Platform, LoginInitiation)>),
 }
@@ -177,19 +193,49 @@ pub async fn finish_launch(
         };
         return Ok(Ok(LaunchOutcome::Again(Box::new((platform, again)))));
     }
-    match read_launch(service, &platform, &begun, answer).await {
-        Ok(launch) => accept(service, platform, launch).await,
+    match read_message(service, &platform, &begun, answer).await {
+        Ok(message) => accept(service, platform, message).await,
         Err(error) => sources::refuse_by(service, &source, error).await,
     }
 }
 
+/// A verified message of a learning platform.
+enum PlatformMessage {
+    /// The launch of a link.
+    Launch(Launch),
+    /// A request for content.
+    Choice(DeepLinkingRequest),
+}
+
+impl PlatformMessage {
+    fn read(service: &Service, platform: &Platform, claims: &Claims) -> Result<Self, DocumentError> {
+        let (settings, address) = (&platform.settings, service.config.address());
+        let refused = |reason| fail(reason, "claims of the launch");
+        if !DeepLinkingRequest::is_request(claims) {
+            return Launch::read(settings, claims, &address).map(Self::Launch).map_err(refused);
+        }
+        let asked = DeepLinkingRequest::read(settings, claims, &address).map_err(refused)?;
+        // The browser opens this address, so only its form is checked.
+        let returns = service.outgoing.rules().check(&asked.content.return_url);
+        returns.map_err(|why| fail(SignInRefusal::Malformed, why))?;
+        Ok(Self::Choice(asked))
+    }
+
+    fn deployment(&self) -> &str {
+        match self {
+            Self::Launch(launch) => &launch.deployment,
+            Self::Choice(asked) => &asked.deployment,
+        }
+    }
+}
+
 /// Verifies the ID token of a launch and reads its claims.
-async fn read_launch(
+async fn read_message(
     service: &Service,
     platform: &Platform,
     begun: &BegunLaunch,
     answer: LaunchAnswer<'_>,
-) -> Result<Launch, DocumentError> {
+) -> Result<PlatformMessage, DocumentError> {
     if let Some(error) = answer.error {
         return Err(fail(SignInRefusal::Denied, error.chars().take(40).collect::<String>()));
     }
@@ -211,28 +257,39 @@ async fn read_launch(
         Err(DocumentError::Provider(SignInRefusal::Subject, why)) => Err(fail(SignInRefusal::Anonymous, why)),
         verified => verified,
     }?;
-    Launch::read(settings, &claims, &service.config.address()).map_err(|reason| fail(reason, "claims of the launch"))
+    PlatformMessage::read(service, platform, &claims)
 }
 
-/// Takes a verified launch, if its deployment is admitted.
+/// Takes a verified message, if its deployment is admitted.
 async fn accept(
     service: &Service,
     platform: Platform,
-    launch: Launch,
+    message: PlatformMessage,
 ) -> Result<Result<LaunchOutcome, SignInRefusal>, Error> {
     rate_limits::take_launch(service, platform.id).await?;
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
-    let known = platforms::find_deployment(&mut *tx, platform.id, &launch.deployment).await?;
-    let is_admitted = known.is_some_and(|known| known.admitted_at.is_some());
-    if is_admitted {
-        courses::put_launch(&mut tx, &platform, &launch, now).await?;
-    } else {
-        platforms::add_deployment(&mut tx, &platform, &launch.deployment, MOST_DEPLOYMENTS, now).await?;
-    }
-    tx.commit().await?;
-    if !is_admitted {
+    let deployment = message.deployment();
+    let known = platforms::find_deployment(&mut *tx, platform.id, deployment).await?;
+    if known.is_none_or(|known| known.admitted_at.is_none()) {
+        platforms::add_deployment(&mut tx, &platform, deployment, MOST_DEPLOYMENTS, now).await?;
+        tx.commit().await?;
         return sources::refuse(service, &IdentitySource::from(&platform), SignInRefusal::Deployment).await;
     }
-    Ok(Ok(LaunchOutcome::Confirmed(Box::new((platform, launch)))))
+    let (identity, page) = match message {
+        PlatformMessage::Launch(launch) => {
+            courses::put_launch(&mut tx, &platform, &launch, now).await?;
+            (launch.identity, launch.page)
+        }
+        PlatformMessage::Choice(asked) => {
+            if let Some(context) = &asked.context {
+                let deployed = DeployedPlatform { platform: &platform, deployment: &asked.deployment };
+                courses::put_context(&mut tx, deployed, context, now).await?;
+            }
+            let choice = content_choices::add_choice(&mut tx, &platform, &asked, now.plus_s(CHOICE_S), now).await?;
+            (asked.identity, format!("/lti/deep-link/{choice}"))
+        }
+    };
+    tx.commit().await?;
+    Ok(Ok(LaunchOutcome::Confirmed(Box::new(ConfirmedLaunch { platform, identity, page }))))
 }

@@ -17,7 +17,7 @@ use model::{CurrentPerson, Role};
 use pages::form::{FilledForm, SelectOption, read_ticked_box};
 use pages::people::listed::ListPart;
 use pages::training::assignments::{
-    AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,
+    AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage, task_href,
 };
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
@@ -308,7 +308,10 @@ pub(super) async fn show_assignment(
     PathId(id): PathId<AssignmentId>,
     Query(query): Query<PeopleOnPage>,
     csrf: Csrf,
-) -> Result<AssignmentPage, PageError> {
+) -> Result<Response, PageError> {
+    if person.role == Role::Trainee {
+        return Ok(lead_to_task(&state, &person, id).await?.into_response());
+    }
     let listed = find_assignment(&state, &person, id).await?;
     let trainees = trainees_of_assignment(&state, &person, &listed).await?;
     let ids: Vec<PersonId> = trainees.iter().map(|trainee| trainee.id).collect();
@@ -323,7 +326,15 @@ pub(super) async fn show_assignment(
     let (rows, list) = ListPart::of(query.into(), rows, |row| &row.title);
     let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
     let gradebook = listed.cohort_id.map(|cohort| format!("/cohorts/{cohort}/gradebook"));
-    Ok(AssignmentPage { shell, id, assignment: make_managed_row(listed), tally, rows, list, gradebook })
+    let assignment = make_managed_row(listed);
+    Ok(AssignmentPage { shell, id, assignment, tally, rows, list, gradebook }.into_response())
+}
+
+/// Leads a trainee from a link to an assignment of theirs to what is to be done.
+async fn lead_to_task(state: &AppState, person: &CurrentPerson, id: AssignmentId) -> Result<Redirect, Error> {
+    let own = assignments::list_trainee_assignments(state.db.reader(), person.school_id, person.id).await?;
+    let assigned = own.into_iter().find(|assigned| assigned.id == id).ok_or(Error::NotFound)?;
+    Ok(Redirect::to(&task_href(&assigned.task)))
 }
 
 async fn trainees_of_assignment(

@@ -173,9 +173,12 @@ pub async fn remove_identity(writer: &mut Connection, key: PersonKey, id: Identi
         .map(|done| done.rows_affected() == 1)
 }
 
-/// Deletes all identities of a person, and the sign-ins that they have begun.
+/// Deletes all identities of a person, and the sign-ins and choices of content that they have begun.
 pub async fn remove_identities(writer: &mut Connection, key: PersonKey) -> Result<()> {
     for statement in [
+        "DELETE FROM content_choices WHERE school_id = $1 AND EXISTS (SELECT 1 FROM identities i
+           WHERE i.school_id = content_choices.school_id AND i.kind = 'lti' AND i.issuer = content_choices.issuer
+           AND i.subject = content_choices.subject AND i.person_id = $2)",
         "DELETE FROM identities WHERE school_id = $1 AND person_id = $2",
         "DELETE FROM sign_in_flows WHERE school_id = $1 AND person_id = $2",
         "UPDATE identities SET made_by = NULL WHERE school_id = $1 AND made_by = $2",

@@ -7,11 +7,19 @@ use model::ids::{PlatformContextId, PlatformLinkId};
 use super::platforms::Platform;
 use crate::{Connection, Result};
 
-/// Adds the course of a launch, or updates it; returns its id.
-async fn put_context(
+/// A deployment of a learning platform.
+#[derive(Clone, Copy, Debug)]
+pub struct DeployedPlatform<'a> {
+    /// The platform.
+    pub platform: &'a Platform,
+    /// Id of the deployment at the platform.
+    pub deployment: &'a str,
+}
+
+/// Adds the course of a message, or updates it; returns its id. The deployment must be known.
+pub async fn put_context(
     writer: &mut Connection,
-    platform: &Platform,
-    launch: &Launch,
+    DeployedPlatform { platform, deployment }: DeployedPlatform<'_>,
     context: &LaunchContext,
     now: Moment,
 ) -> Result<PlatformContextId> {
@@ -26,7 +34,7 @@ async fn put_context(
     .bind(PlatformContextId::made_at(now))
     .bind(platform.school_id)
     .bind(platform.id)
-    .bind(&launch.deployment)
+    .bind(deployment)
     .bind(&context.id)
     .bind(&context.title)
     .bind(&context.members_url)
@@ -38,8 +46,9 @@ async fn put_context(
 
 /// Adds the link of a launch and its course, or updates them. The deployment must be known.
 pub async fn put_launch(writer: &mut Connection, platform: &Platform, launch: &Launch, now: Moment) -> Result<()> {
+    let deployed = DeployedPlatform { platform, deployment: &launch.deployment };
     let context = match &launch.context {
-        Some(context) => Some(put_context(writer, platform, launch, context, now).await?),
+        Some(context) => Some(put_context(writer, deployed, context, now).await?),
         None => None,
     };
     sqlx::query(

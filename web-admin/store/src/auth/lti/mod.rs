@@ -1,5 +1,6 @@
 //! Launches from learning platforms.
 
+pub mod content_choices;
 pub mod courses;
 pub mod launches;
 pub mod platforms;

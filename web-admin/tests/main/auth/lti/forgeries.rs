@@ -59,7 +59,8 @@ async fn other_messages_and_targets_are_refused() {
     let world = World::with(&[("creates_trainees", "true")]).await;
     let by = || LaunchMessage::by("eve");
     let table = [
-        (by().with_lti("message_type", "LtiDeepLinkingRequest"), "message"),
+        (by().with_lti("message_type", "LtiSubmissionReviewRequest"), "message"),
+        (by().with_lti("message_type", "LtiDeepLinkingRequest"), "content"),
         (by().with_lti("message_type", Value::Null), "message"),
         (by().with_lti("version", "1.1.0"), "message"),
         (by().with_lti("version", "LTI-1p0"), "message"),

@@ -3,6 +3,7 @@
 //! because of the session in the browser, or of an email address.
 
 pub(crate) mod administration;
+pub(crate) mod deep_linking;
 pub(crate) mod forgeries;
 pub(crate) mod launches;
 pub(crate) mod people;
@@ -12,14 +13,16 @@ use std::collections::BTreeMap;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::Role;
-use model::ids::SchoolId;
+use model::auth::federation::{IdentityKind, IdentityOrigin};
+use model::ids::{IdentityId, SchoolId};
 use platform::clock::Clock;
+use store::auth::federation::identities::{self, IssuedSubject, NewIdentity};
 
 use super::federation::{app_calling, authorize_url, fixed_clock, is_signed_in, reason_in, texts};
-use crate::support::App;
 use crate::support::client::{Answer, Client, csrf_in, encoded};
 use crate::support::learning_platform::{ISSUER, LaunchMessage, LearningPlatform};
 use crate::support::provider::ORIGIN;
+use crate::support::{App, Member};
 
 /// Where administrators register learning platforms.
 const ADMIN: &str = "/admin/platforms";
@@ -92,6 +95,18 @@ impl World {
         assert!(!self.head.get(&own).await.text().contains(&field));
     }
 
+    /// Adds a person whom the platform calls `subject`.
+    async fn known(&self, role: Role, email: &str, subject: &str) -> Member {
+        let member = self.app.member(self.school, role, email).await;
+        let now = self.clock().now();
+        let issuer = format!("{ISSUER} {CLIENT}");
+        let of = IssuedSubject { school_id: self.school, kind: IdentityKind::Lti, issuer: &issuer, subject };
+        let (id, how) = (IdentityId::made_at(now), IdentityOrigin::ByAdministrator);
+        let new = NewIdentity { id, person_id: member.person.id, of, how, made_by: None, at: now };
+        assert!(self.app.write(async |tx| identities::add_identity(tx, new).await.unwrap()).await);
+        member
+    }
+
     /// Does something with the registration at the page of all.
     async fn act(&mut self, act: &str) -> Answer {
         let csrf = csrf_in(&self.head.get(ADMIN).await.text());
@@ -128,9 +143,14 @@ fn refusal(answer: &Answer) -> String {
     code.split('<').next().unwrap().to_owned()
 }
 
+/// Address to which platforms post launches.
+fn launch_address() -> String {
+    format!("{ORIGIN}/lti/launch")
+}
+
 /// Address at which a platform initiates a login, with changes to its usual parameters; an empty one is left out.
 fn login(changes: &[(&str, &str)]) -> String {
-    let target = format!("{ORIGIN}/lti/launch");
+    let target = launch_address();
     let mut fields = BTreeMap::from([
         ("iss", ISSUER),
         ("client_id", CLIENT),

@@ -4,13 +4,13 @@ use std::net::IpAddr;
 
 use acts::auth::federation::identities;
 use acts::auth::federation::sources::IdentitySource;
-use acts::auth::lti::launches::{self, LAUNCH_S, LaunchAnswer, LaunchOutcome};
+use acts::auth::lti::launches::{self, ConfirmedLaunch, LAUNCH_S, LaunchAnswer, LaunchOutcome};
 use acts::auth::rate_limits;
 use axum::extract::{Query, State};
 use axum::http::header::{CONTENT_SECURITY_POLICY, COOKIE, SET_COOKIE};
 use axum::http::{HeaderMap, HeaderValue};
 use axum::response::{IntoResponse, Redirect, Response};
-use model::auth::lti::{Launch, LoginInitiation};
+use model::auth::lti::LoginInitiation;
 use pages::auth::lti::OpenWindowPage;
 use routes_base::AppState;
 use routes_base::auth::{ClientAddress, OpenForm};
@@ -133,10 +133,7 @@ pub(super) async fn finish_launch(
         from,
     };
     let mut response = match launches::finish_launch(&state, answer).await? {
-        Ok(LaunchOutcome::Confirmed(confirmed)) => {
-            let (platform, launch) = *confirmed;
-            enter(&state, &session, &platform, launch).await?
-        }
+        Ok(LaunchOutcome::Confirmed(confirmed)) => enter(&state, &session, *confirmed).await?,
         Ok(LaunchOutcome::Again(again)) => {
             let (platform, asked) = *again;
             answer_in_frame(platform, asked)
@@ -150,22 +147,18 @@ pub(super) async fn finish_launch(
 }
 
 /// Signs in the user whom a platform has confirmed, or lets them join an account.
-async fn enter(
-    state: &AppState,
-    session: &Session,
-    platform: &Platform,
-    launch: Launch,
-) -> Result<Response, PageError> {
-    let source = IdentitySource::from(platform);
-    match identities::find_owner(state, &source, &launch.identity).await? {
+async fn enter(state: &AppState, session: &Session, confirmed: ConfirmedLaunch) -> Result<Response, PageError> {
+    let ConfirmedLaunch { platform, identity, page } = confirmed;
+    let source = IdentitySource::from(&platform);
+    match identities::find_owner(state, &source, &identity).await? {
         Err(reason) => Ok(answer_refused(reason)),
         Ok(None) => {
-            hold_identity(state, session, &source, launch.identity, &launch.page).await?;
+            hold_identity(state, session, &source, identity, &page).await?;
             Ok(Redirect::to("/sign-in/join").into_response())
         }
         Ok(Some(person)) => {
             let factor = half::FirstFactor::Provider { is_second_too: false };
-            let to = half::enter_session(state, session, &person, &launch.page, factor).await?;
+            let to = half::enter_session(state, session, &person, &page, factor).await?;
             Ok(Redirect::to(&to).into_response())
         }
     }

@@ -2,6 +2,7 @@
 
 use routes_base::{Routes, get, post};
 
+mod choosing;
 mod launching;
 mod platforms;
 
@@ -15,6 +16,7 @@ pub(super) fn public_routes() -> Routes {
 /// Returns the routes for signed-in people.
 pub(super) fn own_routes() -> Routes {
     Routes::new()
+        .route("/lti/deep-link/{id}", get(choosing::show_content).merge(post(choosing::choose_content)))
         .route("/admin/platforms", get(platforms::show_platforms).merge(post(platforms::add_platform)))
         .route("/admin/platforms/{id}", get(platforms::show_platform).merge(post(platforms::change_platform)))
         .route("/admin/platforms/{id}/admit", post(platforms::admit_deployment))
