@@ -13,6 +13,7 @@ use platform::bounded_queue::BoundedQueue;
 use platform::clock::Clock;
 use platform::config::Config;
 use platform::mailer::Mailer;
+use platform::openid::AccessTokens;
 use platform::outgoing::OutgoingClient;
 use platform::rate_limit_log::RateLimitLog;
 use platform::recording_store::RecordingStore;
@@ -59,6 +60,8 @@ pub struct Service {
     pub relying_party: Option<Arc<RelyingParty>>,
     /// Client for requests to providers.
     pub outgoing: OutgoingClient,
+    /// Access tokens of learning platforms.
+    pub access_tokens: Arc<AccessTokens>,
     /// Limit on the requests of each directory.
     pub provisioning_pace: Arc<RequestPace>,
     /// Write locks on resumable uploads.
@@ -105,6 +108,7 @@ impl Service {
             relying_party: RelyingParty::of(&config).map(Arc::new),
             recordings,
             outgoing: OutgoingClient::new(config.outgoing.clone()),
+            access_tokens: Arc::default(),
             provisioning_pace: Arc::new(RequestPace::per_second(MOST_PROVISIONED)),
             erased_left: Arc::default(),
             config: Arc::new(config),

@@ -9,14 +9,15 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
 use governor::{DefaultKeyedRateLimiter, RateLimiter};
-use http::Uri;
+use http::header::{ACCEPT, AUTHORIZATION, CONTENT_TYPE, LINK, LOCATION};
+use http::{Method, Request, Uri};
 use model::ids::SchoolId;
 use tokio::sync::{Mutex as AsyncMutex, Semaphore};
 use ureq::config::Config as AgentConfig;
 use ureq::unversioned::resolver::{DefaultResolver, ResolvedSocketAddrs, Resolver};
 use ureq::unversioned::transport::{DefaultConnector, NextTimeout};
 use ureq::{Agent, Error as HttpError};
-use url::Url;
+use url::{Url, form_urlencoded};
 
 use crate::rate_limit_log::quota;
 
@@ -28,10 +29,9 @@ const TIMEOUT: Duration = Duration::from_secs(10);
 const LARGEST_ANSWER: u64 = 256 * 1024;
 /// Maximum number of concurrent requests.
 const MOST_AT_ONCE: usize = 32;
-/// Maximum number of documents that a school fetches from one host at once; then one every three
-/// seconds.
-const DOCUMENTS: NonZeroU32 = NonZeroU32::new(20).expect("not zero");
-const DOCUMENT_PERIOD: Duration = Duration::from_secs(3);
+/// Maximum number of requests of a school to one host at once; then one every three seconds.
+const REQUESTS: NonZeroU32 = NonZeroU32::new(20).expect("not zero");
+const REQUEST_PERIOD: Duration = Duration::from_secs(3);
 
 /// Permitted targets of outgoing requests. By default only `https` and public addresses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -70,8 +70,51 @@ pub struct Call {
     pub url: Url,
     /// Value of the header `Authorization`.
     pub authorization: Option<String>,
-    /// Fields of a form to post; `None` for a GET request.
-    pub form: Option<Vec<(&'static str, String)>>,
+    /// Media type of the answer: the header `Accept`.
+    pub accept: &'static str,
+    /// What to post; `None` for a GET request.
+    pub content: Option<Content>,
+    /// Maximum size of the answer, in bytes.
+    pub largest_answer: u64,
+}
+
+impl Call {
+    /// Creates a GET request for JSON.
+    #[must_use]
+    pub const fn get(url: Url) -> Self {
+        let accept = "application/json";
+        Self { url, authorization: None, accept, content: None, largest_answer: LARGEST_ANSWER }
+    }
+
+    /// Creates a POST request.
+    #[must_use]
+    pub fn post(url: Url, content: Content) -> Self {
+        Self { content: Some(content), ..Self::get(url) }
+    }
+
+    /// Sets the header `Authorization`.
+    #[must_use]
+    pub fn with_authorization(self, authorization: Option<String>) -> Self {
+        Self { authorization, ..self }
+    }
+}
+
+/// The body of a request.
+#[derive(Clone, Debug)]
+pub struct Content {
+    /// Media type.
+    pub media_type: &'static str,
+    /// Body.
+    pub body: Vec<u8>,
+}
+
+impl Content {
+    /// Encodes the fields of a form.
+    #[must_use]
+    pub fn of_form(fields: &[(&str, String)]) -> Self {
+        let body = form_urlencoded::Serializer::new(String::new()).extend_pairs(fields).finish().into_bytes();
+        Self { media_type: "application/x-www-form-urlencoded", body }
+    }
 }
 
 /// An answer.
@@ -81,6 +124,8 @@ pub struct Answer {
     pub status: u16,
     /// Target of a redirect, which was not followed.
     pub location: Option<String>,
+    /// Links to other pages: the headers `Link`, separated by commas.
+    pub link: Option<String>,
     /// Whether the body is declared to be JSON.
     pub is_json: bool,
     /// Body.
@@ -107,15 +152,15 @@ pub struct OutgoingClient {
     agent: Agent,
     rules: OutgoingRules,
     places: Arc<Semaphore>,
-    documents: Arc<DefaultKeyedRateLimiter<DocumentHost>>,
+    requests: Arc<DefaultKeyedRateLimiter<CalledHost>>,
     turns: Arc<Mutex<BTreeMap<String, Weak<AsyncMutex<()>>>>>,
 }
 
 /// Waiting requests for one document: the first fetches it, the others use the result.
 pub type DocumentTurn = Arc<AsyncMutex<()>>;
 
-/// A school, and a host from which it fetches documents.
-type DocumentHost = (SchoolId, String);
+/// A school, and a host to which it sends requests.
+type CalledHost = (SchoolId, String);
 
 impl OutgoingClient {
     /// Creates a client.
@@ -136,7 +181,7 @@ impl OutgoingClient {
             agent: Agent::with_parts(config, DefaultConnector::default(), resolver),
             rules,
             places: Arc::new(Semaphore::new(MOST_AT_ONCE)),
-            documents: Arc::new(RateLimiter::keyed(quota(DOCUMENT_PERIOD, DOCUMENTS))),
+            requests: Arc::new(RateLimiter::keyed(quota(REQUEST_PERIOD, REQUESTS))),
             turns: Arc::default(),
         }
     }
@@ -147,14 +192,14 @@ impl OutgoingClient {
         &self.rules
     }
 
-    /// Counts a document that a school fetches.
+    /// Counts a request of a school.
     ///
     /// # Errors
-    /// Returns [`CallFailed::TooMany`] if it has fetched too many from this host.
-    pub fn count_document(&self, school: SchoolId, url: &Url) -> Result<(), CallFailed> {
+    /// Returns [`CallFailed::TooMany`] if it has sent too many to this host.
+    pub fn count_request(&self, school: SchoolId, url: &Url) -> Result<(), CallFailed> {
         let host = url.host_str().unwrap_or_default().to_owned();
-        self.documents.retain_recent();
-        self.documents.check_key(&(school, host)).map_err(|_| CallFailed::TooMany)
+        self.requests.retain_recent();
+        self.requests.check_key(&(school, host)).map_err(|_| CallFailed::TooMany)
     }
 
     /// Returns the turn of a document, to be locked while it is fetched.
@@ -200,28 +245,27 @@ impl OutgoingClient {
 }
 
 fn send_blocking(agent: &Agent, call: Call) -> Result<Answer, CallFailed> {
-    let address = call.url.as_str();
-    let answered = match (&call.form, &call.authorization) {
-        (None, None) => agent.get(address).header("Accept", "application/json").call(),
-        (None, Some(authorization)) => {
-            agent.get(address).header("Accept", "application/json").header("Authorization", authorization).call()
-        }
-        (Some(form), authorization) => {
-            let fields = form.iter().map(|(name, value)| (*name, value.as_str()));
-            let mut request = agent.post(address).header("Accept", "application/json");
-            if let Some(authorization) = authorization {
-                request = request.header("Authorization", authorization);
-            }
-            request.send_form(fields)
+    let mut request = Request::builder().uri(call.url.as_str()).header(ACCEPT, call.accept);
+    if let Some(authorization) = &call.authorization {
+        request = request.header(AUTHORIZATION, authorization);
+    }
+    let malformed = |error: http::Error| CallFailed::Address(error.to_string());
+    let answered = match call.content {
+        None => agent.run(request.body(()).map_err(malformed)?),
+        Some(content) => {
+            let request = request.method(Method::POST).header(CONTENT_TYPE, content.media_type);
+            agent.run(request.body(content.body).map_err(malformed)?)
         }
     };
     let mut answer = answered.map_err(|error| failure_of(&error))?;
-    let header = |name: &str| answer.headers().get(name).and_then(|value| value.to_str().ok()).map(str::to_owned);
-    let location = header("location");
-    let is_json = header("content-type").is_some_and(|kind| kind.to_ascii_lowercase().contains("json"));
-    let body =
-        answer.body_mut().with_config().limit(LARGEST_ANSWER).read_to_vec().map_err(|error| failure_of(&error))?;
-    Ok(Answer { status: answer.status().as_u16(), location, is_json, body })
+    let headers = |name| answer.headers().get_all(name).iter().filter_map(|value| value.to_str().ok());
+    let location = headers(LOCATION).next().map(str::to_owned);
+    let links: Vec<_> = headers(LINK).collect();
+    let link = Some(links.join(", ")).filter(|links| !links.is_empty());
+    let is_json = headers(CONTENT_TYPE).any(|kind| kind.to_ascii_lowercase().contains("json"));
+    let body = answer.body_mut().with_config().limit(call.largest_answer).read_to_vec();
+    let body = body.map_err(|error| failure_of(&error))?;
+    Ok(Answer { status: answer.status().as_u16(), location, link, is_json, body })
 }
 
 fn failure_of(error: &HttpError) -> CallFailed {
@@ -341,7 +385,7 @@ mod tests {
         let client =
             OutgoingClient::new(OutgoingRules { plain_http: vec!["localhost:9".to_owned()], ..Default::default() });
         let url = client.rules().check("http://localhost:9/").unwrap();
-        let refused = client.send(Call { url, authorization: None, form: None }).await.unwrap_err();
+        let refused = client.send(Call::get(url)).await.unwrap_err();
         assert!(matches!(refused, CallFailed::Address(_)), "{refused}");
     }
 }

@@ -1,12 +1,14 @@
 //! The client of OpenID Connect (OpenID Connect Core 1.0, authorization code flow) and of LTI 1.3:
 //! addresses, discovery documents, and verification of ID tokens. Without input and output.
 
+mod access_tokens;
 mod client_key;
 mod discovery;
 mod id_token;
 mod launch;
 mod signatures;
 
+pub use access_tokens::{AccessTokens, TokenUse};
 pub use client_key::{ASSERTION_TYPE, ClientKey, NewClientKey};
 pub use discovery::{Discovery, TokenAuthentication};
 pub use id_token::{ExpectedToken, KeySet, verify_id_token};

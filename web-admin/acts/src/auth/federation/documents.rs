@@ -108,7 +108,7 @@ async fn fetch(service: &Service, school: SchoolId, address: &str, oldest: Momen
         return Ok(body);
     }
     let url = service.outgoing.rules().check(address).map_err(unreachable)?;
-    service.outgoing.count_document(school, &url).map_err(unreachable)?;
+    service.outgoing.count_request(school, &url).map_err(unreachable)?;
     let answer = get_document(service, url).await.map_err(unreachable)?;
     if answer.status != 200 || !answer.is_json {
         return Err(unreachable(format!("HTTP status {}, JSON: {}", answer.status, answer.is_json)));
@@ -123,7 +123,7 @@ async fn fetch(service: &Service, school: SchoolId, address: &str, oldest: Momen
 
 /// Fetches a document, following one redirect on the same host.
 async fn get_document(service: &Service, url: Url) -> Result<Answer, CallFailed> {
-    let get = |url| service.outgoing.send(Call { url, authorization: None, form: None });
+    let get = |url| service.outgoing.send(Call::get(url));
     let answer = get(url.clone()).await?;
     let Some(location) = answer.location.as_ref().filter(|_| (300..400).contains(&answer.status)) else {
         return Ok(answer);

@@ -4,7 +4,7 @@ use data_encoding::BASE64;
 use model::auth::federation::Claims;
 use model::auth::sign_in_refusal::SignInRefusal;
 use platform::openid::{ASSERTION_TYPE, Discovery, ExpectedToken, TokenAuthentication};
-use platform::outgoing::Call;
+use platform::outgoing::{Call, Content};
 use platform::sealing;
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -84,7 +84,7 @@ impl IssuedCode<'_> {
             }
             None => return Err(refuse(SignInRefusal::Code, "no supported method of client authentication")),
         };
-        let call = Call { url: token_endpoint.clone(), authorization, form: Some(form) };
+        let call = Call::post(token_endpoint.clone(), Content::of_form(&form)).with_authorization(authorization);
         let answer = service.outgoing.send(call).await.map_err(|why| refuse(SignInRefusal::Unreachable, why))?;
         match answer.status {
             200 => serde_json::from_slice(&answer.body)
@@ -116,7 +116,7 @@ impl IssuedCode<'_> {
 
     async fn complete(self, service: &Service, access: &str, claims: &mut Claims) -> Result<(), DocumentError> {
         let Some(url) = self.discovery.userinfo_endpoint.clone() else { return Ok(()) };
-        let call = Call { url, authorization: Some(format!("Bearer {access}")), form: None };
+        let call = Call::get(url).with_authorization(Some(format!("Bearer {access}")));
         let answer = service.outgoing.send(call).await.map_err(|why| refuse(SignInRefusal::Unreachable, why))?;
         if answer.status != 200 {
             return Err(refuse(SignInRefusal::Unreachable, format!("user information: HTTP status {}", answer.status)));

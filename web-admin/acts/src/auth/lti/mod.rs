@@ -3,3 +3,4 @@
 pub mod deep_linking;
 pub mod launches;
 pub mod platforms;
+pub mod services;
