@@ -13,7 +13,7 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 51] = [
+pub const SAID_HERE: [&str; 52] = [
     "/account/cohorts/{cohort}",
     "/account/identities/{id}/remove",
     "/account/language",
@@ -27,6 +27,7 @@ pub const SAID_HERE: [&str; 51] = [
     "/admin/platforms",
     "/admin/platforms/{id}",
     "/admin/platforms/{id}/admit",
+    "/admin/platforms/{id}/courses/{course}",
     "/admin/platforms/{id}/disable",
     "/admin/platforms/{id}/enable",
     "/admin/provisioning/{id}/revoke",

@@ -16,7 +16,7 @@ const SHOW_ATTEMPTS: [(&str, &[&str]); 6] = [
     ("upload", &["own"]),
 ];
 /// The other objects, by which no attempt is seen.
-const SHOW_NONE: [&str; 28] = [
+const SHOW_NONE: [&str; 30] = [
     "asked",
     "asset",
     "assignment",
@@ -33,6 +33,7 @@ const SHOW_NONE: [&str; 28] = [
     "join",
     "link",
     "list",
+    "lms_course",
     "number",
     "picture",
     "pictured",

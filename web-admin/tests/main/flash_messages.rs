@@ -6,7 +6,7 @@ use pages::flash_message::SAID_HERE;
 use crate::people::{post, school};
 
 /// Forms that lead to a page which says itself what came of them, or shows it.
-const SAID_THERE: [&str; 74] = [
+const SAID_THERE: [&str; 75] = [
     "/account/identities/join/{}",
     "/account/password",
     "/account/prove/{}",
@@ -19,6 +19,7 @@ const SAID_THERE: [&str; 74] = [
     "/account/tokens",
     "/admin/certificate-needs",
     "/admin/pairing-codes",
+    "/admin/platforms/register",
     "/admin/provisioning",
     "/admin/retention",
     "/admin/second-factor",

@@ -8,8 +8,8 @@ use data_encoding::{BASE64, HEXLOWER};
 use model::ids::{CohortId, PersonId, RosterId, SchoolId};
 use model::people::email::email_in_ascii;
 use model::people::roster::{
-    LineOutcome, MappingDoubt, Roster, RosterChange, RosterDifference, RosterEntry, RosterMapping, RosterOutcome,
-    RosterRequest, RosterTable, Unreadable, is_workbook,
+    CourseRoster, LineOutcome, MappingDoubt, Roster, RosterChange, RosterDifference, RosterEntry, RosterMapping,
+    RosterOutcome, RosterRequest, RosterTable, Unreadable, is_workbook,
 };
 use model::{CurrentPerson, PersonKey, Role};
 use serde_json::json;
@@ -22,8 +22,9 @@ use store::training::cohorts;
 use store::training::cohorts::{Attribution, Membership, MembershipKey};
 use store::{Connection, audit};
 
+use crate::auth::federation::identities::{self, TakenMember};
 use crate::error::Error;
-use crate::people::accounts;
+use crate::people::{accounts, course_rosters};
 use crate::sandbox;
 use crate::sandbox_jobs::{SandboxRequest, SandboxResponse};
 use crate::service::Service;
@@ -48,6 +49,8 @@ pub struct RosterPreview {
     pub difference: RosterDifference,
     /// Hash of the changes, so that only the previewed changes can be confirmed.
     pub digest: String,
+    /// The roster lists the members of a course of a learning platform.
+    pub is_course: bool,
 }
 
 /// The columns of a roster, for assigning their meanings.
@@ -112,12 +115,53 @@ async fn parse(state: &Service, school: SchoolId, body: &[u8]) -> Result<RosterT
     parsed.map_err(|refused| Error::Unprocessable(refused.to_string()))
 }
 
+/// Returns a stored roster that was uploaded as a file.
+async fn find_file(state: &Service, school: SchoolId, id: RosterId) -> Result<RosterDraft, Error> {
+    let draft = rosters::find_roster(state.db.reader(), school, id).await?;
+    draft.filter(|draft| !draft.wanted.0.is_course).ok_or(Error::NotFound)
+}
+
+/// What a stored roster contains.
+enum RosterContent {
+    /// Lines of a file.
+    Table(RosterTable),
+    /// Members of a course of a learning platform.
+    Course(CourseRoster),
+}
+
+impl RosterContent {
+    async fn read(state: &Service, school: SchoolId, draft: &RosterDraft) -> Result<Self, Error> {
+        Ok(match draft.wanted.0.is_course {
+            true => Self::Course(serde_json::from_slice(&draft.body).map_err(anyhow::Error::from)?),
+            false => Self::Table(parse(state, school, &draft.body).await?),
+        })
+    }
+
+    async fn look(
+        self,
+        connection: &mut Connection,
+        school: SchoolId,
+        draft: RosterDraft,
+    ) -> Result<Option<RosterPreview>, Error> {
+        match self {
+            Self::Table(table) => look(connection, school, draft, table).await,
+            Self::Course(roster) => {
+                let difference = course_rosters::compare(connection, school, &roster, &draft.wanted.0).await?;
+                let digest = digest_of(&difference)?;
+                let (file_name, mapping) = (draft.file_name, RosterMapping::default());
+                let (headings, ignored, is_course) = (Vec::new(), Vec::new(), true);
+                Ok(Some(RosterPreview { file_name, headings, mapping, ignored, difference, digest, is_course }))
+            }
+        }
+    }
+}
+
 /// Returns the columns of a stored roster and their meaning, assigned or guessed.
 ///
 /// # Errors
 /// Fails if there is no such roster, or the database fails.
 pub async fn look_at_columns(state: &Service, school: SchoolId, id: RosterId) -> Result<RosterColumnsLook, Error> {
-    let draft = rosters::find_roster(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
+    let draft = find_file(state, school, id).await?;
     let table = parse(state, school, &draft.body).await?;
     let guess = table.guess();
     let (mapping, doubts) = match draft.wanted.0.mapping {
@@ -140,7 +184,7 @@ pub async fn assign_columns(
 ) -> Result<(), Error> {
     let now = state.clock.now();
     // Read the workbook before the write lock is taken, since it takes a while.
-    let draft = rosters::find_roster(state.db.reader(), by.school_id, id).await?.ok_or(Error::NotFound)?;
+    let draft = find_file(state, by.school_id, id).await?;
     let table = parse(state, by.school_id, &draft.body).await?;
     if !mapping.fits(table.headings.len()) {
         return Err(Error::BadRequest("a column is missing or chosen twice".to_owned()));
@@ -163,12 +207,17 @@ pub async fn assign_columns(
 /// Fails if there is no such roster, or the database fails.
 pub async fn preview(state: &Service, school: SchoolId, id: RosterId) -> Result<Option<RosterPreview>, Error> {
     let draft = rosters::find_roster(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
-    if draft.wanted.0.mapping.is_none() {
+    if draft.wanted.0.mapping.is_none() && !draft.wanted.0.is_course {
         return Ok(None);
     }
-    let table = parse(state, school, &draft.body).await?;
+    let content = RosterContent::read(state, school, &draft).await?;
     let mut connection = state.db.reader().acquire().await?;
-    look(&mut connection, school, draft, table).await
+    content.look(&mut connection, school, draft).await
+}
+
+fn digest_of(difference: &RosterDifference) -> Result<String, Error> {
+    let shown = serde_json::to_vec(difference).map_err(anyhow::Error::from)?;
+    Ok(HEXLOWER.encode(&Sha256::digest(shown)))
 }
 
 async fn look(
@@ -186,8 +235,7 @@ async fn look(
     let known = rosters::list_known_people(connection, school, &about).await?;
     let unusable = rosters::taken_elsewhere(connection, school, &about.emails).await?;
     let difference = RosterDifference::of(&roster, &known, &unusable, &wanted);
-    let shown = serde_json::to_vec(&difference).map_err(anyhow::Error::from)?;
-    let digest = HEXLOWER.encode(&Sha256::digest(shown));
+    let digest = digest_of(&difference)?;
     let headings = table.headings;
     Ok(Some(RosterPreview {
         file_name: draft.file_name,
@@ -196,6 +244,7 @@ async fn look(
         ignored: roster.ignored,
         difference,
         digest,
+        is_course: false,
     }))
 }
 
@@ -232,11 +281,11 @@ pub async fn confirm(
 ) -> Result<Option<RosterDifference>, Error> {
     // Read the file before the write lock is taken; a stored roster never changes.
     let draft = rosters::find_roster(state.db.reader(), by.school_id, id).await?.ok_or(Error::NotFound)?;
-    let table = parse(state, by.school_id, &draft.body).await?;
+    let content = RosterContent::read(state, by.school_id, &draft).await?;
     let mut tx = state.db.write().await?;
     let draft = rosters::find_roster(&mut *tx, by.school_id, id).await?.ok_or(Error::NotFound)?;
     let Some(RosterPreview { difference, .. }) =
-        look(&mut tx, by.school_id, draft, table).await?.filter(|preview| preview.digest == digest)
+        content.look(&mut tx, by.school_id, draft).await?.filter(|preview| preview.digest == digest)
     else {
         return Ok(None);
     };
@@ -292,7 +341,9 @@ impl Import<'_> {
         for cohort in &entry.cohorts {
             self.join(person, entry.role.unwrap_or(Role::Trainee), cohort).await?;
         }
-        if invite {
+        self.take_member(entry, person, true).await?;
+        // Members of a course sign in by a launch.
+        if invite && entry.identity.is_none() {
             accounts::queue_link(
                 self.tx,
                 self.state,
@@ -318,11 +369,20 @@ impl Import<'_> {
                 }
                 RosterChange::Enabled => drop(directory::enable_account(self.tx, school, person).await?),
                 RosterChange::Disabled => accounts::disable_in(self.tx, self.state, self.by, person).await?,
+                RosterChange::Identity => self.take_member(entry, person, false).await?,
                 RosterChange::Name(_) | RosterChange::Email(_) | RosterChange::RegistrarId(_) => {}
             }
         }
         self.changed.push(person);
         Ok(())
+    }
+
+    /// Adds the identity that a person gets from the roster of a course.
+    async fn take_member(&mut self, entry: &RosterEntry, person_id: PersonId, is_new: bool) -> Result<(), Error> {
+        let Some(identity) = &entry.identity else { return Ok(()) };
+        let person = PersonKey { school_id: self.by.school_id, person_id };
+        let member = TakenMember { identity, person, is_new };
+        identities::add_member_identity(self.tx, self.by, member, self.state.clock.now()).await
     }
 
     async fn join(&mut self, person_id: PersonId, role: Role, cohort: &str) -> Result<(), Error> {

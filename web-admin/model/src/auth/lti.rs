@@ -64,8 +64,12 @@ impl NumberClaim {
             Self::PersonSourcedId => object(claims, "lis").text("person_sourcedid"),
             Self::StudentNumber => object(claims, "custom").text("student_number"),
         };
-        // A platform that does not know a variable sends its name.
-        number.filter(|number| !number.starts_with('$') && number.len() <= 100)
+        number.filter(|number| Self::is_number(number))
+    }
+
+    /// Returns whether a text is a number. A platform that does not know a variable sends its name.
+    pub(super) fn is_number(text: &str) -> bool {
+        !text.starts_with('$') && text.len() <= 100 && single_line_text::refusal("", text).is_none()
     }
 }
 
@@ -282,13 +286,15 @@ fn object(claims: &Claims, name: &str) -> Claims {
     Claims(members_of(claims, &format!("{LTI}{name}")))
 }
 
-/// Returns the origin of an address.
-pub(super) fn web_origin(address: &str) -> Option<String> {
+/// Returns the origin of an address of the web.
+#[must_use]
+pub fn web_origin(address: &str) -> Option<String> {
     let origin = Url::parse(address).ok()?.origin();
     Some(origin).filter(Origin::is_tuple).map(|origin| origin.ascii_serialization())
 }
 
-fn valid_id(id: String) -> Option<String> {
+/// Returns an id that is short enough and on one line.
+pub(super) fn valid_id(id: String) -> Option<String> {
     let is_valid = id.chars().count() <= LONGEST_ID && single_line_text::refusal("", &id).is_none();
     is_valid.then_some(id)
 }
@@ -312,10 +318,9 @@ fn read_context(claims: &Claims) -> Option<LaunchContext> {
 }
 
 fn read_identity(settings: &PlatformSettings, claims: &Claims, subject: String) -> ProvenIdentity {
-    let number = settings.number_claim.and_then(|claim| claim.read(claims));
     ProvenIdentity {
         issuer: settings.identity_issuer(),
-        number: number.filter(|number| single_line_text::refusal("", number).is_none()),
+        number: settings.number_claim.and_then(|claim| claim.read(claims)),
         // A platform's addresses may be its users' own input.
         email_verified: false,
         ..ProvenIdentity::describe(claims, subject)

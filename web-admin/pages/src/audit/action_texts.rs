@@ -64,6 +64,7 @@ pub fn describe_act(action: &str) -> Option<&'static str> {
         "platform.added" => tr!("registered a learning platform"),
         "platform.changed" => tr!("changed a learning platform"),
         "platform.content_linked" => tr!("chose content for a course of a learning platform"),
+        "platform.course_tied" => tr!("chose the cohort of a course of a learning platform"),
         "platform.deployment_admitted" => tr!("admitted a deployment of a learning platform"),
         "platform.disabled" => tr!("disabled a learning platform"),
         "platform.enabled" => tr!("enabled a learning platform"),

@@ -6,7 +6,7 @@ use model::auth::lti::{LoginInitiation, NumberClaim, PlatformSettings};
 use serde::Deserialize;
 use time::OffsetDateTime;
 
-use crate::form::{FilledForm, read_ticked_box, read_trimmed_text};
+use crate::form::{FilledForm, SelectOption, read_ticked_box, read_trimmed_text};
 use crate::{Shell, StatusWord, assets, format};
 
 /// The page that opens the service in a window of its own, shown in the frame of a learning
@@ -29,6 +29,8 @@ pub struct PlatformEntries {
     pub launch_url: String,
     /// Address of the public keys.
     pub keys_uri: String,
+    /// Address of the dynamic registration.
+    pub register_url: String,
 }
 
 /// The page of a school's learning platforms.
@@ -87,6 +89,10 @@ pub struct PlatformPage {
     pub form: FilledForm<PlatformForm>,
     /// Deployments, in the order of their first launches.
     pub deployments: Vec<DeploymentRow>,
+    /// Courses, the last launched first.
+    pub courses: Vec<CourseRow>,
+    /// Why the members of a course were not read.
+    pub course_refused: Option<String>,
     /// Values to enter at the platform.
     pub entries: PlatformEntries,
 }
@@ -100,6 +106,36 @@ pub struct DeploymentRow {
     pub seen: OffsetDateTime,
     /// When it was admitted.
     pub admitted: Option<OffsetDateTime>,
+}
+
+/// A course of a learning platform.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CourseRow {
+    /// Title, or id at the platform.
+    pub title: String,
+    /// Address of the course here.
+    pub href: String,
+    /// Time of the last launch.
+    pub seen: OffsetDateTime,
+    /// The cohorts of the school.
+    pub cohorts: Vec<SelectOption>,
+    /// Whether the platform shares the members.
+    pub has_members: bool,
+}
+
+/// Input of the form of a course.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub struct CourseForm {
+    /// Id of the cohort; empty for none.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub cohort: String,
+    /// Trainees who have left the course are proposed to leave the cohort.
+    #[serde(deserialize_with = "read_ticked_box")]
+    pub remove_missing: bool,
+    /// The members are read.
+    #[serde(deserialize_with = "read_ticked_box")]
+    pub read: bool,
 }
 
 /// Input of the form of a learning platform.
@@ -198,6 +234,7 @@ mod tests {
             login_url: format!("{ADDRESS}/lti/login"),
             launch_url: format!("{ADDRESS}/lti/launch"),
             keys_uri: format!("{ADDRESS}/.well-known/jwks.json"),
+            register_url: format!("{ADDRESS}/lti/register"),
         }
     }
 
@@ -257,17 +294,28 @@ mod tests {
             seen: samples::NOW,
             admitted,
         };
+        let course = |has_members| CourseRow {
+            title: "<b>Nursing".to_owned(),
+            href: "/admin/platforms/1/courses/2".to_owned(),
+            seen: samples::NOW,
+            cohorts: vec![SelectOption { value: "3".to_owned(), label: "Spring".to_owned(), chosen: true }],
+            has_members,
+        };
         let page = |deployments| PlatformPage {
             shell: samples::shell(Role::Administrator),
             title: "Moodle".to_owned(),
             href: "/admin/platforms/1".to_owned(),
             form: FilledForm::new(typed()),
             deployments,
+            courses: vec![course(true), course(false)],
+            course_refused: Some("no".to_owned()),
             entries: entries(),
         };
         let html = samples::keep_page("platform", &page(vec![row("1\"", None), row("2", Some(samples::NOW))]));
         assert_eq!(html.matches("/admin/platforms/1/admit").count(), 1, "{html}");
         assert!(html.contains("value=\"1&#34;\""), "{html}");
+        assert!(html.contains("&#60;b&#62;Nursing") && html.contains("value=\"3\" selected"), "{html}");
+        assert_eq!(html.matches("name=\"read\"").count(), 1, "the platform shares the members of one course");
         assert!(!samples::keep_page("platform-new", &page(vec![])).contains("/admit"));
     }
 }

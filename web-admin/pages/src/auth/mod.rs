@@ -6,6 +6,7 @@ pub mod federation;
 pub mod login;
 pub mod lti;
 pub mod passkeys;
+pub mod platform_registration;
 pub mod reauthentication;
 pub mod second_factor;
 pub mod tokens;

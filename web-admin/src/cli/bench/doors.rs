@@ -46,7 +46,7 @@ pub(super) async fn open_doors(state: &AppState, administrator: &CurrentPerson) 
     let exercise = exercises.first().context("an exercise")?;
     let draft = drafting::open_exercise(state, administrator, &exercise.exercise_id).await?;
     let roster = write_roster();
-    let wanted = RosterRequest { cohort: None, remove_missing: true, mapping: None };
+    let wanted = RosterRequest { cohort: None, remove_missing: true, ..RosterRequest::default() };
     let roster = roster_import::keep(state, administrator, "roster.csv", roster.as_bytes(), &wanted).await?;
     doors.administrator = vec![format!("/drafts/{draft}"), format!("/people/rosters/{roster}")];
     let regrading = regrading::exercise::look(state, &instructor, &exercise.exercise_id, exercise.id).await?;

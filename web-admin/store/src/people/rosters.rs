@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use model::ids::{PersonId, RosterId, SchoolId};
 use model::people::email::normalize_email;
-use model::people::roster::{RosterEntry, RosterMapping, RosterRequest, SchoolPerson};
+use model::people::roster::{KnownMember, RosterEntry, RosterMapping, RosterRequest, SchoolPerson};
 use model::{Moment, Role};
 use sqlx::FromRow;
 
@@ -145,6 +145,20 @@ struct KnownRow {
     enabled: bool,
 }
 
+impl KnownRow {
+    fn with_cohorts(self, cohorts: Vec<String>) -> SchoolPerson {
+        SchoolPerson {
+            cohorts,
+            id: self.id,
+            registrar_id: self.registrar_id,
+            email: self.email,
+            name: self.display_name,
+            role: self.role,
+            enabled: self.enabled,
+        }
+    }
+}
+
 /// Criteria for the people that a roster may concern.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct About {
@@ -182,7 +196,20 @@ pub async fn list_known_people(
     .bind(Json(&about.cohorts))
     .fetch_all(&mut *connection)
     .await?;
-    let ids: Vec<PersonId> = rows.iter().map(|row| row.id).collect();
+    let mut cohorts = list_cohorts_of(connection, school, rows.iter().map(|row| row.id).collect()).await?;
+    let person = |row: KnownRow| {
+        let cohorts = cohorts.remove(&row.id).unwrap_or_default();
+        row.with_cohorts(cohorts)
+    };
+    Ok(rows.into_iter().map(person).collect())
+}
+
+/// Returns the names of the cohorts of people.
+async fn list_cohorts_of(
+    connection: &mut Connection,
+    school: SchoolId,
+    ids: Vec<PersonId>,
+) -> Result<BTreeMap<PersonId, Vec<String>>> {
     let memberships: Vec<(PersonId, String)> = sqlx::query_as(
         "SELECT m.person_id, c.name FROM json_each($2) asked
          CROSS JOIN cohort_members m
@@ -197,16 +224,62 @@ pub async fn list_known_people(
     for (person, cohort) in memberships {
         cohorts.entry(person).or_default().push(cohort);
     }
-    let person = |row: KnownRow| SchoolPerson {
-        cohorts: cohorts.remove(&row.id).unwrap_or_default(),
-        id: row.id,
-        registrar_id: row.registrar_id,
-        email: row.email,
-        name: row.display_name,
-        role: row.role,
-        enabled: row.enabled,
+    Ok(cohorts)
+}
+
+/// Criteria for the people who may be members of a course of a learning platform.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AboutMembers<'a> {
+    /// Issuer of the identities.
+    pub issuer: &'a str,
+    /// Ids at the platform.
+    pub subjects: BTreeSet<&'a str>,
+    /// Registration numbers.
+    pub numbers: BTreeSet<&'a str>,
+    /// Name of the cohort that is compared.
+    pub cohort: Option<&'a str>,
+}
+
+#[derive(FromRow)]
+struct KnownMemberRow {
+    #[sqlx(flatten)]
+    known: KnownRow,
+    subject: Option<String>,
+}
+
+/// Returns the people of a school who match any of the criteria, with their cohorts and identities. A
+/// person with several identities is repeated. Erased people are left out.
+pub async fn list_known_members(
+    connection: &mut Connection,
+    school: SchoolId,
+    about: &AboutMembers<'_>,
+) -> Result<Vec<KnownMember>> {
+    let rows: Vec<KnownMemberRow> = sqlx::query_as(
+        "SELECT p.id, p.registrar_id, p.email, p.display_name, p.role, p.disabled_at IS NULL AS enabled, i.subject
+         FROM (SELECT o.person_id AS id FROM json_each($3) asked CROSS JOIN identities o
+           WHERE o.school_id = $1 AND o.kind = 'lti' AND o.issuer = $2 AND o.subject = asked.value
+           UNION SELECT n.id FROM json_each($4) asked
+             CROSS JOIN people n
+           WHERE n.school_id = $1 AND n.registrar_id = asked.value
+           UNION SELECT m.person_id FROM cohorts c
+             CROSS JOIN cohort_members m WHERE m.cohort_id = c.id AND c.school_id = $1 AND c.name = $5) named
+         CROSS JOIN people p
+         LEFT JOIN identities i ON i.school_id = $1 AND i.person_id = p.id AND i.kind = 'lti' AND i.issuer = $2
+         WHERE p.school_id = $1 AND p.id = named.id AND p.erased_at IS NULL ORDER BY p.display_name, p.id, i.subject",
+    )
+    .bind(school)
+    .bind(about.issuer)
+    .bind(Json(&about.subjects))
+    .bind(Json(&about.numbers))
+    .bind(about.cohort)
+    .fetch_all(&mut *connection)
+    .await?;
+    let cohorts = list_cohorts_of(connection, school, rows.iter().map(|row| row.known.id).collect()).await?;
+    let member = |KnownMemberRow { known, subject }: KnownMemberRow| {
+        let of = cohorts.get(&known.id).cloned().unwrap_or_default();
+        KnownMember { person: known.with_cohorts(of), subject }
     };
-    Ok(rows.into_iter().map(person).collect())
+    Ok(rows.into_iter().map(member).collect())
 }
 
 /// Returns those of the given addresses that people of other schools use, normalized.

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::extract::State;
-use axum::routing::get;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
 use axum::{Json, Router};
 use platform::clock::Clock;
 use serde_json::{Value, json};
@@ -74,7 +76,35 @@ struct Shared {
     clock: Clock,
     signer: Mutex<Signer>,
     forgery: Mutex<Option<Forgery>>,
+    /// Its configuration for dynamic registration.
+    configuration: Mutex<Value>,
+    /// The tools that were registered.
+    tools: Mutex<Vec<Value>>,
 }
+
+impl Shared {
+    fn new(clock: &Clock, address: &str) -> Self {
+        let at = |path: &str| format!("http://{address}{path}");
+        let configuration = json!({
+            "issuer": at(""),
+            "authorization_endpoint": at("/auth"),
+            "token_endpoint": at("/token"),
+            "jwks_uri": at("/keys"),
+            "registration_endpoint": at("/register"),
+            "https://purl.imsglobal.org/spec/lti-platform-configuration": { "product_family_code": "moodle" },
+        });
+        Self {
+            clock: clock.clone(),
+            signer: Mutex::new(Signer::new("first", Algorithm::Rs256)),
+            forgery: Mutex::default(),
+            configuration: Mutex::new(configuration),
+            tools: Mutex::default(),
+        }
+    }
+}
+
+/// Token that permits one registration.
+pub const REGISTRATION_TOKEN: &str = "registration-token-1";
 
 /// A platform; it ends when dropped.
 pub struct LearningPlatform {
@@ -88,12 +118,12 @@ impl LearningPlatform {
     pub async fn start(clock: &Clock) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap().to_string();
-        let shared = Arc::new(Shared {
-            clock: clock.clone(),
-            signer: Mutex::new(Signer::new("first", Algorithm::Rs256)),
-            forgery: Mutex::default(),
-        });
-        let router = Router::new().route("/keys", get(keys)).with_state(Arc::clone(&shared));
+        let shared = Arc::new(Shared::new(clock, &address));
+        let router = Router::new()
+            .route("/keys", get(keys))
+            .route("/openid-configuration", get(configuration))
+            .route("/register", post(register))
+            .with_state(Arc::clone(&shared));
         let server = tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
         Self { address, shared, server }
     }
@@ -106,6 +136,21 @@ impl LearningPlatform {
     pub fn fields(&self) -> [(&'static str, String); 3] {
         let address = |path| format!("http://{}/{path}", self.address);
         [("auth_url", self.auth_url()), ("token_url", address("token")), ("keys_url", address("keys"))]
+    }
+
+    /// Address of its configuration.
+    pub fn configuration_url(&self) -> String {
+        format!("http://{}/openid-configuration", self.address)
+    }
+
+    /// Changes its configuration.
+    pub fn configure(&self, name: &str, value: impl Into<Value>) {
+        self.shared.configuration.lock().unwrap_or_else(PoisonError::into_inner)[name] = value.into();
+    }
+
+    /// The tools that were registered.
+    pub fn tools(&self) -> Vec<Value> {
+        self.shared.tools.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     pub fn forge(&self, forgery: Option<Forgery>) {
@@ -165,4 +210,22 @@ impl Drop for LearningPlatform {
 async fn keys(State(shared): State<Arc<Shared>>) -> Json<Value> {
     let signer = shared.signer.lock().unwrap_or_else(PoisonError::into_inner);
     Json(json!({ "keys": [signer.public_key()] }))
+}
+
+async fn configuration(State(shared): State<Arc<Shared>>) -> Json<Value> {
+    Json(shared.configuration.lock().unwrap_or_else(PoisonError::into_inner).clone())
+}
+
+/// Registers one tool for the token, as a client with a deployment.
+async fn register(State(shared): State<Arc<Shared>>, headers: HeaderMap, Json(tool): Json<Value>) -> Response {
+    let mut tools = shared.tools.lock().unwrap_or_else(PoisonError::into_inner);
+    let token = format!("Bearer {REGISTRATION_TOKEN}");
+    if headers.get("authorization").is_none_or(|sent| *sent != token) || !tools.is_empty() {
+        return StatusCode::UNAUTHORIZED.into_response();
+    }
+    let mut registered = tool.clone();
+    registered["client_id"] = json!("registered-1");
+    registered["https://purl.imsglobal.org/spec/lti-tool-configuration"]["deployment_id"] = json!("d7");
+    tools.push(tool);
+    (StatusCode::CREATED, Json(registered)).into_response()
 }

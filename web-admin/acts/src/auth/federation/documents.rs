@@ -107,18 +107,27 @@ async fn fetch(service: &Service, school: SchoolId, address: &str, oldest: Momen
     if let Some(body) = kept().await? {
         return Ok(body);
     }
+    let body = fetch_anew(service, school, address).await?;
+    let document = ProviderDocument { body, fetched_at: service.clock.now() };
+    let mut tx = service.db.write().await?;
+    providers::put_document(&mut tx, address, &url_sha256, &document).await?;
+    tx.commit().await?;
+    Ok(document.body)
+}
+
+/// Returns the document at an address, fetched now and not kept.
+pub(in crate::auth) async fn fetch_anew(
+    service: &Service,
+    school: SchoolId,
+    address: &str,
+) -> Result<String, DocumentError> {
     let url = service.outgoing.rules().check(address).map_err(unreachable)?;
     service.outgoing.count_request(school, &url).map_err(unreachable)?;
     let answer = get_document(service, url).await.map_err(unreachable)?;
     if answer.status != 200 || !answer.is_json {
         return Err(unreachable(format!("HTTP status {}, JSON: {}", answer.status, answer.is_json)));
     }
-    let body = String::from_utf8(answer.body).map_err(malformed)?;
-    let document = ProviderDocument { body, fetched_at: service.clock.now() };
-    let mut tx = service.db.write().await?;
-    providers::put_document(&mut tx, address, &url_sha256, &document).await?;
-    tx.commit().await?;
-    Ok(document.body)
+    String::from_utf8(answer.body).map_err(malformed)
 }
 
 /// Fetches a document, following one redirect on the same host.

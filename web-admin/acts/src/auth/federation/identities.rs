@@ -1,10 +1,11 @@
 //! Which person an identity belongs to: found, matched, joined, or created.
 
-use model::auth::federation::{IdentityOrigin, ProvenIdentity};
+use model::auth::federation::{IdentityKind, IdentityOrigin, ProvenIdentity};
 use model::auth::sign_in_refusal::SignInRefusal;
 use model::ids::{IdentityId, PersonId};
 use model::letters::mail::MailKind;
 use model::people::email::make_absent_email;
+use model::people::roster::MemberIdentity;
 use model::{CurrentPerson, Moment, PersonKey, new_id};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
@@ -154,6 +155,44 @@ async fn create(
         .await?;
     join(tx, &Joining { source, identity, person: &person, at }, IdentityOrigin::Created).await?;
     Ok(person)
+}
+
+/// A member of a platform's course whom an administrator has taken in.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TakenMember<'a> {
+    /// What the platform calls them.
+    pub identity: &'a MemberIdentity,
+    /// The person.
+    pub person: PersonKey,
+    /// Whether the account was created for them.
+    pub is_new: bool,
+}
+
+/// Adds the identity of a member to an account, so that their first launch finds it.
+pub(crate) async fn add_member_identity(
+    tx: &mut Connection,
+    by: &CurrentPerson,
+    member: TakenMember<'_>,
+    at: Moment,
+) -> Result<(), Error> {
+    let TakenMember { identity, person: PersonKey { school_id, person_id }, is_new } = member;
+    let MemberIdentity { platform_id, issuer, subject } = identity;
+    let how = IdentityOrigin::ByAdministrator;
+    let of = IssuedSubject { school_id, kind: IdentityKind::Lti, issuer, subject };
+    let new = NewIdentity { id: IdentityId::made_at(at), person_id, of, how, made_by: Some(by.id), at };
+    if !identities::add_identity(tx, new).await? {
+        let why = tr!("this account of your school’s system belongs to another account here");
+        return Err(Error::Conflict(why.to_owned()));
+    }
+    AuditEntry::by(by, "identity.added", person_id)
+        .with(json!({ "platform": platform_id, "how": how, "identity": new.id }))
+        .append(tx, at)
+        .await?;
+    if !is_new {
+        let mail = NewMail { school_id, person_id, kind: MailKind::IdentityJoined, assignment_id: None };
+        mails::queue_mail(tx, mail, at).await?;
+    }
+    Ok(())
 }
 
 /// Begins a new account for an identity whose owner has none.

@@ -2,5 +2,7 @@
 
 pub mod deep_linking;
 pub mod launches;
+pub mod members;
 pub mod platforms;
+pub mod registration;
 pub mod services;

@@ -24,12 +24,18 @@ pub async fn add_platform(
     by: &CurrentPerson,
     settings: &PlatformSettings,
 ) -> Result<PlatformId, Error> {
-    if platforms::list_platforms(service.db.reader(), by.school_id).await?.len() >= MOST {
-        return Err(Error::Unprocessable(tr!("at most {most} learning platforms are allowed", most = MOST)));
-    }
+    check_room(service, by).await?;
     let id = PlatformId::made_at(service.clock.now());
     put(service, by, NewPlatform { id, school_id: by.school_id, settings }, "platform.added").await?;
     Ok(id)
+}
+
+/// Checks that the school may register one more learning platform.
+pub(super) async fn check_room(service: &Service, by: &CurrentPerson) -> Result<(), Error> {
+    if platforms::list_platforms(service.db.reader(), by.school_id).await?.len() >= MOST {
+        return Err(Error::Unprocessable(tr!("at most {most} learning platforms are allowed", most = MOST)));
+    }
+    Ok(())
 }
 
 /// Changes a learning platform.
@@ -46,14 +52,20 @@ pub async fn change_platform(
     put(service, by, NewPlatform { id, school_id: by.school_id, settings }, "platform.changed").await
 }
 
-async fn put(service: &Service, by: &CurrentPerson, new: NewPlatform<'_>, action: &str) -> Result<(), Error> {
-    let settings = new.settings;
+/// Checks the settings of a learning platform, and its addresses.
+pub(super) fn check_settings(service: &Service, settings: &PlatformSettings) -> Result<(), Error> {
     settings.check().map_err(Error::Unprocessable)?;
     for (field, address) in settings.addresses() {
         if let Err(why) = service.outgoing.rules().check(address) {
             return Err(Error::Unprocessable(tr!("{field}: {why}", field = field, why = why)));
         }
     }
+    Ok(())
+}
+
+async fn put(service: &Service, by: &CurrentPerson, new: NewPlatform<'_>, action: &str) -> Result<(), Error> {
+    let settings = new.settings;
+    check_settings(service, settings)?;
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
     if platforms::is_registered(&mut *tx, new).await? {

@@ -40,6 +40,9 @@ pub struct RosterRequest {
     /// Meanings of the columns; `None` until they have been confirmed.
     #[serde(default)]
     pub mapping: Option<RosterMapping>,
+    /// The roster lists the members of a course of a learning platform, not the lines of a file.
+    #[serde(default)]
+    pub is_course: bool,
 }
 
 /// A change to a person.
@@ -57,6 +60,8 @@ pub enum RosterChange {
     Enabled,
     /// The account is disabled.
     Disabled,
+    /// Launches of the learning platform find the person from now on.
+    Identity,
 }
 
 /// Outcome of a line.

@@ -18,6 +18,7 @@ mod cell_format;
 mod columns;
 mod difference;
 mod mapping;
+mod members;
 mod quotes;
 mod repeats;
 mod sheet;
@@ -29,6 +30,7 @@ pub use difference::{
     Leaving, LineOutcome, RosterChange, RosterDifference, RosterOutcome, RosterRequest, SchoolPerson,
 };
 pub use mapping::{GroupSplit, MappingDoubt, MappingGuess, RosterMapping};
+pub use members::{CourseMember, CourseRoster, KnownMember, KnownMembers, MemberIdentity};
 pub use sheet::{WorkbookSheet, is_workbook};
 pub use table::RosterTable;
 
@@ -140,6 +142,10 @@ pub enum Refusal {
     EmailUnusable,
     /// The person has another role here; a roster changes no roles.
     OtherRole(Role),
+    /// The person does not learn in the course of the learning platform, or teaches there, too.
+    NoLearner,
+    /// Another person of the school has this registration number.
+    NumberOfAnother,
 }
 
 /// Status of an account.
@@ -166,6 +172,9 @@ pub struct RosterEntry {
     pub role: Option<Role>,
     /// Status of the account, if given.
     pub standing: Option<AccountStanding>,
+    /// Identity that the person gets.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identity: Option<MemberIdentity>,
 }
 
 /// A line of a roster.
@@ -338,6 +347,7 @@ fn entry(
         registrar_id,
         email,
         name,
+        identity: None,
     })
 }
 

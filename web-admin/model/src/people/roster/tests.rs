@@ -204,7 +204,7 @@ fn people_missing_from_the_file_leave_only_when_requested() {
     let people = [known(1, None, "ana@b.c", &["A", "B"]), known(2, None, "bo@b.c", &["A"])];
     let roster = read(b"email,name\nbo@b.c,Ana Ek\n").unwrap();
     let leaving = |remove_missing| {
-        let wanted = RosterRequest { cohort: Some("A".to_owned()), remove_missing, mapping: None };
+        let wanted = RosterRequest { cohort: Some("A".to_owned()), remove_missing, ..RosterRequest::default() };
         RosterDifference::of(&roster, &people, &BTreeSet::new(), &wanted).leaving
     };
     assert_eq!(leaving(false), []);
@@ -249,7 +249,7 @@ fn whoever_stands_in_a_refused_line_does_not_leave() {
         person(5, "Ruth Five"),
     ];
     let head = "email,name,user_id,cohort,status\nr1@uni.example,Rita One,R1,Rem,active\n";
-    let wanted = RosterRequest { cohort: None, remove_missing: true, mapping: None };
+    let wanted = RosterRequest { cohort: None, remove_missing: true, ..RosterRequest::default() };
     let leaving = |lines: &str| {
         let roster = read(format!("{head}{lines}").as_bytes()).unwrap();
         let left = RosterDifference::of(&roster, &people, &BTreeSet::new(), &wanted).leaving;

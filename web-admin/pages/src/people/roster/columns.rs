@@ -268,6 +268,7 @@ mod tests {
             cohorts: vec!["Spring".to_owned()],
             role: Some(Role::Trainee),
             standing: None,
+            identity: None,
         };
         let shown = "Ana".to_owned();
         let read = LineOutcome { line: 2, shown: shown.clone(), entry: Some(entry), outcome: RosterOutcome::New };

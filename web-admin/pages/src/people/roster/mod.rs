@@ -93,6 +93,8 @@ pub struct RosterPreviewPage {
     pub digest: String,
     /// Whether people have changed since the preview.
     pub stale: bool,
+    /// Whether the roster lists the members of a course of a learning platform.
+    pub is_course: bool,
 }
 
 impl RosterPreviewPage {
@@ -191,7 +193,8 @@ mod tests {
         };
         let file = "email,name,id,status\nana@example.org,Ana Berg,7,deleted\nnew@example.org,<b>New,,\nx,X,,\n\
                     f@example.org,=1+1,,\nn@example.org,,,\nnew@example.org,N,,\nk@example.org,K,,asleep\nq@localhost,Q,,\n";
-        let wanted = RosterRequest { cohort: Some("Spring".to_owned()), remove_missing: true, mapping: None };
+        let wanted =
+            RosterRequest { cohort: Some("Spring".to_owned()), remove_missing: true, ..RosterRequest::default() };
         RosterDifference::of(&read(file.as_bytes()).expect("a roster"), &[known, bo], &Default::default(), &wanted)
     }
 
@@ -213,6 +216,7 @@ mod tests {
             leaving: difference.leaving,
             digest: "d".to_owned(),
             stale: true,
+            is_course: false,
         }
     }
 
@@ -262,6 +266,7 @@ mod tests {
             cohorts: Vec::new(),
             role: None,
             standing: None,
+            identity: None,
         };
         let line =
             |line| LineOutcome { line, shown: String::new(), entry: Some(entry.clone()), outcome: RosterOutcome::New };

@@ -78,7 +78,7 @@ async fn keep_sent_roster(
     if let Some(cohort) = cohort.as_ref().filter(|cohort| !is_name(cohort)) {
         return Err(Error::Unprocessable(tr!("“{cohort}” is not allowed as the name of a cohort", cohort = cohort)));
     }
-    let wanted = RosterRequest { cohort, remove_missing: form.remove_missing, mapping: None };
+    let wanted = RosterRequest { cohort, remove_missing: form.remove_missing, ..RosterRequest::default() };
     roster_import::keep(state, person, shorten_file_name(&file.name), &file.bytes, &wanted).await
 }
 
@@ -118,7 +118,7 @@ async fn make_preview_page(
     query: RosterLinesQuery,
 ) -> Result<Option<RosterPreviewPage>, Error> {
     let Some(preview) = roster_import::preview(state, school, id).await? else { return Ok(None) };
-    let RosterPreview { file_name, headings, mapping, ignored, difference, digest } = preview;
+    let RosterPreview { file_name, headings, mapping, ignored, difference, digest, is_course } = preview;
     let (lines, pages) = RosterPreviewPage::lines(&difference, query.show, query.page);
     let mapped = mapping.columns.iter().filter_map(|(column, at)| Some((headings.get(*at)?.clone(), *column)));
     Ok(Some(RosterPreviewPage {
@@ -136,6 +136,7 @@ async fn make_preview_page(
         leaving: difference.leaving,
         digest,
         stale: false,
+        is_course,
     }))
 }
 

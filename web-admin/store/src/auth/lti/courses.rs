@@ -2,10 +2,11 @@
 
 use model::Moment;
 use model::auth::lti::{Launch, LaunchContext};
-use model::ids::{PlatformContextId, PlatformLinkId};
+use model::ids::{CohortId, PlatformContextId, PlatformId, PlatformLinkId, SchoolId};
+use sqlx::FromRow;
 
 use super::platforms::Platform;
-use crate::{Connection, Result};
+use crate::{Connection, Executor, Result};
 
 /// A deployment of a learning platform.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +67,99 @@ pub async fn put_launch(writer: &mut Connection, platform: &Platform, launch: &L
     .bind(&launch.link)
     .bind(&launch.page)
     .bind(&launch.lineitem_url)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// A course of a learning platform.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct PlatformCourse {
+    /// Id.
+    pub id: PlatformContextId,
+    /// Id at the platform.
+    pub context_id: String,
+    /// Title.
+    pub title: Option<String>,
+    /// Address of its members.
+    pub members_url: Option<String>,
+    /// Time of the last launch.
+    pub seen_at: Moment,
+    /// The cohort that it is tied to.
+    pub cohort_id: Option<CohortId>,
+    /// Name of that cohort.
+    pub cohort: Option<String>,
+}
+
+macro_rules! select_courses {
+    ($rest:literal) => {
+        concat!(
+            "SELECT c.id, c.context_id, c.title, c.members_url, c.seen_at, t.cohort_id, k.name AS cohort
+             FROM platform_contexts c
+             LEFT JOIN platform_context_cohorts t ON t.school_id = c.school_id AND t.context_id = c.id
+             LEFT JOIN cohorts k ON k.school_id = t.school_id AND k.id = t.cohort_id ",
+            $rest
+        )
+    };
+}
+
+/// Returns the courses of a learning platform, the last launched first; at most `most`.
+pub async fn list_courses(
+    executor: impl Executor<'_>,
+    school: SchoolId,
+    platform: PlatformId,
+    most: u32,
+) -> Result<Vec<PlatformCourse>> {
+    sqlx::query_as(select_courses!(
+        "WHERE c.school_id = $1 AND c.platform_id = $2 ORDER BY c.seen_at DESC, c.id LIMIT $3 + 0"
+    ))
+    .bind(school)
+    .bind(platform)
+    .bind(i64::from(most))
+    .fetch_all(executor)
+    .await
+}
+
+/// Names a course of a learning platform of a school.
+#[derive(Clone, Copy, Debug)]
+pub struct CourseKey {
+    /// School.
+    pub school_id: SchoolId,
+    /// Learning platform.
+    pub platform_id: PlatformId,
+    /// Course.
+    pub course_id: PlatformContextId,
+}
+
+/// Returns a course of a learning platform.
+pub async fn find_course(executor: impl Executor<'_>, key: CourseKey) -> Result<Option<PlatformCourse>> {
+    sqlx::query_as(select_courses!("WHERE c.school_id = $1 AND c.platform_id = $2 AND c.id = $3"))
+        .bind(key.school_id)
+        .bind(key.platform_id)
+        .bind(key.course_id)
+        .fetch_optional(executor)
+        .await
+}
+
+/// Ties a course to a cohort of the school, or to none.
+pub async fn tie_course(writer: &mut Connection, key: CourseKey, cohort: Option<CohortId>, now: Moment) -> Result<()> {
+    let Some(cohort) = cohort else {
+        return sqlx::query("DELETE FROM platform_context_cohorts WHERE school_id = $1 AND context_id = $2")
+            .bind(key.school_id)
+            .bind(key.course_id)
+            .execute(writer)
+            .await
+            .map(drop);
+    };
+    sqlx::query(
+        "INSERT INTO platform_context_cohorts (context_id, school_id, cohort_id, tied_at) VALUES ($1, $2, $3, $4)
+         ON CONFLICT (context_id) DO UPDATE SET cohort_id = excluded.cohort_id, tied_at = excluded.tied_at
+         WHERE platform_context_cohorts.school_id = excluded.school_id",
+    )
+    .bind(key.course_id)
+    .bind(key.school_id)
+    .bind(cohort)
     .bind(now)
     .execute(writer)
     .await

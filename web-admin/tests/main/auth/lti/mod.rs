@@ -7,6 +7,7 @@ pub(crate) mod deep_linking;
 pub(crate) mod forgeries;
 pub(crate) mod launches;
 pub(crate) mod people;
+pub(crate) mod registration;
 
 use std::collections::BTreeMap;
 

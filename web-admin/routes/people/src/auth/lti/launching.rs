@@ -66,17 +66,22 @@ async fn begin_launch(
 }
 
 /// Whether the response is shown in a frame, where browsers may block cookies.
-fn is_framed(headers: &HeaderMap) -> bool {
+pub(super) fn is_framed(headers: &HeaderMap) -> bool {
     headers.get("sec-fetch-dest").is_some_and(|target| ["iframe", "frame"].iter().any(|frame| target == frame))
+}
+
+/// Returns the policy of a page that another origin may show in a frame.
+pub(super) fn allow_framing(origin: Option<String>) -> String {
+    let ancestors = origin.unwrap_or_else(|| "'none'".to_owned());
+    format!(
+        "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self' data:; form-action 'self'; \
+         frame-ancestors {ancestors}; base-uri 'none'"
+    )
 }
 
 /// Shows the page that opens a window, the only one that the platform may show in a frame.
 fn answer_in_frame(platform: Platform, asked: LoginInitiation) -> Response {
-    let ancestors = platform.settings.frame_origin().unwrap_or_else(|| "'none'".to_owned());
-    let policy = format!(
-        "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self' data:; form-action 'self'; \
-         frame-ancestors {ancestors}; base-uri 'none'"
-    );
+    let policy = allow_framing(platform.settings.frame_origin());
     let page = OpenWindowPage { platform: platform.settings.name, asked };
     ([(CONTENT_SECURITY_POLICY, policy)], page).into_response()
 }

@@ -3,6 +3,7 @@
 use acts::auth::federation::client_keys;
 use acts::auth::lti::launches;
 use acts::auth::lti::platforms as settling;
+use acts::auth::lti::registration;
 use acts::error::Error;
 use axum::extract::State;
 use axum::response::Redirect;
@@ -20,13 +21,16 @@ use serde::Deserialize;
 use store::auth::lti::platforms;
 use store::auth::lti::platforms::{Deployment, Platform};
 
-const PAGE: &str = "/admin/platforms";
+use super::courses;
+
+pub(super) const PAGE: &str = "/admin/platforms";
 
 fn list_entries(state: &AppState) -> PlatformEntries {
     PlatformEntries {
         login_url: launches::login_url(state),
         launch_url: launches::launch_url(state),
         keys_uri: client_keys::keys_uri(state),
+        register_url: registration::register_url(state),
     }
 }
 
@@ -84,11 +88,11 @@ pub(super) async fn add_platform(
     }
 }
 
-async fn find(state: &AppState, person: &CurrentPerson, id: PlatformId) -> Result<Platform, Error> {
+pub(super) async fn find(state: &AppState, person: &CurrentPerson, id: PlatformId) -> Result<Platform, Error> {
     platforms::find_platform(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)
 }
 
-async fn make_platform_page(
+pub(super) async fn make_platform_page(
     state: &AppState,
     visit: Visit<'_>,
     known: &Platform,
@@ -106,6 +110,8 @@ async fn make_platform_page(
         href: format!("{PAGE}/{}", known.id),
         form,
         deployments: deployments.into_iter().map(row).collect(),
+        courses: courses::list_courses(state, visit.person, known.id).await?,
+        course_refused: None,
         entries: list_entries(state),
     })
 }
