@@ -166,6 +166,8 @@ ids! {
     ProvisioningTokenId;
     /// A badge for a mastered course.
     BadgeId;
+    /// A learning record store of a school.
+    RecordStoreId;
     /// A replica: a process that serves the database.
     ReplicaId;
     /// An attempt to parse a recording uploaded in one request.

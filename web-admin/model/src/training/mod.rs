@@ -7,5 +7,7 @@ pub mod certificate_note;
 pub mod cohort;
 pub mod comment;
 pub mod due;
+pub mod learning_records;
 pub mod membership;
 pub mod progress;
+pub mod xapi;
