@@ -39,6 +39,8 @@ pub enum Duty {
     OldAttempts,
     /// Revokes badges that are no longer earned.
     Badges,
+    /// Sends statements to learning record stores.
+    LearningRecords,
 }
 
 impl Duty {
@@ -51,6 +53,7 @@ impl Duty {
             Self::Statements => "statements",
             Self::OldAttempts => "old attempts",
             Self::Badges => "badges",
+            Self::LearningRecords => "learning records",
         }
     }
 }

@@ -72,6 +72,8 @@ pub struct Call {
     pub authorization: Option<String>,
     /// Media type of the answer: the header `Accept`.
     pub accept: &'static str,
+    /// Another header.
+    pub header: Option<(&'static str, String)>,
     /// What to post; `None` for a GET request.
     pub content: Option<Content>,
     /// Maximum size of the answer, in bytes.
@@ -83,7 +85,7 @@ impl Call {
     #[must_use]
     pub const fn get(url: Url) -> Self {
         let accept = "application/json";
-        Self { url, authorization: None, accept, content: None, largest_answer: LARGEST_ANSWER }
+        Self { url, authorization: None, accept, header: None, content: None, largest_answer: LARGEST_ANSWER }
     }
 
     /// Creates a POST request.
@@ -96,6 +98,12 @@ impl Call {
     #[must_use]
     pub fn with_authorization(self, authorization: Option<String>) -> Self {
         Self { authorization, ..self }
+    }
+
+    /// Adds a header.
+    #[must_use]
+    pub fn with_header(self, name: &'static str, value: String) -> Self {
+        Self { header: Some((name, value)), ..self }
     }
 }
 
@@ -248,6 +256,9 @@ fn send_blocking(agent: &Agent, call: Call) -> Result<Answer, CallFailed> {
     let mut request = Request::builder().uri(call.url.as_str()).header(ACCEPT, call.accept);
     if let Some(authorization) = &call.authorization {
         request = request.header(AUTHORIZATION, authorization);
+    }
+    if let Some((name, value)) = &call.header {
+        request = request.header(*name, value);
     }
     let malformed = |error: http::Error| CallFailed::Address(error.to_string());
     let answered = match call.content {

@@ -14,7 +14,7 @@ use store::operations::schools;
 use store::people::directory;
 use store::privacy::texts::{ErasedRecording, TextOwner, TextSide};
 use store::privacy::{retention, texts};
-use store::training::badges;
+use store::training::{badges, learning_records};
 
 use crate::error::Error;
 use crate::privacy::erasure_store::ErasureStore;
@@ -123,6 +123,11 @@ async fn take_away(
         let letters = directory::list_letters_to(&mut *tx, person, erasure.school_id).await?;
         retention::forget_warning(tx, person.id).await?;
         directory::erase_person(tx, person, erasure.school_id, erasure.at).await?;
+        learning_records::withdraw_consents(tx, key, erasure.at).await?;
+        let sent = learning_records::mark_erased(tx, key).await?;
+        if sent > 0 {
+            told["statements_sent"] = sent.into();
+        }
         let revoked = badges::revoke_badges_of(tx, key, erasure.at).await?;
         if revoked > 0 {
             told["badges_revoked"] = revoked.into();

@@ -28,6 +28,7 @@ use crate::error::{error_chain, is_database_unavailable};
 use crate::recordings::replays;
 use crate::sandbox_jobs::{JudgingOutcome, JudgingTask, SandboxRequest, SandboxResponse};
 use crate::service::Service;
+use crate::training::learning_records::queueing::{GradeSource, queue_statements};
 use crate::{SPANS, sandbox};
 
 /// Maximum number of attempts before a recording is rejected, even if the error is transient.
@@ -166,11 +167,12 @@ async fn keep_score(state: &Service, job: &Job, outcome: JudgingOutcome) -> anyh
         log_lost_lease(job);
         return Ok(());
     }
-    scores::add_score(&mut tx, key, &outcome.assessment, now).await?;
+    let score = scores::add_score(&mut tx, key, &outcome.assessment, now).await?;
     FailPoint::ScoreAdded.hit();
     scores::put_curve(&mut tx, key, &outcome.curve).await?;
     sessions::mark_scored(&mut tx, job.school_id, job.session_id, outcome.verified).await?;
     practice::refresh_practice(&mut tx, key).await?;
+    queue_statements(state, &mut tx, key, GradeSource::Score(score), now).await?;
     let details = json!({
         "score": outcome.assessment.score,
         "rubric_sha256": outcome.assessment.rubric.sha256,

@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::letters::notices;
 use crate::letters::notices::News;
 use crate::service::Service;
+use crate::training::learning_records::queueing::{GradeSource, queue_statements};
 
 /// Records that a teacher supervised an attempt, or withdraws that.
 ///
@@ -46,7 +47,9 @@ pub async fn override_grade(
     new: &NewOverride<'_>,
 ) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
-    grades::put_override(&mut tx, session.key(), new, now).await?;
+    let id = grades::put_override(&mut tx, session.key(), new, now).await?;
+    let source = if new.grade.is_some() { GradeSource::Override(id) } else { GradeSource::Withdrawal(id) };
+    queue_statements(service, &mut tx, session.key(), source, now).await?;
     let action = if new.grade.is_some() { "grade.overridden" } else { "grade.override_withdrawn" };
     let details = json!({ "score": new.grade.map(|(score, _)| score), "passed": new.grade.map(|(_, passed)| passed) });
     AuditEntry::by(by, action, session.id).with(details).append(&mut tx, now).await?;

@@ -7,3 +7,4 @@ pub mod cohorts;
 pub mod comments;
 pub mod course_changes;
 pub mod deadlines;
+pub mod learning_records;

@@ -57,7 +57,7 @@ pub async fn find_grade(executor: impl Executor<'_>, session: SessionKey) -> Res
     .await
 }
 
-/// Adds an override. Earlier overrides and all computed scores are kept.
+/// Adds an override and returns its id. Earlier overrides and all computed scores are kept.
 ///
 /// # Errors
 /// If the attempt or the person belongs to another school, the reason is empty, or the database
@@ -67,12 +67,13 @@ pub async fn put_override(
     session: SessionKey,
     new: &NewOverride<'_>,
     now: Moment,
-) -> Result<()> {
+) -> Result<OverrideId> {
+    let id = OverrideId::made_at(now);
     sqlx::query(
         "INSERT INTO score_overrides (id, school_id, session_id, score, passed, reason, made_by, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8)",
     )
-    .bind(OverrideId::made_at(now))
+    .bind(id)
     .bind(session.school_id)
     .bind(session.id)
     .bind(new.grade.map(|(score, _)| score))
@@ -82,7 +83,8 @@ pub async fn put_override(
     .bind(now)
     .execute(&mut *writer)
     .await?;
-    practice::refresh_practice(writer, session).await
+    practice::refresh_practice(writer, session).await?;
+    Ok(id)
 }
 
 /// Returns attempts without an override whose grade differs from the score it refers to.

@@ -142,6 +142,15 @@ pub async fn find_assignment(
     Ok(row.map(Assigned::from))
 }
 
+/// Returns the cohort of an assignment; `None` for an individual one.
+pub async fn find_cohort(executor: impl Executor<'_>, school: SchoolId, id: AssignmentId) -> Result<Option<CohortId>> {
+    sqlx::query_scalar("SELECT cohort_id FROM assignments WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .fetch_one(executor)
+        .await
+}
+
 /// Returns the assignments of a cohort and of its individual trainees, with their regular due
 /// dates, without extensions.
 pub async fn list_cohort_assignments(

@@ -6,6 +6,7 @@ pub mod cohorts;
 pub mod comments;
 pub mod curricula;
 pub mod deadlines;
+pub mod learning_records;
 pub mod practice;
 pub mod reports;
 pub mod tallies;

@@ -78,7 +78,8 @@ async fn send(
     service.outgoing.count_request(platform.school_id, &url)?;
     let authorization = Some(format!("Bearer {token}"));
     let (accept, content, largest_answer) = (request.accept, request.content.clone(), request.largest_answer);
-    Ok(service.outgoing.send(Call { url, authorization, accept, content, largest_answer }).await?)
+    let call = Call { authorization, accept, content, largest_answer, ..Call::get(url) };
+    Ok(service.outgoing.send(call).await?)
 }
 
 /// Returns an access token other than the `refused` one: a kept one, or a new one for a signed

@@ -21,6 +21,7 @@ use store::scoring::{grades, regradings, scores};
 use super::{Regrader, Rubric, ScoreChange, add};
 use crate::error::{Error, refuse_trainees};
 use crate::service::Service;
+use crate::training::learning_records::queueing::{GradeSource, queue_statements};
 
 /// How long a preview can be confirmed, in s.
 pub const PREVIEW_LIFETIME_S: i64 = 86_400;
@@ -209,7 +210,9 @@ async fn grade_some(state: &Service, regrading: &Regrading) -> Result<(), Error>
                 let change = ScoreChange { before: line.before, again: &line.assessment.0 };
                 // The reason is stored with the re-grading, once for all attempts.
                 let by = Regrader { actor: Actor::Person(regrading.made_by), reason: None };
-                Some(add(&mut tx, key, by, change, now).await?)
+                let score = add(&mut tx, key, by, change, now).await?;
+                queue_statements(state, &mut tx, key, GradeSource::Score(score), now).await?;
+                Some(score)
             }
             false => None,
         };

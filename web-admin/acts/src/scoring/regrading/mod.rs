@@ -29,6 +29,7 @@ use crate::error::Error;
 use crate::recordings::replays;
 use crate::sandbox_jobs::{JudgingTask, SandboxRequest, SandboxResponse};
 use crate::service::Service;
+use crate::training::learning_records::queueing::{GradeSource, queue_statements};
 use crate::{recordings, sandbox};
 
 /// Maximum time in the school's queue for scoring a recording again.
@@ -138,7 +139,9 @@ pub async fn apply(state: &Service, by: Regrader<'_>, session: &Session, again: 
     let mut tx = state.db.write().await?;
     let before = scores::find_newest_score(&mut *tx, session.key()).await?.context("a scored attempt")?;
     let change = ScoreChange { before: before.score, again };
-    add(&mut tx, session.key(), by, change, state.clock.now()).await?;
+    let now = state.clock.now();
+    let score = add(&mut tx, session.key(), by, change, now).await?;
+    queue_statements(state, &mut tx, session.key(), GradeSource::Score(score), now).await?;
     Ok(tx.commit().await?)
 }
 

@@ -26,7 +26,7 @@ const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
 }
 
 /// Records about the person, including those made by others.
-const ABOUT: [RecordKind; 22] = [
+const ABOUT: [RecordKind; 24] = [
     kind(
         "overrides",
         "SELECT o.session_id, o.score, o.passed AS is_pass, o.reason, p.display_name AS made_by, o.made_at
@@ -70,6 +70,18 @@ const ABOUT: [RecordKind; 22] = [
         "SELECT d.cohort_id, c.name AS cohort, d.act, p.display_name AS done_by, d.done_at FROM cohort_acts d
          JOIN cohorts c ON c.id = d.cohort_id LEFT JOIN people p ON p.id = d.done_by
          WHERE d.school_id = $1 AND d.person_id = $2 ORDER BY d.done_at, d.id",
+    ),
+    kind(
+        "record_consents",
+        "SELECT r.endpoint, c.wording, c.given_at, c.withdrawn_at FROM record_consents c
+         JOIN record_stores r ON r.school_id = c.school_id AND r.id = c.store_id
+         WHERE c.school_id = $1 AND c.person_id = $2 ORDER BY c.given_at, c.id",
+    ),
+    kind(
+        "statements",
+        "SELECT s.id, r.endpoint, s.state, s.made_at, s.sent_at FROM statements s
+         JOIN record_stores r ON r.school_id = s.school_id AND r.id = s.store_id
+         WHERE s.school_id = $1 AND s.person_id = $2 ORDER BY s.made_at, s.id",
     ),
     kind(
         "badges",
