@@ -13,16 +13,20 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 52] = [
+pub const SAID_HERE: [&str; 56] = [
     "/account/cohorts/{cohort}",
     "/account/identities/{id}/remove",
     "/account/language",
+    "/account/learning-records",
     "/account/news",
     "/account/second-factor/passkeys/{id}/remove",
     "/account/second-factor/passkeys/{id}/rename",
     "/account/studies/{id}/join",
     "/account/studies/{id}/leave",
     "/account/tokens/{id}/revoke",
+    "/admin/learning-records",
+    "/admin/learning-records/disable",
+    "/admin/learning-records/retry",
     "/admin/origins",
     "/admin/platforms",
     "/admin/platforms/{id}",
@@ -91,6 +95,8 @@ impl FlashMessage {
         match SAID_HERE[self.0] {
             "/account/tokens/{id}/revoke" | "/admin/provisioning/{id}/revoke" => tr!("Token revoked."),
             "/account/second-factor/passkeys/{id}/remove" => tr!("Passkey removed."),
+            "/admin/learning-records/disable" => tr!("Nothing more is sent."),
+            "/admin/learning-records/retry" => tr!("Everything that was not sent is tried again."),
             "/admin/stations/{id}/revoke" => tr!("Station token revoked."),
             "/assignments" => tr!("Assigned."),
             "/assignments/{id}/extend" | "/segments/{id}/extend" => tr!("Due date changed."),

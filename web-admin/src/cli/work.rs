@@ -18,6 +18,7 @@ use acts::operations::{upkeep, verification};
 use acts::privacy::erasure_store::ErasureStore;
 use acts::privacy::{erasing, retention};
 use acts::recordings::uploads;
+use acts::training::learning_records::sending;
 use acts::training::{badges, deadlines};
 use acts::{SPANS, recordings, replicas};
 use anyhow::Context;
@@ -187,6 +188,7 @@ impl Shift {
             tokio::spawn(retention::run(state.service.clone())),
             tokio::spawn(audit_checkpoints::run(state.service.clone())),
             tokio::spawn(badges::run(state.service.clone())),
+            tokio::spawn(sending::run(state.service.clone())),
             tokio::spawn(tidy_up(state.clone())),
         ];
         tasks.extend((state.config.judges > 0).then(|| tokio::spawn(worker::run_worker(state.clone()))));

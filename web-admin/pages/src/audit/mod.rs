@@ -50,7 +50,10 @@ pub const AUDIT_THEMES: [AuditTheme; 6] = [
         actions: &["assignment", "exercise", "curriculum", "draft", "certificate", "badge", "segments"],
     },
     AuditTheme { key: "surveys", actions: &["survey", "instrument", "study", "ratings", "rating", "expert"] },
-    AuditTheme { key: "school", actions: &["school", "station", "pairing_code", "retention"] },
+    AuditTheme {
+        key: "school",
+        actions: &["school", "station", "pairing_code", "retention", "record_store", "records"],
+    },
 ];
 
 impl AuditTheme {

@@ -9,6 +9,7 @@ pub mod concern;
 pub mod curricula;
 pub mod gradebook;
 pub mod instructor;
+pub mod learning_records;
 pub mod progress;
 pub mod qr;
 pub mod trainee;

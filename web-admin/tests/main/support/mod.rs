@@ -12,6 +12,7 @@ pub mod learning_platform;
 pub mod mail;
 pub mod postgres;
 pub mod provider;
+pub mod record_store;
 pub mod recordings;
 pub mod service;
 pub mod signer;

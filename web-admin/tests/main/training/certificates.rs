@@ -10,6 +10,7 @@ use model::training::certificate_note::CertificateNote;
 use model::{Moment, PersonKey, Role};
 use pages::training::qr::draw_qr_code;
 use platform::clock::Clock;
+use platform::config::Config;
 use sha2::{Digest, Sha256};
 use store::people;
 use web_admin::worker;
@@ -26,7 +27,12 @@ const COURSE: &str = "id = \"one-step\"\ntitle = \"One <step> & no more\"\n[mast
                       [[exercise]]\nfile = \"only.toml\"\n";
 
 pub(super) async fn school() -> (App, Member) {
-    let app = App::with(Clock::fixed(NOW), |_| {}).await;
+    school_with(|_| {}).await
+}
+
+/// The same, with changes to the configuration.
+pub(super) async fn school_with(change: impl FnOnce(&mut Config)) -> (App, Member) {
+    let app = App::with(Clock::fixed(NOW), change).await;
     let school = app.school("North & Sons").await;
     let folder = app.folder.path().join("short");
     std::fs::create_dir_all(folder.join("course")).unwrap();

@@ -4,6 +4,7 @@ pub(crate) mod assignments;
 pub(crate) mod badges;
 pub(crate) mod certificates;
 pub(crate) mod cohorts;
+pub(crate) mod learning_records;
 pub(crate) mod membership;
 pub(crate) mod progress;
 pub(crate) mod replaced_exercises;

@@ -8,6 +8,7 @@ mod cohort_people;
 pub(crate) mod cohorts;
 mod exercise;
 pub(crate) mod gradebook;
+mod learning_records;
 pub(crate) mod news;
 pub(crate) mod progress;
 pub(crate) mod rows;
@@ -37,5 +38,6 @@ pub(crate) fn course_routes() -> Routes {
         .route("/assignments/{id}", get(assignments::show_assignment))
         .route("/assignments/{id}/extend", post(assignments::extend_assignment))
         .route("/assignments/{id}/withdraw", post(assignments::withdraw_assignment))
+        .merge(learning_records::record_routes())
         .merge(progress::progress_routes())
 }
