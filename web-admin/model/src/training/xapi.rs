@@ -463,7 +463,8 @@ mod tests {
         }
 
         fn grade(&mut self) -> StatementGrade {
-            let metrics = (0..self.next() % 5).map(|n| ((SENT_METRICS[n as usize % 4].to_owned(), 1), self.fraction() * 80.0));
+            let metrics =
+                (0..self.next() % 5).map(|n| ((SENT_METRICS[n as usize % 4].to_owned(), 1), self.fraction() * 80.0));
             let metrics = metrics.collect();
             StatementGrade { score: self.fraction() * 100.0, passed: self.next() % 2 == 0, metrics }
         }

@@ -128,12 +128,7 @@ pub async fn disable_record_store(
 }
 
 /// Records that a store refuses this service; with `None`, that it is to be tried again.
-pub async fn set_refusal(
-    writer: &mut Connection,
-    id: RecordStoreId,
-    refusal: Option<&str>,
-    now: Moment,
-) -> Result<()> {
+pub async fn set_refusal(writer: &mut Connection, id: RecordStoreId, refusal: Option<&str>, now: Moment) -> Result<()> {
     sqlx::query("UPDATE record_stores SET refusal = $2, refused_at = $3 WHERE id = $1")
         .bind(id)
         .bind(refusal)
