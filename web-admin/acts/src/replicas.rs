@@ -41,6 +41,8 @@ pub enum Duty {
     Badges,
     /// Sends statements to learning record stores.
     LearningRecords,
+    /// Sends grades to learning platforms.
+    Grades,
 }
 
 impl Duty {
@@ -54,6 +56,7 @@ impl Duty {
             Self::OldAttempts => "old attempts",
             Self::Badges => "badges",
             Self::LearningRecords => "learning records",
+            Self::Grades => "grades",
         }
     }
 }

@@ -160,6 +160,8 @@ ids! {
     PlatformLinkId;
     /// A choice of content for a course of a learning platform.
     ContentChoiceId;
+    /// The grade of a user of such a link, to be sent to the platform.
+    DeliveryId;
     /// An account at a provider that belongs to a person.
     IdentityId;
     /// A token of a directory that provisions people.

@@ -19,7 +19,7 @@ use acts::privacy::erasure_store::ErasureStore;
 use acts::privacy::{erasing, retention};
 use acts::recordings::uploads;
 use acts::training::learning_records::sending;
-use acts::training::{badges, deadlines};
+use acts::training::{badges, deadlines, grade_delivery};
 use acts::{SPANS, recordings, replicas};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
@@ -184,6 +184,7 @@ impl Shift {
         let mut tasks = vec![
             tokio::spawn(outbox::run_outbox(state.clone())),
             tokio::spawn(deadlines::run(state.service.clone())),
+            tokio::spawn(grade_delivery::run(state.service.clone())),
             tokio::spawn(notices::run(state.service.clone())),
             tokio::spawn(retention::run(state.service.clone())),
             tokio::spawn(audit_checkpoints::run(state.service.clone())),

@@ -55,6 +55,30 @@ pub(crate) async fn tell(tx: &mut Connection, by: &CurrentPerson, news: News<'_>
     Ok(())
 }
 
+/// Records a notice for the person who made an assignment: a learning platform has refused the grade
+/// of a trainee. There is one notice until it is read, because often all grades are refused.
+pub(crate) async fn tell_refused_grade(
+    tx: &mut Connection,
+    trainee: PersonKey,
+    assignment: AssignmentId,
+    now: Moment,
+) -> Result<(), Error> {
+    let maker = notices::find_unaware_maker(&mut *tx, trainee.school_id, assignment).await?;
+    if let Some(person_id) = maker {
+        let notice = NewNotice {
+            whom: PersonKey { school_id: trainee.school_id, person_id },
+            kind: NoticeKind::Delivery,
+            by: trainee.person_id,
+            session_id: None,
+            comment_id: None,
+            assignment_id: Some(assignment),
+            round_id: None,
+        };
+        notices::add_notice(tx, notice, now).await?;
+    }
+    Ok(())
+}
+
 async fn list_notices_of(tx: &mut Connection, by: &CurrentPerson, news: News<'_>) -> Result<Vec<NewNotice>, Error> {
     let whom = |person_id| PersonKey { school_id: by.school_id, person_id };
     let blank = |kind, person_id| NewNotice {

@@ -7,4 +7,5 @@ pub mod cohorts;
 pub mod comments;
 pub mod course_changes;
 pub mod deadlines;
+pub mod grade_delivery;
 pub mod learning_records;

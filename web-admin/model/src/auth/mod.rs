@@ -2,6 +2,7 @@
 
 pub mod deep_linking;
 pub mod federation;
+pub mod grade_service;
 pub mod lti;
 pub mod passkey;
 pub mod password_refused;

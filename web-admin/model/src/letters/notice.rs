@@ -20,6 +20,8 @@ pub enum NoticeKind {
     Rating,
     /// An assignment was made to the person.
     Assignment,
+    /// A learning platform has refused a grade of an assignment that the person made.
+    Delivery,
 }
 
 impl NoticeKind {
@@ -33,6 +35,7 @@ impl NoticeKind {
             Self::Override => "override",
             Self::Rating => "rating",
             Self::Assignment => "assignment",
+            Self::Delivery => "delivery",
         }
     }
 }
@@ -43,7 +46,7 @@ impl NoticeKind {
 pub struct Notice {
     /// Kind.
     pub kind: NoticeKind,
-    /// Name of the person who caused it.
+    /// Name of the person who caused it, or whose grade it is.
     pub by: String,
     /// Attempt.
     pub session_id: Option<SessionId>,
@@ -73,7 +76,7 @@ impl Notice {
             (NoticeKind::Override, Some(session), _) => format!("/sessions/{session}"),
             (NoticeKind::Rating, Some(session), _) => format!("/sessions/{session}/grade"),
             (NoticeKind::Rating, None, Some(round)) => format!("/ratings/{round}"),
-            (NoticeKind::Assignment, ..) => "/assignments".to_owned(),
+            (NoticeKind::Assignment | NoticeKind::Delivery, ..) => "/assignments".to_owned(),
             _ => "/".to_owned(),
         }
     }
@@ -105,7 +108,7 @@ impl NoticePlace {
             Self::Attempt(_) => &[NoticeKind::Override],
             Self::Grade(_) => &[NoticeKind::Override, NoticeKind::Rating],
             Self::Round(_) => &[NoticeKind::Rating],
-            Self::Assignments => &[NoticeKind::Assignment],
+            Self::Assignments => &[NoticeKind::Assignment, NoticeKind::Delivery],
             Self::Everywhere => &[
                 NoticeKind::Comment,
                 NoticeKind::Question,
@@ -113,6 +116,7 @@ impl NoticePlace {
                 NoticeKind::Override,
                 NoticeKind::Rating,
                 NoticeKind::Assignment,
+                NoticeKind::Delivery,
             ],
         }
     }

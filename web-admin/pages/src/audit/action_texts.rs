@@ -68,6 +68,8 @@ pub fn describe_act(action: &str) -> Option<&'static str> {
         "platform.deployment_admitted" => tr!("admitted a deployment of a learning platform"),
         "platform.disabled" => tr!("disabled a learning platform"),
         "platform.enabled" => tr!("enabled a learning platform"),
+        "platform.grade_refused" => tr!("could not send a grade to a learning platform"),
+        "platform.grade_retried" => tr!("had a grade sent to a learning platform again"),
         "provider.added" => tr!("added a provider for signing in"),
         "provider.changed" => tr!("changed a provider for signing in"),
         "provider.disabled" => tr!("disabled a provider for signing in"),

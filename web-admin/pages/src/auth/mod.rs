@@ -2,6 +2,7 @@
 
 pub mod account;
 pub mod deep_linking;
+pub mod deliveries;
 pub mod federation;
 pub mod login;
 pub mod lti;

@@ -34,6 +34,9 @@ impl NewsItem {
             }
             NoticeKind::Rating => tr!("All raters have finished: “{title}”", title = title),
             NoticeKind::Assignment => tr!("{name} has assigned “{title}” to you", name = by, title = title),
+            NoticeKind::Delivery => {
+                tr!("The learning platform has refused the grade of {name} in “{title}”", name = by, title = title)
+            }
         };
         Self { words, href: notice.href(), at: notice.made_at.to_utc() }
     }

@@ -105,6 +105,24 @@ pub async fn list_assignees(
     .await
 }
 
+/// Returns the person who made an assignment, unless they have an unread notice about a grade of it
+/// that was refused.
+pub async fn find_unaware_maker(
+    executor: impl Executor<'_>,
+    school: SchoolId,
+    assignment: AssignmentId,
+) -> Result<Option<PersonId>> {
+    sqlx::query_scalar(
+        "SELECT a.made_by FROM assignments a WHERE a.school_id = $1 AND a.id = $2 AND NOT EXISTS (
+           SELECT 1 FROM notices n WHERE n.school_id = a.school_id AND n.person_id = a.made_by AND n.kind = 'delivery'
+             AND n.assignment_id = a.id AND n.read_at IS NULL)",
+    )
+    .bind(school)
+    .bind(assignment)
+    .fetch_optional(executor)
+    .await
+}
+
 /// An attempt of a round and its trainee; without an attempt, the person who created the round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct RoundPart {

@@ -4,6 +4,7 @@ use model::ids::{AssignmentId, CohortId, PersonId, SchoolId, SessionId};
 use model::{Moment, SessionKey};
 use sqlx::FromRow;
 
+use crate::auth::lti::deliveries;
 use crate::recordings::sessions::Session;
 use crate::{Connection, Executor, Result};
 
@@ -26,6 +27,7 @@ pub async fn confirm_supervision(
     by: PersonId,
     now: Moment,
 ) -> Result<bool> {
+    deliveries::mark_attempt(&mut *writer, session.key()).await?;
     sqlx::query(
         "INSERT INTO supervisions (school_id, session_id, trainee_id, confirmed_by, confirmed_at)
          VALUES ($1, $2, $3, $4, $5) ON CONFLICT (school_id, session_id) DO NOTHING",
@@ -42,6 +44,7 @@ pub async fn confirm_supervision(
 
 /// Withdraws a confirmation. Returns false if it does not exist.
 pub async fn withdraw_supervision(writer: &mut Connection, session: SessionKey) -> Result<bool> {
+    deliveries::mark_attempt(&mut *writer, session).await?;
     sqlx::query("DELETE FROM supervisions WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)

@@ -8,6 +8,7 @@ use model::training::due;
 use model::{CurrentPerson, Moment, Role};
 use sqlx::FromRow;
 
+use crate::auth::lti::deliveries;
 use crate::{Connection, Executor, Result};
 
 /// An assignment to be stored.
@@ -45,7 +46,7 @@ pub async fn add_assignment(
         AssignmentTask::Exercise(id) => (Some(id), None),
         AssignmentTask::Course(id) => (None, Some(id)),
     };
-    sqlx::query_scalar(
+    let id = sqlx::query_scalar(
         "INSERT INTO assignments (id, school_id, exercise_id, curriculum_id, cohort_id, person_id, supervised,
            attempt_limit, due_local, time_zone, due_at, made_by, made_at, since_only)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14) RETURNING id",
@@ -64,8 +65,10 @@ pub async fn add_assignment(
     .bind(by.id)
     .bind(now)
     .bind(new.since_only)
-    .fetch_one(writer)
-    .await
+    .fetch_one(&mut *writer)
+    .await?;
+    deliveries::mark_assignment(writer, by.school_id, id).await?;
+    Ok(id)
 }
 
 #[derive(FromRow)]
@@ -294,7 +297,7 @@ pub async fn withdraw_assignment(
         .bind(school)
         .bind(id)
         .bind(now)
-        .execute(writer)
-        .await
-        .map(drop)
+        .execute(&mut *writer)
+        .await?;
+    deliveries::mark_assignment(writer, school, id).await
 }

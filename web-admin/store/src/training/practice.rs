@@ -13,6 +13,7 @@ use model::{Moment, PersonKey, SessionKey, count_i64};
 use serde::{Deserialize, Serialize};
 use sqlx::FromRow;
 
+use crate::auth::lti::deliveries;
 use crate::training::tallies;
 use crate::training::tallies::Sums;
 use crate::{Connection, Executor, Json, Result};
@@ -84,7 +85,8 @@ struct ChangedScore {
     started_at: Moment,
 }
 
-/// Updates the sums after a change of an attempt's effective score.
+/// Updates the sums after a change of an attempt's effective score, and marks the trainee's grades for
+/// learning platforms.
 pub async fn refresh_practice(writer: &mut Connection, session: SessionKey) -> Result<()> {
     let changed: ChangedScore =
         sqlx::query_as("SELECT trainee_id, exercise_id, started_at FROM sessions WHERE school_id = $1 AND id = $2")
@@ -92,6 +94,8 @@ pub async fn refresh_practice(writer: &mut Connection, session: SessionKey) -> R
             .bind(session.id)
             .fetch_one(&mut *writer)
             .await?;
+    let trainee = PersonKey { school_id: session.school_id, person_id: changed.trainee_id };
+    deliveries::mark_person(&mut *writer, trainee).await?;
     let before = sums(&mut *writer, session.school_id, &changed).await?;
     let history = history(&mut *writer, session.school_id, &changed).await?;
     let after = Sums {
@@ -105,13 +109,7 @@ pub async fn refresh_practice(writer: &mut Connection, session: SessionKey) -> R
         passes: after.passes - before.passes,
         points: after.points - before.points,
     };
-    tallies::add_to_tally(
-        writer,
-        PersonKey { school_id: session.school_id, person_id: changed.trainee_id },
-        changed.started_at,
-        difference,
-    )
-    .await
+    tallies::add_to_tally(writer, trainee, changed.started_at, difference).await
 }
 
 async fn sums(executor: impl Executor<'_>, school: SchoolId, changed: &ChangedScore) -> Result<Sums> {

@@ -36,6 +36,7 @@ const HELD: [(&str, &str); 54] = [
     ("expert_declarations.person_id", "consents"),
     ("expert_declarations.recorded_by", "consents_recorded"),
     ("expert_declarations.withdrawn_by", "consents_recorded"),
+    ("deliveries.person_id", "grades_for_platforms"),
     ("identities.person_id", "access/identities"),
     ("mails.person_id", "letters"),
     ("pairing_codes.made_by", "pairing_codes_made"),

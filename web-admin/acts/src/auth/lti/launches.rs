@@ -2,16 +2,18 @@
 
 use std::net::IpAddr;
 
+use model::PersonKey;
 use model::auth::deep_linking::DeepLinkingRequest;
 use model::auth::federation::{Claims, ProvenIdentity};
 use model::auth::lti::{Launch, LoginInitiation, own_target};
 use model::auth::sign_in_refusal::SignInRefusal;
+use model::ids::PlatformLinkId;
 use platform::openid::{ExpectedToken, LaunchRequest};
 use platform::secret;
 use store::auth::lti::courses::DeployedPlatform;
 use store::auth::lti::launches::BegunLaunch;
 use store::auth::lti::platforms::Platform;
-use store::auth::lti::{content_choices, courses, launches, platforms};
+use store::auth::lti::{content_choices, courses, deliveries, launches, platforms};
 use store::auth::rate_limits as counts;
 
 use crate::auth::federation::documents::{self, DocumentError, refuse as fail};
@@ -142,6 +144,8 @@ pub struct ConfirmedLaunch {
     pub identity: ProvenIdentity,
     /// Path to open.
     pub page: String,
+    /// Link of the launch; `None` for a choice of content.
+    pub link: Option<PlatformLinkId>,
 }
 
 /// Result of a launch that is not refused.
@@ -260,6 +264,17 @@ async fn read_message(
     PlatformMessage::read(service, platform, &claims)
 }
 
+/// Records the person of a launch, whose grades are sent to the platform from now on if the link has
+/// grades.
+///
+/// # Errors
+/// Fails if the database fails.
+pub async fn note_user(service: &Service, link: PlatformLinkId, person: PersonKey, subject: &str) -> Result<(), Error> {
+    let mut tx = service.db.write().await?;
+    deliveries::put_delivery(&mut tx, link, person, subject, service.clock.now()).await?;
+    Ok(tx.commit().await?)
+}
+
 /// Takes a verified message, if its deployment is admitted.
 async fn accept(
     service: &Service,
@@ -276,10 +291,11 @@ async fn accept(
         tx.commit().await?;
         return sources::refuse(service, &IdentitySource::from(&platform), SignInRefusal::Deployment).await;
     }
-    let (identity, page) = match message {
+    let (identity, page, link) = match message {
         PlatformMessage::Launch(launch) => {
             courses::put_launch(&mut tx, &platform, &launch, now).await?;
-            (launch.identity, launch.page)
+            let link = courses::find_link(&mut *tx, &platform, &launch).await?;
+            (launch.identity, launch.page, link)
         }
         PlatformMessage::Choice(asked) => {
             if let Some(context) = &asked.context {
@@ -287,9 +303,9 @@ async fn accept(
                 courses::put_context(&mut tx, deployed, context, now).await?;
             }
             let choice = content_choices::add_choice(&mut tx, &platform, &asked, now.plus_s(CHOICE_S), now).await?;
-            (asked.identity, format!("/lti/deep-link/{choice}"))
+            (asked.identity, format!("/lti/deep-link/{choice}"), None)
         }
     };
     tx.commit().await?;
-    Ok(Ok(LaunchOutcome::Confirmed(Box::new(ConfirmedLaunch { platform, identity, page }))))
+    Ok(Ok(LaunchOutcome::Confirmed(Box::new(ConfirmedLaunch { platform, identity, page, link }))))
 }

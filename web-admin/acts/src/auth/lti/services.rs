@@ -79,7 +79,12 @@ async fn send(
     let authorization = Some(format!("Bearer {token}"));
     let (accept, content, largest_answer) = (request.accept, request.content.clone(), request.largest_answer);
     let call = Call { authorization, accept, content, largest_answer, ..Call::get(url) };
-    Ok(service.outgoing.send(call).await?)
+    let mut answer = service.outgoing.send(call).await?;
+    // Answers to failed requests are stored and shown, and some repeat the request.
+    if answer.body.windows(token.len().max(1)).any(|part| part == token.as_bytes()) {
+        answer.body.clear();
+    }
+    Ok(answer)
 }
 
 /// Returns an access token other than the `refused` one: a kept one, or a new one for a signed

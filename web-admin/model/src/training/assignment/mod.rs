@@ -2,8 +2,11 @@
 //!
 //! Pure functions of the attempts and the current time. Only scored attempts count.
 
+mod outcome;
 #[cfg(test)]
 mod tests;
+
+pub use outcome::AssignmentOutcome;
 
 use std::borrow::Cow;
 use std::cmp::Reverse;

@@ -6,6 +6,7 @@ use model::people::email::normalize_email;
 use model::{Moment, PersonKey};
 use sqlx::FromRow;
 
+use crate::auth::lti::deliveries;
 use crate::{Connection, Executor, Result};
 
 /// An account at a provider or a learning platform.
@@ -162,8 +163,20 @@ pub async fn add_identity(writer: &mut Connection, new: NewIdentity<'_>) -> Resu
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Deletes an identity of a person. Returns false if it does not exist.
+/// Deletes an identity of a person, and its grades for a learning platform. Returns false if it does
+/// not exist.
 pub async fn remove_identity(writer: &mut Connection, key: PersonKey, id: IdentityId) -> Result<bool> {
+    sqlx::query(
+        "DELETE FROM deliveries WHERE school_id = $1 AND person_id = $2 AND (platform_id, subject) IN (
+           SELECT v.id, i.subject FROM identities i
+           JOIN platforms v ON v.school_id = i.school_id AND v.issuer || ' ' || v.client_id = i.issuer
+           WHERE i.school_id = $1 AND i.person_id = $2 AND i.id = $3 AND i.kind = 'lti')",
+    )
+    .bind(key.school_id)
+    .bind(key.person_id)
+    .bind(id)
+    .execute(&mut *writer)
+    .await?;
     sqlx::query("DELETE FROM identities WHERE school_id = $1 AND person_id = $2 AND id = $3")
         .bind(key.school_id)
         .bind(key.person_id)
@@ -173,8 +186,10 @@ pub async fn remove_identity(writer: &mut Connection, key: PersonKey, id: Identi
         .map(|done| done.rows_affected() == 1)
 }
 
-/// Deletes all identities of a person, and the sign-ins and choices of content that they have begun.
+/// Deletes all identities of a person, their grades for learning platforms, and the sign-ins and choices
+/// of content that they have begun.
 pub async fn remove_identities(writer: &mut Connection, key: PersonKey) -> Result<()> {
+    deliveries::remove_deliveries(&mut *writer, key).await?;
     for statement in [
         "DELETE FROM content_choices WHERE school_id = $1 AND EXISTS (SELECT 1 FROM identities i
            WHERE i.school_id = content_choices.school_id AND i.kind = 'lti' AND i.issuer = content_choices.issuer

@@ -45,7 +45,8 @@ pub async fn put_context(
     .await
 }
 
-/// Adds the link of a launch and its course, or updates them. The deployment must be known.
+/// Adds the link of a launch and its course, or updates them. The deployment must be known. A line item
+/// that was found earlier is kept if the launch has none.
 pub async fn put_launch(writer: &mut Connection, platform: &Platform, launch: &Launch, now: Moment) -> Result<()> {
     let deployed = DeployedPlatform { platform, deployment: &launch.deployment };
     let context = match &launch.context {
@@ -57,7 +58,9 @@ pub async fn put_launch(writer: &mut Connection, platform: &Platform, launch: &L
            lineitem_url, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)
          ON CONFLICT (school_id, platform_id, deployment_id, resource_link_id) DO UPDATE SET
-           context_id = excluded.context_id, page = excluded.page, lineitem_url = excluded.lineitem_url",
+           context_id = excluded.context_id, page = excluded.page,
+           lineitem_url = coalesce(excluded.lineitem_url,
+             CASE WHEN platform_links.page = excluded.page THEN platform_links.lineitem_url END)",
     )
     .bind(PlatformLinkId::made_at(now))
     .bind(platform.school_id)
@@ -164,4 +167,38 @@ pub async fn tie_course(writer: &mut Connection, key: CourseKey, cohort: Option<
     .execute(writer)
     .await
     .map(drop)
+}
+
+/// Returns the link of a launch.
+pub async fn find_link(
+    executor: impl Executor<'_>,
+    platform: &Platform,
+    launch: &Launch,
+) -> Result<Option<PlatformLinkId>> {
+    sqlx::query_scalar(
+        "SELECT id FROM platform_links
+         WHERE school_id = $1 AND platform_id = $2 AND deployment_id = $3 AND resource_link_id = $4",
+    )
+    .bind(platform.school_id)
+    .bind(platform.id)
+    .bind(&launch.deployment)
+    .bind(&launch.link)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Sets the line item of a link.
+pub async fn set_line_item(
+    writer: &mut Connection,
+    school: SchoolId,
+    link: PlatformLinkId,
+    line_item: &str,
+) -> Result<()> {
+    sqlx::query("UPDATE platform_links SET lineitem_url = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(link)
+        .bind(line_item)
+        .execute(writer)
+        .await
+        .map(drop)
 }

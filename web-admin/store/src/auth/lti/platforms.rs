@@ -94,6 +94,18 @@ pub async fn find_platform_of_any_school(executor: impl Executor<'_>, id: Platfo
     Ok(row.map(Platform::from))
 }
 
+/// Returns the enabled learning platforms of all schools with grades to send.
+pub async fn list_awaiting_grades(executor: impl Executor<'_>, now: Moment) -> Result<Vec<Platform>> {
+    let rows: Vec<PlatformRow> = sqlx::query_as(select_platforms!(
+        "WHERE disabled_at IS NULL AND EXISTS (SELECT 1 FROM deliveries d WHERE d.school_id = platforms.school_id
+           AND d.platform_id = platforms.id AND d.next_run_at <= $1)"
+    ))
+    .bind(now)
+    .fetch_all(executor)
+    .await?;
+    Ok(rows.into_iter().map(Platform::from).collect())
+}
+
 /// Returns the registration of an issuer with a client id, or its only one if the client id is not
 /// known; over all schools.
 pub async fn find_registration(

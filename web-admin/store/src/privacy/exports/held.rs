@@ -26,7 +26,15 @@ const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
 }
 
 /// Records about the person, including those made by others.
-const ABOUT: [RecordKind; 24] = [
+const ABOUT: [RecordKind; 25] = [
+    kind(
+        "grades_for_platforms",
+        "SELECT v.name AS platform, l.page, d.subject, d.state, d.body AS message_json, d.stamped_at, d.sent_at, d.tries,
+           d.next_run_at, d.last_status, d.last_answer, d.made_at
+         FROM deliveries d JOIN platforms v ON v.school_id = d.school_id AND v.id = d.platform_id
+         JOIN platform_links l ON l.school_id = d.school_id AND l.id = d.link_id
+         WHERE d.school_id = $1 AND d.person_id = $2 ORDER BY d.id",
+    ),
     kind(
         "overrides",
         "SELECT o.session_id, o.score, o.passed AS is_pass, o.reason, p.display_name AS made_by, o.made_at

@@ -2,6 +2,7 @@
 
 use acts::auth::federation::flows::{self, FinishedFlow, NewFlow, ProviderAnswer};
 use acts::auth::federation::{identities, sources};
+use acts::auth::lti::launches;
 use acts::auth::rate_limits;
 use acts::error::Error;
 use axum::extract::{Query, State};
@@ -9,7 +10,7 @@ use axum::http::{HeaderName, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::auth::federation::{FlowPurpose, LocalPasswords};
 use model::auth::sign_in_refusal::SignInRefusal;
-use model::ids::ProviderId;
+use model::ids::{PlatformLinkId, ProviderId};
 use model::{CurrentPerson, PersonKey, Role};
 use pages::auth::federation::{ClaimsPage, LeavePage, ProviderButton, SignInRefusedPage};
 use pages::school_time::on_school_clock;
@@ -248,6 +249,10 @@ pub(super) async fn enter_joined(
     person: PersonKey,
     held: &joining::HeldIdentity,
 ) -> Result<Response, PageError> {
+    let link = browser.session.get::<Option<PlatformLinkId>>(joining::HELD_LINK).await.map_err(Error::from)?;
+    if let Some(link) = link.flatten() {
+        launches::note_user(state, link, person, &held.identity.subject).await?;
+    }
     let person = people::find_person(state.db.reader(), person.person_id).await?.ok_or(Error::NotFound)?;
     let factor = half::FirstFactor::Provider { is_second_too: held.identity.has_second_factor };
     let to = half::enter_session(state, &browser.session, &person, &held.next, factor).await?;

@@ -22,6 +22,8 @@ use super::entering::enter_joined;
 use crate::auth::login::{LoginForm, check_credentials};
 
 const KEY: &str = "confirmed_identity";
+/// Name of the link of the launch that has confirmed the identity, in the session.
+pub(in crate::auth) const HELD_LINK: &str = "launched_link";
 /// Time to join an account, in s.
 const WAIT_S: i64 = 10 * 60;
 

@@ -8,7 +8,7 @@ mod joining;
 mod providers;
 
 pub(super) use entering::{Buttons, answer_refused, leave_for, list_buttons};
-pub(super) use joining::hold_identity;
+pub(super) use joining::{HELD_LINK, hold_identity};
 
 /// Returns the routes for anonymous visitors.
 pub(super) fn public_routes() -> Routes {

@@ -6,10 +6,12 @@ use acts::auth::federation::identities;
 use acts::auth::federation::sources::IdentitySource;
 use acts::auth::lti::launches::{self, ConfirmedLaunch, LAUNCH_S, LaunchAnswer, LaunchOutcome};
 use acts::auth::rate_limits;
+use acts::error::Error;
 use axum::extract::{Query, State};
 use axum::http::header::{CONTENT_SECURITY_POLICY, COOKIE, SET_COOKIE};
 use axum::http::{HeaderMap, HeaderValue};
 use axum::response::{IntoResponse, Redirect, Response};
+use model::PersonKey;
 use model::auth::lti::LoginInitiation;
 use pages::auth::lti::OpenWindowPage;
 use routes_base::AppState;
@@ -20,7 +22,7 @@ use store::auth::lti::platforms::Platform;
 use tower_sessions::Session;
 use tower_sessions::cookie::{Cookie, SameSite};
 
-use crate::auth::federation::{answer_refused, hold_identity, leave_for};
+use crate::auth::federation::{HELD_LINK, answer_refused, hold_identity, leave_for};
 use crate::auth::half;
 
 pub(super) async fn begin_by_link(
@@ -153,15 +155,20 @@ pub(super) async fn finish_launch(
 
 /// Signs in the user whom a platform has confirmed, or lets them join an account.
 async fn enter(state: &AppState, session: &Session, confirmed: ConfirmedLaunch) -> Result<Response, PageError> {
-    let ConfirmedLaunch { platform, identity, page } = confirmed;
+    let ConfirmedLaunch { platform, identity, page, link } = confirmed;
     let source = IdentitySource::from(&platform);
     match identities::find_owner(state, &source, &identity).await? {
         Err(reason) => Ok(answer_refused(reason)),
         Ok(None) => {
             hold_identity(state, session, &source, identity, &page).await?;
+            session.insert(HELD_LINK, link).await.map_err(Error::from)?;
             Ok(Redirect::to("/sign-in/join").into_response())
         }
         Ok(Some(person)) => {
+            if let Some(link) = link {
+                let key = PersonKey { school_id: person.school_id, person_id: person.id };
+                launches::note_user(state, link, key, &identity.subject).await?;
+            }
             let factor = half::FirstFactor::Provider { is_second_too: false };
             let to = half::enter_session(state, session, &person, &page, factor).await?;
             Ok(Redirect::to(&to).into_response())

@@ -4,6 +4,7 @@ use routes_base::{Routes, get, post};
 
 mod choosing;
 mod courses;
+mod deliveries;
 mod launching;
 mod platforms;
 mod registering;
@@ -25,6 +26,8 @@ pub(super) fn own_routes() -> Routes {
         .route("/admin/platforms/{id}", get(platforms::show_platform).merge(post(platforms::change_platform)))
         .route("/admin/platforms/{id}/admit", post(platforms::admit_deployment))
         .route("/admin/platforms/{id}/courses/{course}", post(courses::change_course))
+        .route("/admin/platforms/{id}/deliveries", get(deliveries::show_deliveries))
+        .route("/admin/platforms/{id}/deliveries/{delivery}/retry", post(deliveries::retry_delivery))
         .route("/admin/platforms/{id}/disable", post(platforms::disable_platform))
         .route("/admin/platforms/{id}/enable", post(platforms::enable_platform))
 }
