@@ -13,7 +13,7 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 56] = [
+pub const SAID_HERE: [&str; 57] = [
     "/account/cohorts/{cohort}",
     "/account/identities/{id}/remove",
     "/account/language",
@@ -32,6 +32,7 @@ pub const SAID_HERE: [&str; 56] = [
     "/admin/platforms/{id}",
     "/admin/platforms/{id}/admit",
     "/admin/platforms/{id}/courses/{course}",
+    "/admin/platforms/{id}/deliveries/{delivery}/retry",
     "/admin/platforms/{id}/disable",
     "/admin/platforms/{id}/enable",
     "/admin/provisioning/{id}/revoke",
@@ -98,6 +99,7 @@ impl FlashMessage {
             "/admin/learning-records/disable" => tr!("Nothing more is sent."),
             "/admin/learning-records/retry" => tr!("Everything that was not sent is tried again."),
             "/admin/stations/{id}/revoke" => tr!("Station token revoked."),
+            "/admin/platforms/{id}/deliveries/{delivery}/retry" => tr!("The grade will be sent again soon."),
             "/assignments" => tr!("Assigned."),
             "/assignments/{id}/extend" | "/segments/{id}/extend" => tr!("Due date changed."),
             "/assignments/{id}/withdraw" | "/segments/{id}/withdraw" => tr!("Assignment withdrawn."),

@@ -16,13 +16,14 @@ const SHOW_ATTEMPTS: [(&str, &[&str]); 6] = [
     ("upload", &["own"]),
 ];
 /// The other objects, by which no attempt is seen.
-const SHOW_NONE: [&str; 30] = [
+const SHOW_NONE: [&str; 31] = [
     "asked",
     "asset",
     "assignment",
     "choice",
     "comment",
     "course",
+    "delivery",
     "document",
     "draft",
     "exercise",

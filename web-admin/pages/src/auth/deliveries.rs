@@ -1,11 +1,13 @@
 //! The page of grades for a learning platform.
 
+use std::borrow::Borrow;
+
 use askama::Template;
 use askama_web::WebTemplate;
 use model::auth::grade_service::DeliveryState;
 use time::OffsetDateTime;
 
-use crate::{Shell, assets, format};
+use crate::{Shell, format};
 
 /// The page of grades for a learning platform, in one state.
 #[derive(Debug, Template, WebTemplate)]
@@ -31,8 +33,8 @@ impl DeliveriesPage {
     }
 }
 
-fn say_state(state: DeliveryState) -> &'static str {
-    match state {
+fn say_state(state: impl Borrow<DeliveryState>) -> &'static str {
+    match state.borrow() {
         DeliveryState::Stopped => tr!("Refused"),
         DeliveryState::Waiting => tr!("Waiting"),
         DeliveryState::Sent => tr!("Sent"),

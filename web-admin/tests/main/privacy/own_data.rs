@@ -16,7 +16,7 @@ use crate::support::recordings::{Attempt, record};
 use crate::support::{App, PASSWORD};
 
 /// What refers to a person: table and column, and under which key it stands in the file.
-const HELD: [(&str, &str); 54] = [
+const HELD: [(&str, &str); 55] = [
     ("notices.person_id", "notices"),
     ("api_tokens.person_id", "access/tokens"),
     ("account_links.person_id", "password_links"),

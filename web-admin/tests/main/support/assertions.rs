@@ -6,14 +6,13 @@ use data_encoding::BASE64URL_NOPAD;
 use ring::signature::{RSA_PKCS1_2048_8192_SHA256, RsaPublicKeyComponents};
 use serde_json::Value;
 
-use super::provider::CLIENT_ID;
-
 /// Ids of the assertions that were used.
 #[derive(Default)]
 pub struct Assertions(BTreeSet<String>);
 
 /// What an assertion must agree with.
 pub struct ExpectedAssertion<'a> {
+    pub client_id: &'a str,
     /// The client's key set.
     pub keys: &'a Value,
     pub audience: &'a str,
@@ -26,14 +25,18 @@ impl Assertions {
         let field = |name: &str| form.get(name).map(String::as_str).unwrap_or_default();
         let is_assertion = field("client_assertion_type") == "urn:ietf:params:oauth:client-assertion-type:jwt-bearer";
         let claims = read_signed(field("client_assertion"), expected.keys);
-        let Some(claims) = claims.filter(|_| is_assertion && field("client_id") == CLIENT_ID) else { return false };
+        let Some(claims) = claims.filter(|_| is_assertion) else { return false };
         let is = |name: &str, value: &str| claims[name] == value;
         let time_s = |name: &str| claims[name].as_i64().unwrap_or_default();
         let is_fresh =
             time_s("iat") <= expected.now_s && (expected.now_s..=expected.now_s + 300).contains(&time_s("exp"));
         let id = claims["jti"].as_str().unwrap_or_default();
         let is_new = id.len() >= 22 && self.0.insert(id.to_owned());
-        is_fresh && is_new && is("iss", CLIENT_ID) && is("sub", CLIENT_ID) && is("aud", expected.audience)
+        is_fresh
+            && is_new
+            && is("iss", expected.client_id)
+            && is("sub", expected.client_id)
+            && is("aud", expected.audience)
     }
 }
 

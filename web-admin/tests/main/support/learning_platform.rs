@@ -14,6 +14,7 @@ use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 
 use super::forgery::{Forgery, forge_token};
+use super::grade_book::{self, GradeBook};
 use super::provider::{ORIGIN, parameters};
 use super::signer::{Algorithm, Signer};
 
@@ -110,6 +111,7 @@ pub const REGISTRATION_TOKEN: &str = "registration-token-1";
 pub struct LearningPlatform {
     /// Host and port.
     pub address: String,
+    pub grades: Arc<GradeBook>,
     shared: Arc<Shared>,
     server: JoinHandle<()>,
 }
@@ -124,8 +126,10 @@ impl LearningPlatform {
             .route("/openid-configuration", get(configuration))
             .route("/register", post(register))
             .with_state(Arc::clone(&shared));
+        let grades = Arc::new(GradeBook::new(&address, clock));
+        let router = router.merge(grade_book::routes(&grades));
         let server = tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
-        Self { address, shared, server }
+        Self { address, grades, shared, server }
     }
 
     pub fn auth_url(&self) -> String {

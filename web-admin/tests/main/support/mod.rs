@@ -8,6 +8,7 @@ pub mod client;
 pub mod database;
 pub mod failing_disk;
 pub mod forgery;
+pub mod grade_book;
 pub mod learning_platform;
 pub mod mail;
 pub mod postgres;

@@ -348,7 +348,10 @@ async fn token(
             true => {
                 let audience = format!("{}/token", shared.issuer);
                 let now_s = shared.clock.now().micros() / 1_000_000;
-                inner.assertions.take(&form, ExpectedAssertion { keys: &inner.client_keys, audience: &audience, now_s })
+                let is_named = form.get("client_id").is_some_and(|id| id == CLIENT_ID);
+                let expected =
+                    ExpectedAssertion { client_id: CLIENT_ID, keys: &inner.client_keys, audience: &audience, now_s };
+                is_named && inner.assertions.take(&form, expected)
             }
             false => is_client(&headers),
         };

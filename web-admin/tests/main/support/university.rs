@@ -1,16 +1,17 @@
 //! The systems of a university that a school uses: an OpenID provider, a directory, a learning platform.
 
-use model::Role;
 use model::auth::deep_linking::{ContentRequest, DeepLinkingRequest};
-use model::auth::federation::{IdentityKind, IdentityOrigin, ProvenIdentity, ProviderSettings};
-use model::auth::lti::PlatformSettings;
-use model::ids::{ContentChoiceId, IdentityId, PlatformId, ProviderId, ProvisioningTokenId, SchoolId};
+use model::auth::federation::{Claims, IdentityKind, IdentityOrigin, ProvenIdentity, ProviderSettings};
+use model::auth::lti::{Launch, PlatformSettings};
+use model::ids::{ContentChoiceId, DeliveryId, IdentityId, PlatformId, ProviderId, ProvisioningTokenId};
+use model::{PersonKey, Role};
 use platform::secret;
+use serde_json::json;
 use store::auth::federation::identities::{IssuedSubject, NewIdentity};
 use store::auth::federation::providers::NewProvider;
 use store::auth::federation::{identities, providers};
-use store::auth::lti::content_choices;
 use store::auth::lti::platforms::{self, NewPlatform, Platform};
+use store::auth::lti::{content_choices, courses, deliveries};
 use store::people::provisioning::{self, ProvisioningToken};
 
 use super::{App, Member};
@@ -18,9 +19,9 @@ use super::{App, Member};
 /// Token of the directory.
 pub const DIRECTORY: &str = "directory";
 
-/// Adds a provider at an address that may not be asked, a trainee's identity there, a directory, a learning platform, and the choice of content
-/// that a teacher has begun there; returns their ids by name.
-pub async fn add_systems(app: &App, own: &Member, teacher: &Member) -> [(&'static str, String); 4] {
+/// Adds a provider at an address that may not be asked, a trainee's identity there, a directory, a learning platform, a grade for it,
+/// and the choice of content that a teacher has begun there; returns their ids by name.
+pub async fn add_systems(app: &App, own: &Member, teacher: &Member) -> [(&'static str, String); 5] {
     let (school_id, now) = (own.person.school_id, app.state.clock.now());
     let settings = ProviderSettings {
         name: "North".to_owned(),
@@ -50,18 +51,20 @@ pub async fn add_systems(app: &App, own: &Member, teacher: &Member) -> [(&'stati
         last_used_at: None,
     };
     app.write(async |tx| provisioning::add_token(tx, &token, &secret::token_sha256(DIRECTORY)).await.unwrap()).await;
-    let platform = learning_platform(app, school_id).await;
+    let (platform, delivery) = learning_platform(app, own).await;
     let choice = content_choice(app, &platform, teacher).await;
     [
         ("provider", provider.to_string()),
         ("identity", identity.to_string()),
         ("platform", platform.id.to_string()),
+        ("delivery", delivery.to_string()),
         ("choice", choice.to_string()),
     ]
 }
 
-/// A learning platform of the school, with a deployment that waits.
-async fn learning_platform(app: &App, school_id: SchoolId) -> Platform {
+/// A learning platform of the school, with a deployment that waits, and a grade of the trainee that waits.
+async fn learning_platform(app: &App, own: &Member) -> (Platform, DeliveryId) {
+    let school_id = own.person.school_id;
     let (id, now) = (PlatformId::made_at(app.state.clock.now()), app.state.clock.now());
     let settings = PlatformSettings {
         name: "Moodle".to_owned(),
@@ -76,7 +79,13 @@ async fn learning_platform(app: &App, school_id: SchoolId) -> Platform {
         platforms::put_platform(tx, NewPlatform { id, school_id, settings: &settings }, now).await.unwrap();
         let platform = platforms::find_platform(&mut *tx, school_id, id).await.unwrap().unwrap();
         platforms::add_deployment(tx, &platform, "1", 1, now).await.unwrap();
-        platform
+        let launch = launch();
+        courses::put_launch(tx, &platform, &launch, now).await.unwrap();
+        let link = courses::find_link(&mut *tx, &platform, &launch).await.unwrap().unwrap();
+        let person = PersonKey { school_id, person_id: own.person.id };
+        deliveries::put_delivery(tx, link, person, "own", now).await.unwrap();
+        let due = deliveries::list_due_deliveries(&mut *tx, school_id, id, now, 1).await.unwrap();
+        (platform, due[0].id)
     })
     .await
 }
@@ -114,4 +123,20 @@ async fn content_choice(app: &App, platform: &Platform, by: &Member) -> ContentC
         content_choices::add_choice(tx, platform, &asked, now.plus_s(3600), now).await.unwrap()
     })
     .await
+}
+
+/// A launch of an exercise, whose grade the platform takes.
+fn launch() -> Launch {
+    let settings = PlatformSettings::default();
+    let claims = json!({
+        "sub": "own",
+        "https://purl.imsglobal.org/spec/lti/claim/message_type": "LtiResourceLinkRequest",
+        "https://purl.imsglobal.org/spec/lti/claim/version": "1.3.0",
+        "https://purl.imsglobal.org/spec/lti/claim/deployment_id": "1",
+        "https://purl.imsglobal.org/spec/lti/claim/target_link_uri": "https://training.example.org/exercises/feel-the-layers",
+        "https://purl.imsglobal.org/spec/lti/claim/resource_link": { "id": "1" },
+        "https://purl.imsglobal.org/spec/lti-ags/claim/endpoint": { "lineitem": "https://lms.example.edu/items/1" },
+    });
+    let claims = Claims(claims.as_object().cloned().unwrap());
+    Launch::read(&settings, &claims, "https://training.example.org").unwrap()
 }

@@ -1,10 +1,11 @@
 //! Launches from learning platforms by LTI 1.3. Fails when a forged or stolen launch signs a user in or leaves no row in the audit log, when two
 //! schools with one issuer mix, when another page than the one that opens a window may be shown in a frame, or when a launch opens an account
-//! because of the session in the browser, or of an email address.
+//! because of the session in the browser, or of an email address. Grades: see [`grades`].
 
 pub(crate) mod administration;
 pub(crate) mod deep_linking;
 pub(crate) mod forgeries;
+pub(crate) mod grades;
 pub(crate) mod launches;
 pub(crate) mod people;
 pub(crate) mod registration;
