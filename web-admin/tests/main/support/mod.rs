@@ -5,6 +5,7 @@ pub mod authenticator;
 #[cfg(feature = "replicas")]
 pub mod bucket;
 pub mod client;
+pub mod course_members;
 pub mod database;
 pub mod failing_disk;
 pub mod forgery;

@@ -2,14 +2,17 @@
 
 use model::auth::deep_linking::{ContentRequest, DeepLinkingRequest};
 use model::auth::federation::{Claims, IdentityKind, IdentityOrigin, ProvenIdentity, ProviderSettings};
-use model::auth::lti::{Launch, PlatformSettings};
-use model::ids::{ContentChoiceId, DeliveryId, IdentityId, PlatformId, ProviderId, ProvisioningTokenId};
+use model::auth::lti::{Launch, LaunchContext, PlatformSettings};
+use model::ids::{
+    ContentChoiceId, DeliveryId, IdentityId, PlatformContextId, PlatformId, ProviderId, ProvisioningTokenId,
+};
 use model::{PersonKey, Role};
 use platform::secret;
 use serde_json::json;
 use store::auth::federation::identities::{IssuedSubject, NewIdentity};
 use store::auth::federation::providers::NewProvider;
 use store::auth::federation::{identities, providers};
+use store::auth::lti::courses::DeployedPlatform;
 use store::auth::lti::platforms::{self, NewPlatform, Platform};
 use store::auth::lti::{content_choices, courses, deliveries};
 use store::people::provisioning::{self, ProvisioningToken};
@@ -19,9 +22,9 @@ use super::{App, Member};
 /// Token of the directory.
 pub const DIRECTORY: &str = "directory";
 
-/// Adds a provider at an address that may not be asked, a trainee's identity there, a directory, a learning platform, a grade for it,
-/// and the choice of content that a teacher has begun there; returns their ids by name.
-pub async fn add_systems(app: &App, own: &Member, teacher: &Member) -> [(&'static str, String); 5] {
+/// Adds a provider at an address that may not be asked, a trainee's identity there, a directory, a learning platform with a course and a grade
+/// for it, and the choice of content that a teacher has begun there; returns their ids by name.
+pub async fn add_systems(app: &App, own: &Member, teacher: &Member) -> [(&'static str, String); 6] {
     let (school_id, now) = (own.person.school_id, app.state.clock.now());
     let settings = ProviderSettings {
         name: "North".to_owned(),
@@ -52,6 +55,7 @@ pub async fn add_systems(app: &App, own: &Member, teacher: &Member) -> [(&'stati
     };
     app.write(async |tx| provisioning::add_token(tx, &token, &secret::token_sha256(DIRECTORY)).await.unwrap()).await;
     let (platform, delivery) = learning_platform(app, own).await;
+    let course = course_of(app, &platform).await;
     let choice = content_choice(app, &platform, teacher).await;
     [
         ("provider", provider.to_string()),
@@ -59,6 +63,7 @@ pub async fn add_systems(app: &App, own: &Member, teacher: &Member) -> [(&'stati
         ("platform", platform.id.to_string()),
         ("delivery", delivery.to_string()),
         ("choice", choice.to_string()),
+        ("lms_course", course.to_string()),
     ]
 }
 
@@ -88,6 +93,14 @@ async fn learning_platform(app: &App, own: &Member) -> (Platform, DeliveryId) {
         (platform, due[0].id)
     })
     .await
+}
+
+/// A course of a platform.
+async fn course_of(app: &App, platform: &Platform) -> PlatformContextId {
+    let context = LaunchContext { id: "5".to_owned(), title: None, members_url: None, lineitems_url: None };
+    let deployed = DeployedPlatform { platform, deployment: "1" };
+    let now = app.state.clock.now();
+    app.write(async |tx| courses::put_context(tx, deployed, &context, now).await.unwrap()).await
 }
 
 /// A choice of content that a person has begun at a platform.

@@ -93,7 +93,7 @@ impl CourseRoster {
     fn name_of(&self, member: &CourseMember) -> String {
         match &member.name {
             Some(name) => name.clone(),
-            None => tr!("Member {pseudonym}", pseudonym = &self.pseudonym(member).simple().to_string()[..8]),
+            None => format!("Member {}", &self.pseudonym(member).simple().to_string()[..8]),
         }
     }
 

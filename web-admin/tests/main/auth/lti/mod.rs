@@ -9,6 +9,7 @@ pub(crate) mod grades;
 pub(crate) mod launches;
 pub(crate) mod people;
 pub(crate) mod registration;
+pub(crate) mod rosters;
 
 use std::collections::BTreeMap;
 
@@ -49,9 +50,15 @@ impl World {
 
     /// With changes to the form of the registration.
     async fn with(changes: &[(&str, &str)]) -> Self {
+        Self::calling(changes, Vec::new()).await
+    }
+
+    /// With changes to the form of the registration, and further hosts to which the service may send requests.
+    async fn calling(changes: &[(&str, &str)], mut hosts: Vec<String>) -> Self {
         let clock = fixed_clock();
         let platform = LearningPlatform::start(&clock).await;
-        let app = app_calling(&clock, vec![platform.address.clone()]).await;
+        hosts.push(platform.address.clone());
+        let app = app_calling(&clock, hosts).await;
         let school = app.school("North").await;
         app.member(school, Role::Administrator, HEAD).await;
         let mut head = app.signed_in(HEAD).await;
