@@ -286,8 +286,8 @@ mod tests {
         }
         assert_eq!((&claims["iss"], &claims["aud"]), (&json!("a1"), &json!("https://lms.example.edu")));
         assert_eq!(claims[format!("{DEEP_LINKING}data")], json!(" op=1 "));
-        let content = ContentRequest { accepts_line_items: false, data: None, ..content };
-        let claims = DeepLinkingResponse { content: &content, ..response }.claims("n", 1000);
+        let without = ContentRequest { accepts_line_items: false, data: None, ..content.clone() };
+        let claims = DeepLinkingResponse { content: &without, ..response }.claims("n", 1000);
         assert!(!claims.to_string().contains("lineItem") && !claims.to_string().contains("lti-dl/claim/data"));
     }
 }

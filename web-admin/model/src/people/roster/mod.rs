@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 use crate::Role;
 use crate::people::email::{is_email, is_odd_in_email, normalize_email};
 use crate::search_key::look_alike_key;
-use crate::single_line_text::is_strange;
 
 mod cell_format;
+mod checked_text;
 mod columns;
 mod difference;
 mod mapping;
@@ -25,6 +25,8 @@ mod sheet;
 mod table;
 mod text;
 
+use checked_text::check_text;
+pub use checked_text::is_name;
 pub use columns::{RosterColumn, meaning};
 pub use difference::{
     Leaving, LineOutcome, RosterChange, RosterDifference, RosterOutcome, RosterRequest, SchoolPerson,
@@ -38,8 +40,6 @@ pub use table::RosterTable;
 pub const MAX_ROWS: usize = 20_000;
 /// Maximum number of columns per file.
 pub const MAX_COLUMNS: usize = 500;
-/// Maximum length of a name, number or cohort, in characters.
-const MAX_CHARS: usize = 120;
 
 /// Reason why a whole file is refused.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
@@ -399,24 +399,6 @@ fn check_email(email: &str) -> Result<(), Refusal> {
     let bare = email.split_once('@').is_none_or(|(_, host)| !host.contains(['.', '@']));
     let spoilt = email.starts_with('@') || email.contains(is_odd_in_email);
     Err(if bare && !spoilt { Refusal::NoDomain(email.to_owned()) } else { Refusal::BadEmail(email.to_owned()) })
-}
-
-/// Checks that a text is not a formula, which a spreadsheet would execute when it opens an export,
-/// is not too long, and contains no characters that cannot be shown.
-fn check_text(text: &str) -> Result<(), Refusal> {
-    if text.starts_with(['=', '+', '-', '@']) {
-        return Err(Refusal::Formula(text.to_owned()));
-    }
-    if text.chars().count() > MAX_CHARS || text.contains(is_strange) {
-        return Err(Refusal::BadText(text.chars().filter(|c| !is_strange(*c)).take(40).collect()));
-    }
-    Ok(())
-}
-
-/// Returns whether a text is permitted as a name.
-#[must_use]
-pub fn is_name(text: &str) -> bool {
-    !text.trim().is_empty() && check_text(text).is_ok()
 }
 
 /// Normalizes a word: lower case, letters and digits only. "Tutor/-innen" and "tutorinnen" are
