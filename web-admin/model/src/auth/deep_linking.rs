@@ -155,7 +155,8 @@ impl LinkableContent {
         let mut item = json!({
             "type": LINK, "url": launch_url, "title": self.title, "custom": { "stylet": self.page() },
         });
-        if has_line_item {
+        // A course has no grade: its column would stay empty.
+        if has_line_item && self.kind != ContentKind::Course {
             item["lineItem"] =
                 json!({ "label": self.title, "scoreMaximum": MOST_POINTS, "resourceId": self.resource_id() });
         }
@@ -281,8 +282,9 @@ mod tests {
             ("/curricula", "course:x"),
             ("/exercises/x", "exercise:x"),
         ]) {
-            assert_eq!((&item["custom"]["stylet"], &item["lineItem"]["resourceId"]), (&json!(page), &json!(resource)));
-            assert_eq!((&item["type"], &item["lineItem"]["scoreMaximum"]), (&json!(LINK), &json!(100)));
+            assert_eq!((&item["custom"]["stylet"], &item["type"]), (&json!(page), &json!(LINK)));
+            let line_item = json!({ "label": "T", "scoreMaximum": 100, "resourceId": resource });
+            assert_eq!(item.get("lineItem"), Some(&line_item).filter(|_| page != "/curricula"));
         }
         assert_eq!((&claims["iss"], &claims["aud"]), (&json!("a1"), &json!("https://lms.example.edu")));
         assert_eq!(claims[format!("{DEEP_LINKING}data")], json!(" op=1 "));
