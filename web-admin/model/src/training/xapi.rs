@@ -445,19 +445,19 @@ mod tests {
         }
 
         fn attempt(&mut self) -> StatementAttempt {
-            let assignment = (self.next() % 2 == 0).then(|| StatementAssignment {
+            let assignment = self.next().is_multiple_of(2).then(|| StatementAssignment {
                 id: AssignmentId::from_u128(self.id()),
-                cohort: (self.next() % 2 == 0).then(|| CohortId::from_u128(self.id())),
-                course: (self.next() % 2 == 0).then(|| self.course()),
+                cohort: self.next().is_multiple_of(2).then(|| CohortId::from_u128(self.id())),
+                course: self.next().is_multiple_of(2).then(|| self.course()),
             });
             StatementAttempt {
                 session: SessionId::from_u128(self.id()),
                 exercise_id: "epidural-l3".to_owned(),
                 exercise_sha256: format!("{:064x}", self.next()),
-                title: (self.next() % 4 > 0).then(|| self.text()),
+                title: (!self.next().is_multiple_of(4)).then(|| self.text()),
                 started_at: Moment::from_micros((self.next() % 4_000_000_000_000_000) as i64),
                 duration_s: self.fraction() * 4000.0,
-                is_complete: self.next() % 2 == 0,
+                is_complete: self.next().is_multiple_of(2),
                 assignment,
             }
         }
@@ -466,12 +466,12 @@ mod tests {
             let metrics =
                 (0..self.next() % 5).map(|n| ((SENT_METRICS[n as usize % 4].to_owned(), 1), self.fraction() * 80.0));
             let metrics = metrics.collect();
-            StatementGrade { score: self.fraction() * 100.0, passed: self.next() % 2 == 0, metrics }
+            StatementGrade { score: self.fraction() * 100.0, passed: self.next().is_multiple_of(2), metrics }
         }
 
         /// One statement of each kind.
         fn statements(&mut self) -> [Value; 6] {
-            let name = (self.next() % 2 == 0).then(|| self.text());
+            let name = self.next().is_multiple_of(2).then(|| self.text());
             let actor = StatementActor { pseudonym: format!("p-{:012x}", self.next() >> 16), name };
             let maker = maker(&actor);
             let (attempt, grade, at) = (self.attempt(), self.grade(), Moment::from_micros(1_700_000_100_000_000));
