@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use model::auth::platform_members::{MEMBERS_SCOPE, MEMBERS_TYPE, find_next_page, read_members};
 use model::people::roster::{CourseMember, MAX_ROWS};
+use platform::clock;
 use platform::outgoing::{Answer, CallFailed};
 use store::auth::lti::platforms::Platform;
 use tokio::time::{Instant, sleep, timeout_at};
@@ -32,7 +33,7 @@ const PAUSE: Duration = Duration::from_secs(3);
 /// Returns [`Error::Unprocessable`] with the reason if the platform does not answer as it should; then
 /// no member is returned, since a part of the course would be missing.
 pub async fn read_course(service: &Service, platform: &Platform, address: &str) -> Result<Vec<CourseMember>, Error> {
-    let until = Instant::now() + TIMEOUT;
+    let until = Instant::from_std(clock::instant()) + TIMEOUT;
     let read = timeout_at(until, read_pages(service, platform, address)).await;
     let read = read.unwrap_or_else(|_| Err(refuse("the platform took too long")));
     read.map_err(|failure| match failure {

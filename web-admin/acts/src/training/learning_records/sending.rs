@@ -2,6 +2,7 @@
 //! statement twice keeps it once, so that a request is repeated after a crash.
 
 use data_encoding::BASE64;
+use model::auth::grade_service::{retry_delay_s, shorten_answer};
 use platform::outgoing::{Answer, Call, CallFailed, Content};
 use platform::sealing;
 use serde_json::Value;
@@ -14,10 +15,6 @@ use crate::service::Service;
 
 /// Maximum number of statements in a request.
 const BATCH: u32 = 50;
-/// Delays between tries, in s; the last one is repeated.
-const DELAYS_S: [i64; 6] = [60, 300, 1800, 7200, 43_200, 86_400];
-/// Maximum length of an answer that is kept, in characters.
-const LONGEST_ANSWER: usize = 500;
 
 /// Sends due statements until the future is dropped, which may happen at any time.
 pub async fn run(service: Service) {
@@ -89,7 +86,7 @@ impl BatchOutcome {
         match answer {
             Err(why) => Self::Again(why.to_string()),
             Ok(answer) => {
-                let text = shorten(&answer);
+                let text = format!("{} {}", answer.status, shorten_answer(&answer.body));
                 match answer.status {
                     200..300 => Self::Taken,
                     400 | 409 | 413 | 422 => Self::Refused(text),
@@ -99,14 +96,6 @@ impl BatchOutcome {
             }
         }
     }
-}
-
-/// Returns status and body of an answer as one short line.
-fn shorten(answer: &Answer) -> String {
-    let body = String::from_utf8_lossy(&answer.body);
-    let words: Vec<&str> =
-        body.split(|c: char| c.is_whitespace() || c.is_control()).filter(|w| !w.is_empty()).collect();
-    format!("{} {}", answer.status, words.join(" ")).chars().take(LONGEST_ANSWER).collect()
 }
 
 async fn post(
@@ -143,11 +132,13 @@ async fn settle(
     let now = service.clock.now();
     let ids: Vec<Uuid> = batch.iter().map(|statement| statement.id).collect();
     let tries = batch.iter().map(|statement| statement.tries).max().unwrap_or_default();
-    let delay_s = DELAYS_S[(tries as usize).min(DELAYS_S.len() - 1)];
     let result = match outcome {
         BatchOutcome::Taken => StatementResult::Sent,
         BatchOutcome::Refused(answer) => StatementResult::Refused(answer),
-        BatchOutcome::Again(answer) => StatementResult::Again(now.plus_s(delay_s), answer),
+        BatchOutcome::Again(answer) => match retry_delay_s(tries + 1) {
+            Some(delay_s) => StatementResult::Again(now.plus_s(delay_s), answer),
+            None => StatementResult::Refused(answer),
+        },
         BatchOutcome::NotAdmitted(answer) => StatementResult::Again(now, answer),
     };
     let mut tx = service.db.write().await?;

@@ -5,7 +5,7 @@ use acts::auth::lti::registration::AskingPlatform;
 use acts::error::Error;
 use axum::extract::{Query, State};
 use axum::http::header::CONTENT_SECURITY_POLICY;
-use axum::http::{HeaderMap, HeaderName, StatusCode};
+use axum::http::{HeaderMap, HeaderName};
 use axum::response::{IntoResponse, Response};
 use model::auth::lti::web_origin;
 use model::auth::platform_registration::RegistrationInitiation;
@@ -17,7 +17,7 @@ use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf, CsrfForm, Visit, person_of};
 use routes_base::error::PageError;
-use routes_base::forms::split_refusal;
+use routes_base::forms::{FormAnswer, split_refusal};
 use serde::Deserialize;
 use tower_sessions::Session;
 
@@ -62,9 +62,9 @@ async fn answer_page(
         Err(why) => (None, Some(why)),
     };
     let refused = unreadable.or(refused);
-    let status = if refused.is_some() { StatusCode::UNPROCESSABLE_ENTITY } else { StatusCode::OK };
     let shell = make_shell(visit.person, visit.csrf);
-    Ok((status, RegisterPlatformPage { shell, asked, platform, refused }).into_response())
+    let page = RegisterPlatformPage { shell, asked, platform, refused };
+    Ok(if page.refused.is_some() { FormAnswer::Refused(page).into_response() } else { page.into_response() })
 }
 
 fn make_shell(person: &CurrentPerson, csrf: &Csrf) -> Shell {
