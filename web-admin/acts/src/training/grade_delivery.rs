@@ -106,7 +106,7 @@ async fn read_grade(service: &Service, due: &DueDelivery) -> Result<Option<ReadG
     let assigned = find_assigned(service, due).await?;
     let outcome = match &assigned {
         Some(assigned) => judge(service, person, assigned).await?,
-        None => AssignmentOutcome::None,
+        None => judge_practice(service, person, due).await?,
     };
     let grade = match outcome {
         AssignmentOutcome::Graded(best) => {
@@ -145,6 +145,15 @@ async fn judge(service: &Service, person: PersonKey, assigned: &Assigned) -> Res
     };
     let tried = AttemptHistory::new(&[], &attempts, service.clock.now());
     Ok(AssignmentOutcome::of(assigned, &tried, &supervised.into_iter().collect()))
+}
+
+/// Returns the grade of a link to an exercise that is not assigned to the person.
+async fn judge_practice(service: &Service, person: PersonKey, due: &DueDelivery) -> Result<AssignmentOutcome, Error> {
+    let Some(GradedPage::Exercise(exercise)) = GradedPage::of_path(&due.page) else {
+        return Ok(AssignmentOutcome::None);
+    };
+    let attempts = practice::list_trainee_practice(service.db.reader(), person.school_id, person.person_id).await?;
+    Ok(AssignmentOutcome::of_practice(&attempts, &exercise))
 }
 
 async fn describe_attempt(service: &Service, person: PersonKey, id: SessionId) -> Result<SubmittedAttempt, Error> {

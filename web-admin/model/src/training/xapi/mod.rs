@@ -46,11 +46,16 @@ impl StatementSubject<'_> {
             Self::Override(change) => format!("override/{change}"),
             Self::Mastery(person, course) => format!("mastery/{person}/{course}"),
         };
-        let digest = Sha1::new().chain_update(school.uuid().as_bytes()).chain_update(name).finalize();
-        let mut bytes = [0; 16];
-        bytes.copy_from_slice(&digest[..16]);
-        Builder::from_sha1_bytes(bytes).into_uuid()
+        make_named_uuid(school, &name)
     }
+}
+
+/// Returns the UUIDv5 of a name in a school. Stores accept no UUIDv7, which other ids are.
+fn make_named_uuid(school: SchoolId, name: &str) -> Uuid {
+    let digest = Sha1::new().chain_update(school.uuid().as_bytes()).chain_update(name).finalize();
+    let mut bytes = [0; 16];
+    bytes.copy_from_slice(&digest[..16]);
+    Builder::from_sha1_bytes(bytes).into_uuid()
 }
 
 /// What a statement says of its subject.
@@ -240,7 +245,7 @@ impl StatementMaker<'_> {
         statement["object"] = activity(&id, "simulation", title.as_deref());
         let mut context = json!({ "platform": "Stylet" });
         if let Some(assignment) = assignment {
-            context["registration"] = assignment.id.to_string().into();
+            context["registration"] = json!(make_named_uuid(self.school, &format!("assignment/{}", assignment.id)));
             let mut near = json!({});
             if let Some(course) = &assignment.course {
                 near["parent"] = json!([self.course(course)]);

@@ -85,9 +85,13 @@ impl Graded {
     }
 
     async fn launch(&self, subject: &str, line_item: Option<&str>) {
+        self.launch_to(&format!("/exercises/{EXERCISE}"), subject, line_item).await;
+    }
+
+    async fn launch_to(&self, page: &str, subject: &str, line_item: Option<&str>) {
         let message = LaunchMessage::by(subject)
             .with(CLAIM, self.book().claim(line_item))
-            .with_lti("custom", json!({ "stylet": format!("/exercises/{EXERCISE}") }));
+            .with_lti("custom", json!({ "stylet": page }));
         let (_, answer) = self.world.launch_anew(&message).await;
         assert_eq!(answer.status, 303, "{}", answer.text());
     }
@@ -198,7 +202,11 @@ async fn override_and_withdrawal_arrive_as_of_the_attempt() {
     let submitted: Vec<&Value> = taken.iter().map(|taken| &taken.message["submission"]["submittedAt"]).collect();
     assert!(submitted.iter().all(|at| *at == submitted[0] && at.is_string()), "{submitted:?}");
     let by = graded.teacher.person.clone().into_current().unwrap();
-    let id = texts(&graded.world.app, "SELECT lower(hex(id)) FROM assignments").await.remove(0).parse().unwrap();
+    let id: AssignmentId =
+        texts(&graded.world.app, "SELECT lower(hex(id)) FROM assignments").await.remove(0).parse().unwrap();
+    graded.launch_to(&format!("/assignments/{id}"), "ada", Some("items/7")).await;
+    graded.send().await;
+    assert_eq!(graded.book().taken().len(), 3, "the same grade");
     assignments::withdraw(&graded.world.app.state, &by, id).await.unwrap();
     graded.send().await;
     graded.send().await;
