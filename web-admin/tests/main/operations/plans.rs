@@ -6,7 +6,9 @@ use crate::support::App;
 use crate::support::statements::{StoredStatement, TwinPlace, stored_statements};
 
 /// Tables that grow with attempts, people, cohorts or acts. Unfinished uploads do not: they expire.
-pub const BIG: [&str; 22] = [
+pub const BIG: [&str; 24] = [
+    "deliveries",
+    "statements",
     "notices",
     "assignment_extensions",
     "segment_extensions",
