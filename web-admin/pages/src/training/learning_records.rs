@@ -92,7 +92,7 @@ pub struct RecordConsentPage {
     /// What the school sends.
     pub asked: SentRecords,
     /// Number of statements about the visitor that were sent.
-    pub sent: usize,
+    pub sent: u32,
 }
 
 /// What a school sends about its trainees.

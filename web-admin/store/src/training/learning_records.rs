@@ -2,7 +2,7 @@
 
 use model::ids::{OverrideId, PersonId, RecordStoreId, SchoolId, ScoreId};
 use model::training::learning_records::RecordStoreSettings;
-use model::{Moment, PersonKey, Role, SessionKey};
+use model::{Moment, PersonKey, Role, SessionKey, count_u32};
 use serde_json::Value;
 use sqlx::FromRow;
 use uuid::Uuid;
@@ -203,21 +203,20 @@ pub async fn delete_unsent_statements(writer: &mut Connection, person: PersonKey
         .map(drop)
 }
 
-/// Returns the ids of the statements about a person that were sent, oldest first.
-pub async fn list_sent_statements(executor: impl Executor<'_>, person: PersonKey) -> Result<Vec<Uuid>> {
-    sqlx::query_scalar(
-        "SELECT id FROM statements WHERE school_id = $1 AND person_id = $2 AND state = 'sent' ORDER BY made_at, id",
+/// Counts the statements about a person that were sent.
+pub async fn count_sent_statements(executor: impl Executor<'_>, person: PersonKey) -> Result<u32> {
+    let sent: i64 = sqlx::query_scalar(
+        "SELECT count(*) FROM statements WHERE school_id = $1 AND person_id = $2 AND state = 'sent'",
     )
     .bind(person.school_id)
     .bind(person.person_id)
-    .fetch_all(executor)
-    .await
+    .fetch_one(executor)
+    .await?;
+    Ok(count_u32(sent))
 }
 
-/// Deletes the statements about a person that were not sent, and marks the others as those of an
-/// erased person. Returns the number of the others.
+/// Marks the statements about a person as those of an erased person. Returns their number.
 pub async fn mark_erased(writer: &mut Connection, person: PersonKey) -> Result<u64> {
-    delete_unsent_statements(writer, person).await?;
     sqlx::query("UPDATE statements SET person_erased = TRUE WHERE school_id = $1 AND person_id = $2")
         .bind(person.school_id)
         .bind(person.person_id)

@@ -153,7 +153,7 @@ async fn show_consent(
             given: learning_records::may_send(reader, &known, person.id).await?,
         },
     };
-    let sent = learning_records::list_sent_statements(reader, key).await?.len();
+    let sent = learning_records::count_sent_statements(reader, key).await?;
     Ok(RecordConsentPage { shell: Shell::new(&person, csrf.token(), NavPlace::Account), asked, sent })
 }
 
