@@ -22,7 +22,7 @@ fn no_attack_on_who_sees_and_marks_what_gets_through() {
 
 #[test]
 fn no_attack_by_outsiders_or_on_what_is_proved_gets_through() {
-    refuses(&["outsiders", "proof"], 16);
+    refuses(&["outsiders", "platforms", "proof"], 19);
 }
 
 #[test]
