@@ -43,6 +43,8 @@ pub enum Duty {
     LearningRecords,
     /// Sends grades to learning platforms.
     Grades,
+    /// Compares courses of learning platforms with their cohorts.
+    Courses,
 }
 
 impl Duty {
@@ -57,6 +59,7 @@ impl Duty {
             Self::Badges => "badges",
             Self::LearningRecords => "learning records",
             Self::Grades => "grades",
+            Self::Courses => "courses",
         }
     }
 }

@@ -15,6 +15,7 @@ pub mod privacy;
 pub mod recordings;
 pub mod scoring;
 pub mod search_key;
+pub mod sending;
 pub mod single_line_text;
 pub mod studies;
 pub mod surveys;

@@ -29,9 +29,13 @@ const TIMEOUT: Duration = Duration::from_secs(10);
 const LARGEST_ANSWER: u64 = 256 * 1024;
 /// Maximum number of concurrent requests.
 const MOST_AT_ONCE: usize = 32;
-/// Maximum number of requests of a school to one host at once; then one every three seconds.
-const REQUESTS: NonZeroU32 = NonZeroU32::new(20).expect("not zero");
-const REQUEST_PERIOD: Duration = Duration::from_secs(3);
+/// Maximum number of documents that a school reads from one host at once; then one every three
+/// seconds.
+const DOCUMENTS: NonZeroU32 = NonZeroU32::new(20).expect("not zero");
+const DOCUMENT_PERIOD: Duration = Duration::from_secs(3);
+/// Maximum number of requests of a school to the services of one host at once; then five a second.
+const SERVICE_REQUESTS: NonZeroU32 = NonZeroU32::new(100).expect("not zero");
+const SERVICE_PERIOD: Duration = Duration::from_millis(200);
 
 /// Permitted targets of outgoing requests. By default only `https` and public addresses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -160,7 +164,8 @@ pub struct OutgoingClient {
     agent: Agent,
     rules: OutgoingRules,
     places: Arc<Semaphore>,
-    requests: Arc<DefaultKeyedRateLimiter<CalledHost>>,
+    documents: Arc<DefaultKeyedRateLimiter<CalledHost>>,
+    service_requests: Arc<DefaultKeyedRateLimiter<CalledHost>>,
     turns: Arc<Mutex<BTreeMap<String, Weak<AsyncMutex<()>>>>>,
 }
 
@@ -169,6 +174,13 @@ pub type DocumentTurn = Arc<AsyncMutex<()>>;
 
 /// A school, and a host to which it sends requests.
 type CalledHost = (SchoolId, String);
+
+/// Counts a request to a host.
+fn count(limiter: &DefaultKeyedRateLimiter<CalledHost>, school: SchoolId, url: &Url) -> Result<(), CallFailed> {
+    let host = url.host_str().unwrap_or_default().to_owned();
+    limiter.retain_recent();
+    limiter.check_key(&(school, host)).map_err(|_| CallFailed::TooMany)
+}
 
 impl OutgoingClient {
     /// Creates a client.
@@ -189,7 +201,8 @@ impl OutgoingClient {
             agent: Agent::with_parts(config, DefaultConnector::default(), resolver),
             rules,
             places: Arc::new(Semaphore::new(MOST_AT_ONCE)),
-            requests: Arc::new(RateLimiter::keyed(quota(REQUEST_PERIOD, REQUESTS))),
+            documents: Arc::new(RateLimiter::keyed(quota(DOCUMENT_PERIOD, DOCUMENTS))),
+            service_requests: Arc::new(RateLimiter::keyed(quota(SERVICE_PERIOD, SERVICE_REQUESTS))),
             turns: Arc::default(),
         }
     }
@@ -200,14 +213,21 @@ impl OutgoingClient {
         &self.rules
     }
 
-    /// Counts a request of a school.
+    /// Counts a request of a school for a document, such as a key set. Visitors who are not signed in
+    /// can cause it.
     ///
     /// # Errors
-    /// Returns [`CallFailed::TooMany`] if it has sent too many to this host.
-    pub fn count_request(&self, school: SchoolId, url: &Url) -> Result<(), CallFailed> {
-        let host = url.host_str().unwrap_or_default().to_owned();
-        self.requests.retain_recent();
-        self.requests.check_key(&(school, host)).map_err(|_| CallFailed::TooMany)
+    /// Returns [`CallFailed::TooMany`] if there were too many to this host.
+    pub fn count_document(&self, school: SchoolId, url: &Url) -> Result<(), CallFailed> {
+        count(&self.documents, school, url)
+    }
+
+    /// Counts a request of a school to a service to which it sends records, one after another.
+    ///
+    /// # Errors
+    /// Returns [`CallFailed::TooMany`] if there were too many to this host.
+    pub fn count_service_request(&self, school: SchoolId, url: &Url) -> Result<(), CallFailed> {
+        count(&self.service_requests, school, url)
     }
 
     /// Returns the turn of a document, to be locked while it is fetched.

@@ -15,6 +15,7 @@ use acts::letters::notices;
 use acts::operations::inspection::begin_inspection;
 use acts::operations::key_files::make_missing_keys;
 use acts::operations::{upkeep, verification};
+use acts::people::course_rosters;
 use acts::privacy::erasure_store::ErasureStore;
 use acts::privacy::{erasing, retention};
 use acts::recordings::uploads;
@@ -185,6 +186,7 @@ impl Shift {
             tokio::spawn(outbox::run_outbox(state.clone())),
             tokio::spawn(deadlines::run(state.service.clone())),
             tokio::spawn(grade_delivery::run(state.service.clone())),
+            tokio::spawn(course_rosters::run(state.service.clone())),
             tokio::spawn(notices::run(state.service.clone())),
             tokio::spawn(retention::run(state.service.clone())),
             tokio::spawn(audit_checkpoints::run(state.service.clone())),

@@ -15,6 +15,7 @@ use model::{CurrentPerson, PersonKey, Role};
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use store::auth::account_links::Purpose;
+use store::auth::lti::courses;
 use store::people::directory::Details;
 use store::people::rosters::{About, NewRosterDraft, RosterDraft};
 use store::people::{directory, rosters};
@@ -304,7 +305,10 @@ pub async fn confirm(
         )
         .await?;
     }
-    let Import { added, changed, .. } = import;
+    let Import { added, changed, cohorts, .. } = import;
+    for cohort in cohorts.into_values() {
+        courses::forget_checks(&mut tx, by.school_id, cohort).await?;
+    }
     let left: Vec<PersonId> = difference.leaving.iter().map(|leaving| leaving.person).collect();
     let told = json!({ "added": added, "changed": changed, "left_a_cohort": left, "difference_sha256": digest });
     audit::AuditEntry::by(by, "roster.imported", id).with(told).append(&mut tx, state.clock.now()).await?;

@@ -6,9 +6,10 @@ use std::time::Duration;
 
 use model::auth::grade_service::{
     self, DeliveryState, GradedPage, LineItem, SentGrade, SubmittedAttempt, describe_line_item, next_timestamp,
-    retry_delay_s, scores_url, search_url, shorten_answer, stamp_message,
+    scores_url, search_url, stamp_message,
 };
 use model::ids::{AssignmentId, DeliveryId, PlatformId, SessionId};
+use model::sending::{retry_delay_s, shorten_answer};
 use model::training::assignment::{Assigned, AssignmentOutcome, AssignmentTask, AttemptHistory};
 use model::{CurrentPerson, Moment, PersonKey};
 use platform::clock;
@@ -247,7 +248,7 @@ async fn note_sent(
             false
         }
         Err(Failure::Refused(status, answer)) => {
-            let is_final = status.is_some_and(grade_service::is_final);
+            let is_final = status.is_some_and(|status| grade_service::is_final(status, &answer));
             result.tries = due.tries + 1;
             let again = retry_delay_s(result.tries).filter(|_| !is_final).map(|delay_s| now.plus_s(delay_s));
             result.state = if again.is_some() { DeliveryState::Waiting } else { DeliveryState::Stopped };

@@ -9,8 +9,6 @@ use crate::ids::AssignmentId;
 
 /// Maximum score of a line item.
 const MOST_POINTS: u32 = 100;
-/// Maximum length of an answer that is shown, in characters.
-const LONGEST_ANSWER: usize = 500;
 
 /// State of the delivery of a grade.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -194,34 +192,14 @@ pub fn describe_line_item(label: &str, resource_id: &str, link: &str) -> Value {
     json!({ "label": label, "scoreMaximum": MOST_POINTS, "resourceId": resource_id, "resourceLinkId": link })
 }
 
-/// Returns the beginning of a platform's answer, on one line.
+/// Returns whether a refusal, by HTTP status and answer, means that another try is useless. Older
+/// versions of Canvas answer too many requests with 403.
 #[must_use]
-pub fn shorten_answer(body: &[u8]) -> String {
-    let text = String::from_utf8_lossy(body);
-    let words: Vec<_> =
-        text.split(|c: char| c.is_whitespace() || c.is_control()).filter(|word| !word.is_empty()).collect();
-    words.join(" ").chars().take(LONGEST_ANSWER).collect()
-}
-
-/// Delay before the next try after so many, in s; `None` if there is none. After the first day, a
-/// grade is tried daily for two weeks.
-#[must_use]
-pub const fn retry_delay_s(tries: u32) -> Option<i64> {
-    match tries {
-        0 | 1 => Some(60),
-        2 => Some(5 * 60),
-        3 => Some(30 * 60),
-        4 => Some(2 * 3600),
-        5 => Some(12 * 3600),
-        6..=19 => Some(24 * 3600),
-        _ => None,
+pub fn is_final(status: u16, answer: &str) -> bool {
+    match status {
+        403 => !answer.contains("Rate Limit Exceeded"),
+        status => matches!(status, 404 | 410 | 422),
     }
-}
-
-/// Returns whether a status of HTTP means that another try is useless.
-#[must_use]
-pub const fn is_final(status: u16) -> bool {
-    matches!(status, 403 | 404 | 410 | 422)
 }
 
 #[cfg(test)]
@@ -272,24 +250,19 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_is_short_and_on_one_line() {
-        assert_eq!(shorten_answer(b"<p>\r\n no\0\xff</p>"), "<p> no \u{fffd}</p>");
-        assert_eq!(shorten_answer("ä".repeat(9000).as_bytes()).chars().count(), 500);
-    }
-
-    #[test]
-    fn tries_end_after_two_weeks() {
-        let delays: Vec<_> = (1..30).map_while(retry_delay_s).collect();
-        assert_eq!(delays[..6], [60, 300, 1800, 7200, 43_200, 86_400]);
-        assert_eq!(delays[5..].iter().sum::<i64>(), 14 * 86_400);
-    }
-
-    #[test]
     fn a_line_item_of_another_link_is_not_used() {
         let item = |json: Value| serde_json::from_value::<LineItem>(json).unwrap();
         let own = item(json!({ "id": "u", "resourceId": "exercise:a", "resourceLinkId": "1", "scoreMaximum": 100 }));
         assert!(own.is_for("exercise:a", "1") && !own.is_for("exercise:a", "2") && !own.is_for("exercise:b", "1"));
         assert!(item(json!({ "id": "u", "resourceId": "exercise:a" })).is_for("exercise:a", "2"));
         assert!(!item(json!({ "id": "u" })).is_for("exercise:a", "2"));
+    }
+
+    #[test]
+    fn a_refusal_is_final_unless_requests_were_too_many() {
+        let of = |status| is_final(status, "403 Forbidden (Rate Limit Exceeded)");
+        assert!([403, 404, 410, 422].iter().all(|&status| is_final(status, "Forbidden")));
+        assert!(![400, 401, 403, 409, 429, 500, 503].iter().any(|&status| of(status)));
+        assert!(of(404));
     }
 }

@@ -51,6 +51,8 @@ pub struct DeliveryRow {
     pub trainee: String,
     /// Path that the link opens.
     pub page: String,
+    /// Title of that page; the path if it has none.
+    pub title: String,
     /// Number of tries since the last success or change.
     pub tries: u32,
     /// Time of the next try.
@@ -82,6 +84,7 @@ mod tests {
                 name: "Ada <b>".to_owned(),
                 trainee: "/trainees/1".to_owned(),
                 page: "/exercises/feel-the-layers".to_owned(),
+                title: "Feel the layers".to_owned(),
                 tries: 2,
                 next: Some(samples::NOW),
                 status: Some(404),
@@ -99,6 +102,6 @@ mod tests {
         assert!(html.contains("&#60;script&#62;") && html.contains("Ada &#60;b&#62;"), "{html}");
         assert!(html.contains("/deliveries/2/retry") && html.contains("state=stopped&amp;after=2"), "{html}");
         let sent = samples::keep_page("deliveries-sent", &page(DeliveryState::Sent));
-        assert!(!sent.contains("/retry"), "{sent}");
+        assert!(!sent.contains("/retry") && sent.contains(">Feel the layers</a>"), "{sent}");
     }
 }

@@ -121,6 +121,10 @@ pub struct CourseRow {
     pub cohorts: Vec<SelectOption>,
     /// Whether the platform shares the members.
     pub has_members: bool,
+    /// When the members were last compared with the cohort.
+    pub checked: Option<OffsetDateTime>,
+    /// Number of differences then; `None` if the members could not be read.
+    pub differences: Option<i64>,
 }
 
 /// Input of the form of a course.
@@ -300,6 +304,8 @@ mod tests {
             seen: samples::NOW,
             cohorts: vec![SelectOption { value: "3".to_owned(), label: "Spring".to_owned(), chosen: true }],
             has_members,
+            checked: Some(samples::NOW),
+            differences: has_members.then_some(3),
         };
         let page = |deployments| PlatformPage {
             shell: samples::shell(Role::Administrator),
@@ -315,6 +321,7 @@ mod tests {
         assert_eq!(html.matches("/admin/platforms/1/admit").count(), 1, "{html}");
         assert!(html.contains("value=\"1&#34;\""), "{html}");
         assert!(html.contains("&#60;b&#62;Nursing") && html.contains("value=\"3\" selected"), "{html}");
+        assert!(html.contains("3 differences from") && html.contains("could not be read"), "{html}");
         assert_eq!(html.matches("name=\"read\"").count(), 1, "the platform shares the members of one course");
         assert!(!samples::keep_page("platform-new", &page(vec![])).contains("/admit"));
     }

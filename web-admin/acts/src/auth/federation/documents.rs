@@ -122,7 +122,7 @@ pub(in crate::auth) async fn fetch_anew(
     address: &str,
 ) -> Result<String, DocumentError> {
     let url = service.outgoing.rules().check(address).map_err(unreachable)?;
-    service.outgoing.count_request(school, &url).map_err(unreachable)?;
+    service.outgoing.count_document(school, &url).map_err(unreachable)?;
     let answer = get_document(service, url).await.map_err(unreachable)?;
     if answer.status != 200 || !answer.is_json {
         return Err(unreachable(format!("HTTP status {}, JSON: {}", answer.status, answer.is_json)));

@@ -102,7 +102,7 @@ async fn register_tool(
     let refused = |why| Error::Unprocessable(tr!("the learning platform has not registered Stylet: {why}", why = why));
     let rules = service.outgoing.rules();
     let url = rules.check(&configuration.registration_endpoint).map_err(|why| refused(why.to_string()))?;
-    service.outgoing.count_request(by.school_id, &url).map_err(|why| refused(why.to_string()))?;
+    service.outgoing.count_document(by.school_id, &url).map_err(|why| refused(why.to_string()))?;
     let tool = ToolAddresses {
         address: &service.config.address(),
         login_url: &login_url(service),

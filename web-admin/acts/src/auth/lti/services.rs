@@ -75,7 +75,7 @@ async fn send(
     token: &str,
 ) -> Result<Answer, ServiceFailure> {
     let url = service.outgoing.rules().check(request.address)?;
-    service.outgoing.count_request(platform.school_id, &url)?;
+    service.outgoing.count_service_request(platform.school_id, &url)?;
     let authorization = Some(format!("Bearer {token}"));
     let (accept, content, largest_answer) = (request.accept, request.content.clone(), request.largest_answer);
     let call = Call { authorization, accept, content, largest_answer, ..Call::get(url) };
@@ -108,7 +108,7 @@ pub async fn fetch_token(
         return Ok(token);
     }
     let url = service.outgoing.rules().check(&platform.settings.token_url)?;
-    service.outgoing.count_request(platform.school_id, &url)?;
+    service.outgoing.count_service_request(platform.school_id, &url)?;
     let form = make_form(service, &platform.settings, scopes).await?;
     let answer = service.outgoing.send(Call::post(url, Content::of_form(&form))).await?;
     if !(200..300).contains(&answer.status) {

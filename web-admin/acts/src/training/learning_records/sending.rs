@@ -2,7 +2,7 @@
 //! statement twice keeps it once, so that a request is repeated after a crash.
 
 use data_encoding::BASE64;
-use model::auth::grade_service::{retry_delay_s, shorten_answer};
+use model::sending::{retry_delay_s, shorten_answer};
 use platform::outgoing::{Answer, Call, CallFailed, Content};
 use platform::sealing;
 use serde_json::Value;
@@ -114,7 +114,7 @@ async fn post(
         Ok(url) => url,
         Err(why) => return Ok(Err(why)),
     };
-    if let Err(why) = service.outgoing.count_request(store.school_id, &url) {
+    if let Err(why) = service.outgoing.count_service_request(store.school_id, &url) {
         return Ok(Err(why));
     }
     let call = Call::post(url, content)

@@ -93,12 +93,17 @@ pub struct PlatformCourse {
     pub cohort_id: Option<CohortId>,
     /// Name of that cohort.
     pub cohort: Option<String>,
+    /// When the members were last compared with the cohort.
+    pub checked_at: Option<Moment>,
+    /// Number of differences then; `None` if the members could not be read.
+    pub differences: Option<i64>,
 }
 
 macro_rules! select_courses {
     ($rest:literal) => {
         concat!(
-            "SELECT c.id, c.context_id, c.title, c.members_url, c.seen_at, t.cohort_id, k.name AS cohort
+            "SELECT c.id, c.context_id, c.title, c.members_url, c.seen_at, t.cohort_id, k.name AS cohort,
+               t.checked_at, t.differences
              FROM platform_contexts c
              LEFT JOIN platform_context_cohorts t ON t.school_id = c.school_id AND t.context_id = c.id
              LEFT JOIN cohorts k ON k.school_id = t.school_id AND k.id = t.cohort_id ",
@@ -125,7 +130,7 @@ pub async fn list_courses(
 }
 
 /// Names a course of a learning platform of a school.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, FromRow)]
 pub struct CourseKey {
     /// School.
     pub school_id: SchoolId,
@@ -157,13 +162,61 @@ pub async fn tie_course(writer: &mut Connection, key: CourseKey, cohort: Option<
     };
     sqlx::query(
         "INSERT INTO platform_context_cohorts (context_id, school_id, cohort_id, tied_at) VALUES ($1, $2, $3, $4)
-         ON CONFLICT (context_id) DO UPDATE SET cohort_id = excluded.cohort_id, tied_at = excluded.tied_at
+         ON CONFLICT (context_id) DO UPDATE SET cohort_id = excluded.cohort_id, tied_at = excluded.tied_at,
+           checked_at = NULL, differences = NULL
          WHERE platform_context_cohorts.school_id = excluded.school_id",
     )
     .bind(key.course_id)
     .bind(key.school_id)
     .bind(cohort)
     .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Returns courses whose members can be compared with a cohort and were not since a moment.
+pub async fn list_unchecked_courses(executor: impl Executor<'_>, since: Moment, most: u32) -> Result<Vec<CourseKey>> {
+    sqlx::query_as(
+        "SELECT c.school_id, c.platform_id, c.id AS course_id
+         FROM platform_context_cohorts t
+         JOIN platform_contexts c ON c.school_id = t.school_id AND c.id = t.context_id
+         JOIN platforms p ON p.school_id = c.school_id AND p.id = c.platform_id
+         WHERE p.disabled_at IS NULL AND c.members_url IS NOT NULL AND coalesce(t.checked_at, 0) < $1
+         ORDER BY coalesce(t.checked_at, 0), t.context_id LIMIT $2 + 0",
+    )
+    .bind(since)
+    .bind(i64::from(most))
+    .fetch_all(executor)
+    .await
+}
+
+/// Records a comparison of a course's members with its cohort.
+pub async fn note_check(
+    writer: &mut Connection,
+    key: CourseKey,
+    differences: Option<usize>,
+    now: Moment,
+) -> Result<()> {
+    sqlx::query(
+        "UPDATE platform_context_cohorts SET checked_at = $3, differences = $4 WHERE school_id = $1 AND context_id = $2",
+    )
+    .bind(key.school_id)
+    .bind(key.course_id)
+    .bind(now)
+    .bind(differences.map(|count| count as i64))
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Forgets the comparisons with a cohort whose members have changed.
+pub async fn forget_checks(writer: &mut Connection, school: SchoolId, cohort: CohortId) -> Result<()> {
+    sqlx::query(
+        "UPDATE platform_context_cohorts SET checked_at = NULL, differences = NULL WHERE school_id = $1 AND cohort_id = $2",
+    )
+    .bind(school)
+    .bind(cohort)
     .execute(writer)
     .await
     .map(drop)

@@ -3,12 +3,15 @@
 
 use std::time::Duration;
 
+use acts::operations::upkeep;
+use acts::scoring::regrading::{self, Regrader, Rubric};
 use acts::training::{assignments, grade_delivery};
 use model::auth::federation::{IdentityKind, IdentityOrigin};
 use model::ids::{AssignmentId, IdentityId};
 use model::training::assignment::AssignmentTask;
 use model::{Role, SessionKey};
 use serde_json::{Value, json};
+use store::audit::Actor;
 use store::auth::federation::identities::{self, IssuedSubject, NewIdentity};
 use store::recordings::sessions;
 use store::scoring::grades::{self, NewOverride};
@@ -63,10 +66,18 @@ impl Graded {
             texts(&graded.world.app, ANSWERS).await,
             ["waiting 0 no access token: HTTP status 401 invalid_client"]
         );
-        let set = graded.world.app.stranger().get("/.well-known/jwks.json").await.text();
-        graded.book().set_client_keys(serde_json::from_str(&set).unwrap());
+        graded.publish_keys().await;
         graded.world.clock().advance(60);
         graded
+    }
+
+    /// The platform reads the key set of the service; returns the number of keys.
+    async fn publish_keys(&self) -> usize {
+        let set = self.world.app.stranger().get("/.well-known/jwks.json").await.text();
+        let set: Value = serde_json::from_str(&set).unwrap();
+        let keys = set["keys"].as_array().unwrap().len();
+        self.book().set_client_keys(set);
+        keys
     }
 
     fn book(&self) -> &GradeBook {
@@ -116,6 +127,17 @@ impl Graded {
         let (now, made_by) = (self.world.clock().now(), self.teacher.person.id);
         let new = NewOverride { grade: score.map(|score| (score, true)), reason: "seen", made_by };
         self.world.app.write(async |tx| grades::put_override(tx, self.attempt, &new, now).await.unwrap()).await;
+    }
+
+    /// Adds a score by the rubric of today, as a re-grading does.
+    async fn regrade(&self, score: f64) {
+        let state = &self.world.app.state;
+        let session = sessions::find_session(state.db.reader(), self.world.school, self.attempt.id).await.unwrap();
+        let (session, rubric) = (session.unwrap(), Rubric::of_today(state, self.world.school, EXERCISE).await);
+        let mut again = rubric.unwrap().unwrap().judge(state, &session).await.unwrap();
+        again.score = score;
+        let by = Regrader { actor: Actor::Worker, reason: Some("another rubric") };
+        regrading::apply(state, by, &session, &again).await.unwrap();
     }
 
     async fn send(&self) {
@@ -189,7 +211,7 @@ async fn the_last_of_several_grades_arrives_once() {
 }
 
 #[tokio::test]
-async fn override_and_withdrawal_arrive_as_of_the_attempt() {
+async fn changed_grades_arrive_with_the_time_of_the_attempt() {
     let graded = Graded::new(Some("items/7"), false).await;
     graded.send().await;
     graded.set_score(Some(70.0)).await;
@@ -199,6 +221,10 @@ async fn override_and_withdrawal_arrive_as_of_the_attempt() {
     graded.send().await;
     let taken = graded.book().taken();
     assert_eq!((scores(&taken)[1], scores(&taken)[0]), (Some(70.0), scores(&taken)[2]));
+    graded.regrade(12.5).await;
+    graded.send().await;
+    let taken = graded.book().taken();
+    assert_eq!(scores(&taken)[3..], [Some(12.5)]);
     let submitted: Vec<&Value> = taken.iter().map(|taken| &taken.message["submission"]["submittedAt"]).collect();
     assert!(submitted.iter().all(|at| *at == submitted[0] && at.is_string()), "{submitted:?}");
     let by = graded.teacher.person.clone().into_current().unwrap();
@@ -206,13 +232,13 @@ async fn override_and_withdrawal_arrive_as_of_the_attempt() {
         texts(&graded.world.app, "SELECT lower(hex(id)) FROM assignments").await.remove(0).parse().unwrap();
     graded.launch_to(&format!("/assignments/{id}"), "ada", Some("items/7")).await;
     graded.send().await;
-    assert_eq!(graded.book().taken().len(), 3, "the same grade");
+    assert_eq!(graded.book().taken().len(), 4, "the same grade");
     assignments::withdraw(&graded.world.app.state, &by, id).await.unwrap();
     graded.send().await;
     graded.send().await;
     let taken = graded.book().taken();
     let [.., last] = &taken[..] else { panic!("none taken") };
-    assert_eq!((taken.len(), &last.message["gradingProgress"]), (4, &json!("NotReady")));
+    assert_eq!((taken.len(), &last.message["gradingProgress"]), (5, &json!("NotReady")));
     assert!(last.message.get("scoreGiven").is_none(), "{last:?}");
     assert_rising(&taken);
 }
@@ -297,6 +323,21 @@ async fn an_interrupted_grade_is_sent_again() {
     }
     assert!(taken.len() == 2 && taken[0] == taken[1], "{taken:?}");
     assert_eq!(graded.states().await, ["sent"]);
+}
+
+#[tokio::test]
+async fn a_waiting_grade_is_sent_with_a_renewed_key() {
+    let graded = Graded::new(Some("items/7"), false).await;
+    graded.book().answer_with(&[ScoreAnswer::Status(500)]);
+    graded.send().await;
+    graded.world.clock().advance(360 * 86_400);
+    upkeep::forget_expired(&graded.world.app.state).await.unwrap();
+    assert_eq!(graded.publish_keys().await, 2, "the next key is published before it signs");
+    graded.world.clock().advance(40 * 86_400);
+    upkeep::forget_expired(&graded.world.app.state).await.unwrap();
+    assert_eq!(graded.publish_keys().await, 1, "the earlier key is retired");
+    graded.send().await;
+    assert_eq!((graded.states().await, graded.book().tokens_made()), (vec!["sent".to_owned()], 2));
 }
 
 #[tokio::test]

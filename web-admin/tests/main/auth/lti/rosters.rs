@@ -1,6 +1,7 @@
 //! Members of a course, by the preview of rosters. Fails when a member is missing from the preview or taken in twice, when anything changes
 //! before it is confirmed, when staff become trainees or leave a cohort, and when a first launch does not find who was taken in.
 
+use acts::people::course_rosters;
 use model::Role;
 use serde_json::{Value, json};
 use store::people;
@@ -81,6 +82,13 @@ impl Course {
         self.world.head.form(path, &[("csrf", &csrf_in(page)), ("digest", digest), ("invite", "yes")]).await
     }
 
+    /// Compares courses that were not compared today; the page then shows the result.
+    async fn check(&mut self, result: &str) {
+        course_rosters::check_courses(&self.world.app.state).await.unwrap();
+        let page = self.page().await;
+        assert!(page.contains(result), "{result}: {page}");
+    }
+
     async fn in_cohort(&self) -> Vec<String> {
         texts(&self.world.app, IN_COHORT).await
     }
@@ -94,6 +102,7 @@ async fn a_course_of_450_members_fills_a_cohort() {
     course.service.set_members(members);
     let (path, page) = course.preview().await;
     assert_eq!(course.service.requests(), 9);
+    course.check("450 differences from the course").await;
     assert!(page.contains("Import 450 lines") && !page.contains("name=\"invite\""), "{page}");
     assert_eq!(course.in_cohort().await.len(), 1, "nothing changes before it is confirmed");
     let done = course.confirm(&path, &page).await;
@@ -109,6 +118,16 @@ async fn a_course_of_450_members_fills_a_cohort() {
     assert_eq!(course.world.identities().await, before, "the first launch finds them");
     let (_, page) = course.preview().await;
     assert!(page.contains("Nothing to import"), "{page}");
+    course.check("the cohort agrees with the course").await;
+    course.service.set_members(Vec::new());
+    course.check("the cohort agrees with the course").await;
+    course.world.clock().advance(25 * 3600);
+    course.world.head = course.world.app.signed_in(HEAD).await;
+    course.check("450 differences from the course").await;
+    course.world.clock().advance(25 * 3600);
+    course.world.head = course.world.app.signed_in(HEAD).await;
+    course.service.set_fault(Some(MembersFault::Forbidden));
+    course.check("the members could not be read").await;
 }
 
 #[tokio::test]

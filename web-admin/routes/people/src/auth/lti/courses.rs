@@ -43,6 +43,8 @@ pub(super) async fn list_courses(
             })
             .collect(),
         has_members: course.members_url.is_some(),
+        checked: course.checked_at.map(|at| at.to_utc()),
+        differences: course.differences,
     };
     Ok(courses::list_courses(reader, person.school_id, platform, MOST_COURSES).await?.into_iter().map(row).collect())
 }
