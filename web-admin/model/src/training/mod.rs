@@ -10,4 +10,6 @@ pub mod due;
 pub mod learning_records;
 pub mod membership;
 pub mod progress;
+#[cfg(test)]
+mod random_numbers;
 pub mod xapi;

@@ -48,7 +48,11 @@ pub async fn queue_statements(
     if !facts.counts || !learning_records::may_send(&mut *tx, &store, facts.trainee_id).await? {
         return Ok(());
     }
-    let taught = teaching::taught_curricula(service, session.school_id).await?;
+    let taught = match source {
+        // A statement is voided without its courses.
+        GradeSource::Withdrawal(_) => Vec::new(),
+        _ => teaching::taught_curricula(service, session.school_id).await?,
+    };
     let changed = ChangedGrade { service, store: &store, facts: &facts, taught: &taught, session, now };
     changed.queue(tx, source).await
 }

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::proof::option_quads;
 use super::*;
 use crate::training::certificate::public_key;
+use crate::training::random_numbers::RandomNumbers;
 
 /// Names that are hard to write in JSON, N-Quads and XML; and what identifies the badge.
 const INPUT: &str = include_str!("../../../../../tests/data/badge/input.json");
@@ -184,21 +185,7 @@ fn control_characters_never_reach_a_badge() {
 /// Characters of random names: those that JSON, N-Quads or XML escape, that programs have split lines at, and of other scripts.
 const HOSTILE: &str = "aZ09 \"\\'<>&{}[]|^`%#?\u{7f}\u{80}\u{85}\u{a0}\u{1}\t\n\r\u{2028}\u{2029}\u{feff}\u{fffd}\u{fffe}üßéе́שع漢𝔘🩺👩🏽\u{200d}⚕\u{10ffff}]]>\\u0041";
 
-/// Numbers that look random, the same each time (SplitMix64).
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
-
-    fn below(&mut self, limit: usize) -> usize {
-        usize::try_from(self.next() % limit as u64).expect("below the limit")
-    }
-
+impl RandomNumbers {
     fn text(&mut self) -> String {
         let known: Vec<char> = HOSTILE.chars().collect();
         (0..=self.below(30)).map(|_| known[self.below(known.len())]).collect()
@@ -233,7 +220,7 @@ impl Numbers {
 fn badges_with_hostile_names_are_genuine() {
     let (issuer, key) = (issuer(), key());
     let kept = std::env::var_os("STYLET_KEEP_BADGES");
-    let mut numbers = Numbers(1);
+    let mut numbers = RandomNumbers(1);
     let badges: Vec<Badge> = (0..if kept.is_some() { 1000 } else { 50 }).map(|_| numbers.badge(&issuer)).collect();
     let signed: Vec<String> = badges.iter().map(|badge| sign(badge).to_string()).collect();
     for (badge, signed) in badges.iter().zip(&signed) {

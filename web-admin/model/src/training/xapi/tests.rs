@@ -3,6 +3,7 @@
 //! (`tests/counterparts/statements.mjs`).
 
 use super::*;
+use crate::training::random_numbers::RandomNumbers;
 
 const SCHOOL: SchoolId = SchoolId::from_u128(1);
 const PERSON: PersonId = PersonId::from_u128(2);
@@ -107,17 +108,7 @@ fn the_same_subject_has_the_same_id() {
     assert_eq!(ids.len(), subjects.len() + 1, "subjects with one id");
 }
 
-/// Random numbers that are the same every time (SplitMix64).
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
-
+impl RandomNumbers {
     fn id(&mut self) -> u128 {
         u128::from(self.next()) << 64 | u128::from(self.next())
     }
@@ -126,13 +117,13 @@ impl Numbers {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    fn text(&mut self) -> String {
+    fn title(&mut self) -> String {
         const KNOWN: [&str; 8] = ["Needle ", "“quoted”\n", "Größe", "\u{2028}", "<b>", "\\", "🩺", "0"];
         (0..1 + self.next() % 5).map(|_| KNOWN[(self.next() % 8) as usize]).collect()
     }
 
     fn course(&mut self) -> StatementCourse {
-        StatementCourse { id: "spine".to_owned(), sha256: format!("{:064x}", self.next()), title: self.text() }
+        StatementCourse { id: "spine".to_owned(), sha256: format!("{:064x}", self.next()), title: self.title() }
     }
 
     fn attempt(&mut self) -> StatementAttempt {
@@ -145,7 +136,7 @@ impl Numbers {
             session: SessionId::from_u128(self.id()),
             exercise_id: "epidural-l3".to_owned(),
             exercise_sha256: format!("{:064x}", self.next()),
-            title: (!self.next().is_multiple_of(4)).then(|| self.text()),
+            title: (!self.next().is_multiple_of(4)).then(|| self.title()),
             started_at: Moment::from_micros((self.next() % 4_000_000_000_000_000) as i64),
             duration_s: self.fraction() * 4000.0,
             is_complete: self.next().is_multiple_of(2),
@@ -162,7 +153,7 @@ impl Numbers {
 
     /// One statement of each kind.
     fn statements(&mut self) -> [Value; 6] {
-        let name = self.next().is_multiple_of(2).then(|| self.text());
+        let name = self.next().is_multiple_of(2).then(|| self.title());
         let actor = StatementActor { pseudonym: format!("p-{:012x}", self.next() >> 16), name };
         let maker = maker(&actor);
         let (attempt, grade, at) = (self.attempt(), self.grade(), Moment::from_micros(1_700_000_100_000_000));
@@ -184,7 +175,7 @@ impl Numbers {
 #[test]
 fn statements_have_their_required_properties() {
     let kept = std::env::var_os("STYLET_KEEP_STATEMENTS");
-    let mut numbers = Numbers(1);
+    let mut numbers = RandomNumbers(1);
     let rounds = if kept.is_some() { 1667 } else { 50 };
     let statements: Vec<Value> = (0..rounds).flat_map(|_| numbers.statements()).collect();
     for statement in &statements {
