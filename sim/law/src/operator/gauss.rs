@@ -20,6 +20,11 @@ impl Draw {
         Self { bits: Pcg64::seed_from_u64(seed) }
     }
 
+    /// Starts another sequence, which depends on this one.
+    pub(super) fn branch(&mut self) -> Self {
+        Self::new(self.bits.next_u64())
+    }
+
     /// Uniform in (0, 1], from the top 53 bits.
     pub fn uniform(&mut self) -> f64 {
         const SCALE: f64 = 1.0 / (1_u64 << 53) as f64;

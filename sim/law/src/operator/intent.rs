@@ -1,5 +1,5 @@
-//! The operator's intention, tick by tick: approach, insert, react to pops, redirect off bone,
-//! settle at the target, hold, confirm, withdraw.
+//! The operator's intention, tick by tick: approach, insert, react to pops, redirect off bone or in
+//! doubt, settle at the target, hold, confirm, withdraw.
 //!
 //! The choices below are ours: the literature gives the hand and its reaction time, not a script.
 
@@ -12,8 +12,8 @@ const TRAVEL_M_PER_S: f64 = 0.010;
 const SLOW_ABOVE_M: f64 = 0.002;
 /// Distance before the goal at which a careful hand slows down, in m.
 const NEAR_M: f64 = 0.006;
-/// Factor on the reaction time during a lapse of attention.
-const ABSENT: f64 = 2.0;
+/// Factor on the reaction time during a lapse of attention (choice, fitted to dural punctures).
+const ABSENT: f64 = 4.0;
 /// Hardest push, in N: above it the set-point waits. A choice above the 62 N that a trocar took in
 /// patients (Fanning et al. 2011, 10.4293/108680811X13022985131219).
 const MAX_PUSH_N: f64 = 80.0;
@@ -76,7 +76,7 @@ impl IntentAim {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum IntentPhase {
     Insert,
-    /// Withdraws off bone and out of the skin.
+    /// Withdraws the needle from the skin.
     Redirect,
     /// Turns the needle to a new line.
     Turn,
@@ -100,6 +100,10 @@ pub(super) struct Sensed {
     pub bone_n: f64,
     /// Stiffness of the grip, in N/m.
     pub stiffness_n_per_m: f64,
+    /// Whether the operator hesitates in this tick.
+    pub hesitates: bool,
+    /// Whether the operator abandons its line in this tick.
+    pub abandons: bool,
 }
 
 /// Actions of the operator in a tick.
@@ -154,6 +158,7 @@ impl Intent {
         let phase = self.phase;
         let speed_m_per_s = match phase {
             IntentPhase::Insert | IntentPhase::Settle if self.meets_bone(sensed) => self.leave_bone(),
+            IntentPhase::Insert if sensed.abandons => self.withdraw_to_turn(),
             IntentPhase::Insert => self.insert(sensed),
             IntentPhase::Redirect => self.redirect(sensed),
             IntentPhase::Turn => self.turn(),
@@ -191,6 +196,9 @@ impl Intent {
         if self.pops.feel(self.t_s, sensed.force_n, sensed.tip_x_m) && self.halt_at_s.is_infinite() {
             self.halt_at_s = self.t_s + self.react_s();
         }
+        if sensed.hesitates && self.halt_at_s.is_infinite() {
+            self.halt_at_s = self.t_s;
+        }
         if sensed.x_m >= self.aim.goal_m && self.stop_at_s.is_infinite() {
             self.stop_at_s = self.t_s + self.aim.reaction_s;
         }
@@ -226,9 +234,19 @@ impl Intent {
 
     /// Redirects, or gives up and confirms at the present position.
     fn leave_bone(&mut self) -> f64 {
-        let gives_up = self.redirects >= MAX_REDIRECTS;
+        if self.redirects < MAX_REDIRECTS {
+            self.redirects += 1;
+            return self.withdraw_to_turn();
+        }
         self.stop_at_s = f64::INFINITY;
-        self.turn_to(if gives_up { IntentPhase::Hold } else { IntentPhase::Redirect });
+        self.turn_to(IntentPhase::Hold);
+        0.0
+    }
+
+    /// Begins to withdraw the needle, to turn it outside.
+    fn withdraw_to_turn(&mut self) -> f64 {
+        self.stop_at_s = f64::INFINITY;
+        self.turn_to(IntentPhase::Redirect);
         0.0
     }
 
@@ -237,7 +255,6 @@ impl Intent {
         if sensed.x_m > -CLEAR_M {
             return self.let_go_m_per_s(sensed) - self.travel_m_per_s();
         }
-        self.redirects += 1;
         self.turn_to(IntentPhase::Turn);
         0.0
     }

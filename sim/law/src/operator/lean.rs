@@ -25,6 +25,11 @@ impl Lean {
         Self { planned: *planned, from: axis, to: axis, axis }
     }
 
+    /// The planned axis.
+    pub fn planned(&self) -> &Vector3<f64> {
+        &self.planned
+    }
+
     /// Chooses another line: removes the fraction `correction` of the error, and adds a new one of
     /// the given standard deviation.
     pub fn choose(&mut self, correction: f64, sd_rad: f64, draw: &mut Draw) {

@@ -48,6 +48,7 @@
 //! 0) with n·dt therefore has t = 0 at the start.
 
 mod constant;
+mod doubt;
 mod gauss;
 mod grip;
 mod hand;

@@ -42,6 +42,12 @@ pub struct Skill {
     /// Fraction of its angle error that a hand removes when it redirects off bone, 0 to 1. The new
     /// error is [`Skill::angle_sd_rad`] times the rest.
     pub correction: f64,
+    /// Mean number of hesitations in each metre of advance, each as long as [`Skill::pause_s`].
+    pub hesitations_per_m: f64,
+    /// Standard deviation of the error with which a hand judges the angle of its line, in rad.
+    pub judgement_sd_rad: f64,
+    /// Distance from the planned line at the target that a hand accepts, as it judges it, in m.
+    pub accepted_m: f64,
 }
 
 impl Skill {
@@ -50,22 +56,25 @@ impl Skill {
     pub fn novice() -> Self {
         Self {
             mass_kg: 0.55,
-            damping_n_s_per_m: 5.5,
-            stiffness_n_per_m: 185.0,
+            damping_n_s_per_m: 8.5,
+            stiffness_n_per_m: 350.0,
             brace_n_per_m: 2500.0,
-            speed_m_per_s: 0.010,
-            speed_sd_m_per_s: 0.004,
+            speed_m_per_s: 0.0065,
+            speed_sd_m_per_s: 0.0018,
             unevenness: 1.0,
             care: 0.8,
             reaction_s: 0.25,
             reaction_sd_s: 0.06,
-            lapse: 0.2,
-            pause_s: 2.0,
+            lapse: 0.25,
+            pause_s: 2.9,
             tremor_m: 150e-6,
             angle_sd_rad: 6.0_f64.to_radians(),
             depth_sd_m: 0.0015,
             bone_push_n: 3.0,
-            correction: 0.4,
+            correction: 0.5,
+            hesitations_per_m: 230.0,
+            judgement_sd_rad: 2.5_f64.to_radians(),
+            accepted_m: 0.005,
         }
     }
 
@@ -74,11 +83,11 @@ impl Skill {
     pub fn intermediate() -> Self {
         Self {
             mass_kg: 0.55,
-            damping_n_s_per_m: 15.0,
-            stiffness_n_per_m: 600.0,
+            damping_n_s_per_m: 19.0,
+            stiffness_n_per_m: 800.0,
             brace_n_per_m: 3000.0,
             speed_m_per_s: 0.004,
-            speed_sd_m_per_s: 0.0013,
+            speed_sd_m_per_s: 0.0009,
             unevenness: 0.5,
             care: 0.6,
             reaction_s: 0.20,
@@ -90,6 +99,9 @@ impl Skill {
             depth_sd_m: 0.0010,
             bone_push_n: 2.0,
             correction: 0.6,
+            hesitations_per_m: 100.0,
+            judgement_sd_rad: 2.2_f64.to_radians(),
+            accepted_m: 0.004,
         }
     }
 
@@ -98,22 +110,25 @@ impl Skill {
     pub fn expert() -> Self {
         Self {
             mass_kg: 0.55,
-            damping_n_s_per_m: 34.0,
-            stiffness_n_per_m: 1900.0,
+            damping_n_s_per_m: 40.0,
+            stiffness_n_per_m: 2600.0,
             brace_n_per_m: 3500.0,
-            speed_m_per_s: 0.0015,
+            speed_m_per_s: 0.0032,
             speed_sd_m_per_s: 0.0005,
             unevenness: 0.2,
             care: 0.5,
             reaction_s: 0.15,
             reaction_sd_s: 0.02,
             lapse: 0.05,
-            pause_s: 0.6,
+            pause_s: 0.9,
             tremor_m: 60e-6,
             angle_sd_rad: 2.0_f64.to_radians(),
             depth_sd_m: 0.0006,
             bone_push_n: 1.0,
             correction: 0.8,
+            hesitations_per_m: 30.0,
+            judgement_sd_rad: 1.5_f64.to_radians(),
+            accepted_m: 0.003,
         }
     }
 
@@ -145,6 +160,9 @@ impl Skill {
             depth_sd_m: between(|skill| skill.depth_sd_m),
             bone_push_n: between(|skill| skill.bone_push_n),
             correction: between(|skill| skill.correction),
+            hesitations_per_m: between(|skill| skill.hesitations_per_m),
+            judgement_sd_rad: between(|skill| skill.judgement_sd_rad),
+            accepted_m: between(|skill| skill.accepted_m),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::doubt::Doubt;
 use super::gauss::Draw;
 use super::grip::Grip;
 use super::hand::{Hand, SetPoint};
@@ -19,13 +20,12 @@ const ENTRY_SD_M_PER_RAD: f64 = 0.0057;
 const SPEED_PARTS: (f64, f64) = (0.3, 2.0);
 /// Lower bound of a reaction time, in s.
 const MIN_REACTION_S: f64 = 0.1;
-/// Spread of stiffness and tremor between hands of a skill, as standard deviations of the logarithm
-/// (choice).
-const FIRMNESS_SD: f64 = 0.15;
+/// Spread of the tremor between hands of a skill, as a standard deviation of the logarithm (choice).
 const SHAKINESS_SD: f64 = 0.2;
-/// Spread of the lapses of attention between people and days, as a standard deviation of the
-/// logarithm (choice).
-const ATTENTION_SD: f64 = 0.5;
+/// Spread of clumsiness between people of a skill, as a standard deviation of the logarithm: a
+/// choice, fitted so that the scores of the groups overlap. A clumsy person has larger errors of
+/// angle, more lapses and a softer grip.
+const CLUMSINESS_SD: f64 = 0.5;
 /// Number of pops for which a lapse is drawn.
 const POPS: u32 = 64;
 
@@ -37,6 +37,7 @@ pub(super) struct Skilled {
     hand: Hand,
     grip: Grip,
     intent: Intent,
+    doubt: Doubt,
     tremor: Tremor,
     /// The current displacement by tremor, in m.
     shake_m: Vector3<f64>,
@@ -68,6 +69,7 @@ impl Skilled {
             bone_push_n: skill.bone_push_n,
         };
         let tremor = Tremor::new(skill.tremor_m, &mut chance);
+        let doubt = Doubt::new(&skill, goal_m, chance.branch());
         Self {
             entry_m,
             reach_m: plan.reach_m,
@@ -75,6 +77,7 @@ impl Skilled {
             lean,
             grip: Grip::new(skill.stiffness_n_per_m, skill.brace_n_per_m),
             intent: Intent::new(aim),
+            doubt,
             shake_m: tremor.at(0.0),
             tremor,
             t_s: 0.0,
@@ -97,7 +100,9 @@ impl Skilled {
         self.intent.keep_push(x_m, slackening);
         let stiffness_n_per_m = self.grip.stiffness_n_per_m;
         let bone_n = felt.bone_n;
-        let act = self.intent.act(&Sensed { dt_s, x_m, tip_x_m, force_n: push_n, bone_n, stiffness_n_per_m });
+        let (hesitates, abandons) = (self.doubt.hesitates(x_m), self.doubt.abandons(x_m, &self.lean));
+        let sensed = Sensed { dt_s, x_m, tip_x_m, force_n: push_n, bone_n, stiffness_n_per_m, hesitates, abandons };
+        let act = self.intent.act(&sensed);
         act.turned.into_iter().for_each(|share| self.turn(share));
         self.hand.grip(stiffness_n_per_m);
         self.move_hand(dt_s, &act, &felt.force_n);
@@ -108,6 +113,7 @@ impl Skilled {
     /// Leans the needle towards another line, which is chosen as the turn begins.
     fn turn(&mut self, share: f64) {
         if share <= 0.0 {
+            self.doubt.start_insertion();
             self.lean.choose(self.skill.correction, self.skill.redirect_sd_rad(), &mut self.chance);
         }
         self.lean.turn(share);
@@ -151,15 +157,17 @@ fn move_on_skin(plan: &Plan, by_m: &Vector3<f64>) -> Point3<f64> {
 fn skill_of_person(skill: &Skill, traits: &mut Traits) -> Skill {
     let mean = skill.speed_m_per_s;
     let speed = mean + skill.speed_sd_m_per_s * traits.z();
-    let firmness = libm::exp(FIRMNESS_SD * traits.z());
+    let clumsiness = libm::exp(CLUMSINESS_SD * traits.z());
     Skill {
         speed_m_per_s: speed.max(SPEED_PARTS.0 * mean).min(SPEED_PARTS.1 * mean),
-        stiffness_n_per_m: skill.stiffness_n_per_m * firmness,
-        damping_n_s_per_m: skill.damping_n_s_per_m * libm::sqrt(firmness),
-        brace_n_per_m: skill.brace_n_per_m * firmness,
+        stiffness_n_per_m: skill.stiffness_n_per_m / clumsiness,
+        damping_n_s_per_m: skill.damping_n_s_per_m / libm::sqrt(clumsiness),
+        brace_n_per_m: skill.brace_n_per_m / clumsiness,
         reaction_s: (skill.reaction_s + skill.reaction_sd_s * traits.z()).max(MIN_REACTION_S),
         tremor_m: skill.tremor_m * libm::exp(SHAKINESS_SD * traits.z()),
-        lapse: skill.lapse * libm::exp(ATTENTION_SD * traits.z()),
+        lapse: skill.lapse * clumsiness,
+        angle_sd_rad: skill.angle_sd_rad * clumsiness,
+        judgement_sd_rad: skill.judgement_sd_rad * clumsiness,
         ..*skill
     }
 }
