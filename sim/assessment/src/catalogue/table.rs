@@ -61,7 +61,7 @@ impl Definition {
 const BEHIND_4_HZ: &str =
     "physiological tremor is at 8 to 12 Hz (Elble and Koller 1990, Tremor); a 4 Hz low-pass leaves at most 6 % of it";
 const PATH_OF_TREMOR: &str = "most of it comes from tremor; version 2 filters at 4 Hz";
-const SLOW_IS_GOOD: &str = "it rewards speed: virtual novices, who hurry, outperform experts, who take their time";
+const FOLLOWS_THE_TIME: &str = "it mostly follows the duration, which time_total_s measures";
 const NEVER_SEEN: &str =
     "no virtual hand does this, neither expert nor novice, so there is no evidence that it distinguishes them";
 const PERKTUTOR: &str = "PerkTutor, PythonMetrics: threshold and debounce (Ungi and others 2012, Perk Tutor: an open-source training platform for ultrasound-guided needle insertions)";
@@ -175,7 +175,7 @@ pub const DEFINITIONS: &[Definition] = &[
         "Integral over time of the axial force on the hand.",
         "push no longer and no harder than necessary",
     )
-    .unoffered(SLOW_IS_GOOD),
+    .unoffered(FOLLOWS_THE_TIME),
     metric_definition("force_rate_peak_n_per_s", "N/s", Lower).says(
         "peak force rate",
         "Largest rate of rise of the low-pass filtered axial force, excluding the drops at ruptures and 0.05 s before \
@@ -247,14 +247,13 @@ pub const DEFINITIONS: &[Definition] = &[
         "total time",
         "Time from the first sample to the last.",
         "work without pauses",
-    )
-    .unoffered(SLOW_IS_GOOD),
+    ),
     metric_definition("time_in_tissue_s", "s", Lower).applies(INSIDE).says(
         "time in tissue",
         "Time with the tip deeper than 0.",
         "work without pauses once inside",
     )
-    .unoffered(SLOW_IS_GOOD),
+    .unoffered(FOLLOWS_THE_TIME),
     PATH_LENGTH.unoffered(PATH_OF_TREMOR),
     PATH_LENGTH.anew(
         "Length of the path of the tip, low-pass filtered at 4 Hz.",

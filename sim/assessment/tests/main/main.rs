@@ -5,6 +5,7 @@ mod closed_form;
 mod coach;
 mod field;
 mod hostile;
+mod known_groups;
 mod learning;
 mod questionnaire;
 mod scoring;

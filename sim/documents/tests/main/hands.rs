@@ -161,15 +161,19 @@ fn novice_peak_exceeds_expert_peak_unless_thresholds_set_it() {
     let ratio = |file: &str, seeds| {
         let bundle = exercise(file);
         let (novice, expert) = (peak_n(&bundle, &Skill::novice(), seeds), peak_n(&bundle, &Skill::expert(), OTHERS));
-        (novice.median / expert.median, format!("{file}: novice {novice} N, expert {expert} N"))
+        (
+            [novice.median, novice.high].map(|n| n / expert.median),
+            format!("{file}: novice {novice} N, expert {expert} N"),
+        )
     };
-    let (fat, said) = ratio("lower-back-basics/2-stop-in-the-fat.toml", 60);
+    // The median novice stops before the fascia; the tenth that overshoots most tents it.
+    let ([_, fat], said) = ratio("lower-back-basics/2-stop-in-the-fat.toml", 60);
     assert!((1.1..=1.35).contains(&fat), "{said}");
     // The flavum of a body is the harder the faster it is dented.
-    let (flavum, said) = ratio("lumbar-epidural-on-a-body/1-midline.toml", OTHERS);
-    assert!((1.02..=1.35).contains(&flavum), "{said}");
+    let ([flavum, _], said) = ratio("lumbar-epidural-on-a-body/1-midline.toml", OTHERS);
+    assert!((1.0..=1.35).contains(&flavum), "{said}");
     // Behind the last boundary thresholds set the peak, whoever pushes, but for the drag of a quicker hand.
-    let (muscle, said) = ratio("lower-back-basics/3-reach-the-muscle.toml", OTHERS);
+    let ([muscle, _], said) = ratio("lower-back-basics/3-reach-the-muscle.toml", OTHERS);
     assert!((0.98..1.1).contains(&muscle), "{said}");
 }
 

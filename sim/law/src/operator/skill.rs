@@ -27,9 +27,9 @@ pub struct Skill {
     pub reaction_s: f64,
     /// Standard deviation of the reaction time, in s.
     pub reaction_sd_s: f64,
-    /// Probability of a lapse of attention at a pop, which doubles the reaction time.
+    /// Probability of a lapse of attention at a pop, which multiplies the reaction time by four.
     pub lapse: f64,
-    /// Duration of the halt after a felt pop, in s.
+    /// Duration of a halt, after a felt pop or in a hesitation, in s.
     pub pause_s: f64,
     /// Tremor, rms, in m.
     pub tremor_m: f64,
@@ -39,7 +39,7 @@ pub struct Skill {
     pub depth_sd_m: f64,
     /// Push on bone before it is recognised as bone, in N.
     pub bone_push_n: f64,
-    /// Fraction of its angle error that a hand removes when it redirects off bone, 0 to 1. The new
+    /// Fraction of its angle error that a hand removes when it redirects, 0 to 1. The new
     /// error is [`Skill::angle_sd_rad`] times the rest.
     pub correction: f64,
     /// Mean number of hesitations in each metre of advance, each as long as [`Skill::pause_s`].
