@@ -6,8 +6,8 @@
 //! halts, one reaction time late, and continues after a pause. At the estimated depth of the target
 //! the operator stops (again one reaction time late), corrects, holds, confirms and withdraws. On the
 //! way it hesitates, and once in each insertion it judges its line: if the line seems to miss the
-//! target, it withdraws the needle from the skin, turns it and inserts it again. It does not push through bone that it feels: it withdraws the needle from the skin, turns it and
-//! inserts it again ([`Felt`] defines when bone is felt). A hard push brings in the second hand and
+//! target, it withdraws the needle from the skin, turns it and inserts it again. It does not push
+//! through bone that it feels, but does the same ([`Felt`] defines when bone is felt). A hard push brings in the second hand and
 //! stiffens the grip; at the hub the hand stops. Tremor is added to the tip. [`Operator::constant`]
 //! is kinematic. Traits have a part constant for the person, one constant for a day and one that is
 //! new in every attempt: [`Occasion`].
