@@ -166,7 +166,7 @@ fn novice_peak_exceeds_expert_peak_unless_thresholds_set_it() {
             format!("{file}: novice {novice} N, expert {expert} N"),
         )
     };
-    // The median novice stops before the fascia; the tenth that overshoots most tents it.
+    // The median novice stops before the fascia, and pushes as hard as the expert (1.00); the tenth that overshoots most tents it (1.21).
     let ([_, fat], said) = ratio("lower-back-basics/2-stop-in-the-fat.toml", 60);
     assert!((1.1..=1.35).contains(&fat), "{said}");
     // The flavum of a body is the harder the faster it is dented.
