@@ -62,6 +62,8 @@ const BEHIND_4_HZ: &str =
     "physiological tremor is at 8 to 12 Hz (Elble and Koller 1990, Tremor); a 4 Hz low-pass leaves at most 6 % of it";
 const PATH_OF_TREMOR: &str = "most of it comes from tremor; version 2 filters at 4 Hz";
 const FOLLOWS_THE_TIME: &str = "it mostly follows the duration, which time_total_s measures";
+const STOPS_UNFELT: &str = "after a rupture too weak to be felt, experts and novices alike stop only at the next one; \
+     over_insertion_mm separates them";
 const NEVER_SEEN: &str =
     "no virtual hand does this, neither expert nor novice, so there is no evidence that it distinguishes them";
 const PERKTUTOR: &str = "PerkTutor, PythonMetrics: threshold and debounce (Ungi and others 2012, Perk Tutor: an open-source training platform for ultrasound-guided needle insertions)";
@@ -169,7 +171,8 @@ pub const DEFINITIONS: &[Definition] = &[
         "Time from a rupture to the first moment after which the advance, low-pass filtered at 4 Hz, stays within 0.1 \
          mm for 0.2 s.",
         "the band is as fast as the limit of version 1, 0.5 mm/s; its 0.2 s are PerkTutor's for an action",
-    ),
+    )
+    .unoffered(STOPS_UNFELT),
     metric_definition("force_impulse_ns", "N·s", Lower).says(
         "force impulse",
         "Integral over time of the axial force on the hand.",

@@ -159,11 +159,20 @@ pub fn least_agreement() -> f64 {
     FAIR / (JUDGED_BY - (JUDGED_BY - 1.0) * FAIR)
 }
 
-/// Metrics of events that must or must not happen. Their relevance is decided by the rubric's
-/// author and cannot be shown by comparing groups: virtual hands neither forget to confirm nor
-/// puncture twice.
-pub const BY_CONTENT: [&str; 6] =
-    ["skin_entries", "redirections", "structure_hits", "reached", "confirmed", "withdrawn"];
+/// Metrics of what must or must not happen. Their relevance is decided by the rubric's author and
+/// cannot be shown by comparing groups: virtual hands neither forget to confirm nor puncture twice,
+/// the patient's tissue sets the force at which a boundary ruptures, and a needle that errs away
+/// from a structure has more clearance than one on the planned line.
+pub const BY_CONTENT: [&str; 8] = [
+    "rupture_force_n",
+    "skin_entries",
+    "redirections",
+    "structure_hits",
+    "structure_clearance_mm",
+    "reached",
+    "confirmed",
+    "withdrawn",
+];
 
 fn pooled(area: Estimate) -> Pooled {
     Pooled { value: area.value, low: area.low, high: area.high }

@@ -34,8 +34,9 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
          A metric is offered for rubrics where all this holds. Its interval of separation lies above 0.5: that experts are better by it is no \
          chance, and some hand does it at all. The mean of {JUDGED_BY} attempts, by which the shipped course judges, agrees with that of {JUDGED_BY} others by {FAIR:.2} or more, \
          the least that Cicchetti (1994) calls fair; by Spearman and Brown that is an agreement of single attempts of {:.3}. And no later version mends \
-         what the tremor does to it. What must happen or must not ({}) is offered by what it says: that it counts no comparison of \
-         groups can tell.\n\n{}",
+         what the tremor does to it. What must or must not happen ({}) is offered for its content, whatever a comparison of groups shows: \
+         the patient's tissue sets the force of a rupture, so that its presence matters and not its size, and a needle that errs away from a \
+         structure has more clearance than one on the planned line.\n\n{}",
         measured_on(Subject::Metrics, quick),
         size.group,
         size.people,
