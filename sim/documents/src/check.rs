@@ -117,7 +117,8 @@ fn list_blocked_ways(path: &Path, document: &Document) -> Result<Vec<Issue>, Doc
                 azimuth_deg: number("azimuth_deg").unwrap_or_default(),
                 ..PlannedNeedle::default()
             });
-            let remark = planned.and_then(|planned| scene.remark_blocked_way(&planned));
+            let remark =
+                planned.and_then(|planned| scene.remark_blocked_way(&planned, doc.value["anatomy"]["goal"].as_str()));
             let issue = |Remark { field, found, allowed }| doc.issue(&field, found, allowed);
             Ok(remark.into_iter().map(issue).collect())
         }

@@ -4,6 +4,7 @@ use law::Incidence;
 use law::structures::{Obstacles, StructureKind};
 use phrase::{Phrase, phrase};
 
+use crate::describe::one_of;
 use crate::error::Remark;
 use crate::load::ExerciseBundle;
 use crate::model::Scene;
@@ -16,8 +17,6 @@ const END_M: f64 = 1e-3;
 const MOST_DEG: u32 = 45;
 const STEP_DEG: usize = 1;
 const TURN_DEG: usize = 15;
-/// Layers of a body that a needle is to reach; what lies behind them blocks no way.
-const GOALS: [&str; 3] = ["epidural space", "cerebrospinal fluid", "calyx"];
 
 impl ExerciseBundle {
     /// The remark on a planned way that meets bone before the target; none where the way is free.
@@ -29,14 +28,21 @@ impl ExerciseBundle {
 }
 
 impl Scene {
-    /// The same for a way that a scene plans: to the deepest of the spaces that a needle is to reach, else
-    /// through all of its layers to the last.
+    /// The same for a way that a scene plans to a layer, or else through all of its layers to the last.
+    /// A goal that is not among the layers gives a remark, too.
     #[must_use]
-    pub(crate) fn remark_blocked_way(&self, planned: &PlannedNeedle) -> Option<Remark> {
-        let incidence: Incidence = planned.incidence(&self.skin_shape);
-        let goal = self.layers.iter().rposition(|layer| GOALS.contains(&layer.name.as_str()));
-        let above = goal.unwrap_or(self.layers.len().saturating_sub(1));
+    pub(crate) fn remark_blocked_way(&self, planned: &PlannedNeedle, goal: Option<&str>) -> Option<Remark> {
+        let names: Vec<&str> = self.layers.iter().map(|layer| layer.name.as_str()).collect();
+        let above = match goal {
+            Some(goal) => names.iter().position(|name| *name == goal),
+            None => Some(names.len().saturating_sub(1)),
+        };
+        let Some(above) = above else {
+            let found = Phrase::quoted(goal.unwrap_or_default());
+            return Some(Remark { field: "anatomy.goal".to_owned(), found, allowed: one_of(&names) });
+        };
         let depth_m: f64 = self.layers.iter().take(above).map(|layer| layer.thickness_mm * 1e-3).sum();
+        let incidence: Incidence = planned.incidence(&self.skin_shape);
         remark_blocked_way(self, planned, incidence.way_m(depth_m), "anatomy.angle_deg")
     }
 }

@@ -109,6 +109,11 @@ static ANATOMY: DescribedTable = DescribedTable {
             "Length along the planned needle of an introducer that is already in place: its tissue is felt no more. With scaling = 2",
         )
         .or(0.0),
+        DescribedField::text(
+            "goal",
+            &Text::NAME,
+            "Layer that the needle is to reach: a warning says where bone blocks the way to it, or through all layers if left out",
+        ),
         DescribedField::new(
             "parts",
             FieldKind::Texts(&Text::ID),
