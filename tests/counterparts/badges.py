@@ -20,9 +20,8 @@ from openbadgeslib.errors import LibOpenBadgesException
 from openbadgeslib.ob3 import OB3LdpVerifier, decode_encoded_list, resolve_verification_method, set_indices, verify_data_integrity_proof
 from openbadgeslib.ob3.contexts import bundled_contexts
 
-from service import Browser, expect, free_address, start, wait_for
+from service import Browser, Demonstration, expect
 
-PASSWORD = "a long enough password for the demonstration"
 # The demonstration has one trainee who has mastered a course by supervised attempts.
 TRAINEE = "hana.suzuki@demo.example"
 HEAD = "ingrid.halvorsen@demo.example"
@@ -113,25 +112,8 @@ def try_generated(file, folder):
     try_both("generated", generated["documents"], cases, folder)
 
 
-class Demonstration:
-    """A running service with the demonstration."""
-
-    def __init__(self, program):
-        self.temporary = tempfile.TemporaryDirectory()
-        self.folder = Path(self.temporary.name)
-        self.address = free_address()
-        self.url = f"http://{self.address}"
-        place = ["--data-dir", str(self.folder)]
-        subprocess.run([program, "demo", *place, "--password", PASSWORD], check=True, capture_output=True)
-        command = [program, "serve", *place, "--listen", self.address, "--public-url", self.url]
-        start(command, self.folder)
-        wait_for(self.url + "/healthz")
-
-    def sign_in(self, email):
-        browser = Browser(self.url)
-        browser.post("/login", browser.get("/login"), email=email, password=PASSWORD)
-        expect(browser.is_signed_in(), f"{email} signs in")
-        return browser
+class Badges(Demonstration):
+    """A running service whose demonstration has a badge."""
 
     def documents(self, badge):
         """Returns the published documents that a badge leads to."""
@@ -143,7 +125,7 @@ class Demonstration:
 
 def try_service(program, folder):
     """Tries the badge of a running service, before and after its holder is erased."""
-    demonstration = Demonstration(program)
+    demonstration = Badges(program)
     trainee = demonstration.sign_in(TRAINEE)
     home = trainee.get("/").text
     link = re.search(r'href="(/trainees/[^"]+/badge)\.json"', home).group(1)

@@ -51,7 +51,8 @@ class Answer:
 
     def __init__(self, response):
         self.url, self.status, self.headers = response.url, response.status, response.headers
-        self.text = response.read().decode()
+        self.body = response.read()
+        self.text = self.body.decode(errors="replace")
 
 
 class Browser:
@@ -188,6 +189,33 @@ class Service:
     def refusals(self):
         """Returns how many sign-ins by a provider were refused."""
         return self.rows("SELECT count(*) FROM audit_log WHERE action = 'sign_in.provider_refused'")[0][0]
+
+
+class Demonstration:
+    """A running service with the demonstration, whose people share a password."""
+
+    def __init__(self, program):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = Path(self.temporary.name)
+        self.address = free_address()
+        self.url = f"http://{self.address}"
+        self.program = program
+        place = ["--data-dir", str(self.folder)]
+        subprocess.run([program, "demo", *place, "--password", PASSWORD], check=True, capture_output=True)
+        command = [program, "serve", *place, "--listen", self.address, "--public-url", self.url]
+        start(command, self.folder)
+        wait_for(self.url + "/healthz")
+
+    def sign_in(self, email):
+        browser = Browser(self.url)
+        browser.post("/login", browser.get("/login"), email=email, password=PASSWORD)
+        expect(browser.is_signed_in(), f"{email} signs in")
+        return browser
+
+    def rows(self, query):
+        """Returns the rows of a query, read past the service."""
+        with sqlite3.connect(f"file:{self.folder}/stylet.db?mode=ro", uri=True) as database:
+            return database.execute(query).fetchall()
 
 
 def start(command, folder, **variables):

@@ -29,12 +29,12 @@ pub const ACCEPTED_FOR_ONE: &[(&str, &str, &str)] = &[
     (
         "epaint_default_fonts",
         "OFL-1.1",
-        "the fonts of the window: they may be shipped inside a program, are not sold by themselves, and keep their licence",
+        "the fonts of the window and of papers: they may be shipped inside a program, are not sold by themselves, and keep their licence",
     ),
     (
         "epaint_default_fonts",
         "Ubuntu-font-1.0",
-        "the fonts of the window: shipped unchanged under their own name, with their licence",
+        "the fonts of the window and of papers: shipped unchanged under their own name, with their licence; documents may embed them",
     ),
 ];
 

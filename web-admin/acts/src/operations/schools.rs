@@ -3,6 +3,7 @@
 use data_encoding::HEXLOWER;
 use model::training::due;
 use model::training::due::DueRefused;
+use model::training::signatory::Signatory;
 use model::{CurrentPerson, FactorRule, Needed, single_line_text};
 use platform::mailer::Letter;
 use serde_json::{Value, json};
@@ -80,6 +81,7 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
             most = LONGEST_NOTICE
         )));
     }
+    Signatory::from_form(&settings.signatory_name, &settings.signatory_function).map_err(Error::Unprocessable)?;
     let mut tx = service.db.write().await?;
     if !schools::put_school_settings(&mut tx, by.school_id, settings).await? {
         let why = tr!("the name: another school here is called “{name}”", name = settings.name);
@@ -94,6 +96,7 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
         "shows_others": settings.shows_others,
         "replaced_grace_days": settings.replaced_grace_days,
         "data_notice": settings.data_notice,
+        "signatory": [settings.signatory_name, settings.signatory_function],
     });
     settle(service, tx, by, "school.settled", told).await
 }

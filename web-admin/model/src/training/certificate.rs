@@ -7,12 +7,15 @@
 use anyhow::{Context, ensure};
 use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
 use ed25519_dalek::{Signature, Signer, SigningKey, Verifier, VerifyingKey};
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 /// Supported versions of the format.
 const KNOWN: std::ops::RangeInclusive<u32> = 1..=Statement::FORMAT;
 /// Start of the certificate in a page.
 const OPENING: &str = "<script type=\"application/json\" id=\"certificate\">";
+/// Start of the certificate in a PDF.
+const ATTACHED: &[u8] = b"{\"statement\":";
 /// End of the certificate in a page.
 const CLOSING: &str = "</script>";
 
@@ -136,13 +139,26 @@ pub fn checked_text<'a>(certificate: &'a Certificate, published_key: &str) -> an
     Ok(&certificate.statement)
 }
 
-/// Returns the JSON embedded in a page, or the whole file.
+/// Returns the JSON embedded in a page or attached to a PDF, or the whole file.
 fn json_of(file: &[u8]) -> anyhow::Result<&str> {
+    if file.starts_with(b"%PDF-") {
+        return attached_json(file);
+    }
     let text = std::str::from_utf8(file).context("not a certificate")?;
     let Some((_, inside)) = text.split_once(OPENING) else { return Ok(text) };
     let (json, after) = inside.split_once(CLOSING).context("not a certificate: the page is truncated")?;
     ensure!(!after.contains(OPENING), "not a certificate: the page contains more than one");
     Ok(json)
+}
+
+/// Returns the JSON attached to a PDF of this service, which stores it without compression.
+fn attached_json(file: &[u8]) -> anyhow::Result<&str> {
+    let places = || file.windows(ATTACHED.len()).enumerate().filter(|(_, window)| *window == ATTACHED);
+    let (at, _) = places().next().context("not a certificate: nothing is attached")?;
+    ensure!(places().count() == 1, "not a certificate: the file contains more than one");
+    let mut values = serde_json::Deserializer::from_slice(&file[at..]).into_iter::<IgnoredAny>();
+    values.next().context("not a certificate")?.context("not a certificate: the file is truncated")?;
+    std::str::from_utf8(&file[at..at + values.byte_offset()]).context("not a certificate")
 }
 
 #[cfg(test)]
@@ -180,6 +196,18 @@ mod tests {
         for end in 0..whole.len() - 20 {
             assert!(check_certificate(&whole[..end], &key).is_err(), "cut after {end} bytes");
         }
+    }
+
+    #[test]
+    fn a_pdf_is_what_is_attached_to_it() {
+        let ours = key_pair(7);
+        let certificate = sign_statement(&ours, &sample()).expect("signed");
+        let (key, json) = (certificate.public_key.clone(), certificate.in_page().expect("JSON"));
+        let pdf = |json: &str| [b"%PDF-1.7\n\xff stream\n", json.as_bytes(), b"\nendstream\n%%EOF"].concat();
+        assert_eq!(check_certificate(&pdf(&json), &key).expect("genuine"), sample());
+        assert!(check_certificate(&pdf(&json.replace("Ada", "Bob")), &key).is_err());
+        assert!(check_certificate(&[pdf(&json), pdf(&json)].concat(), &key).is_err(), "which one?");
+        assert!(check_certificate(b"%PDF-1.7", &key).is_err() && check_certificate(&pdf("{}"), &key).is_err());
     }
 
     #[test]

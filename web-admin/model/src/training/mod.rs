@@ -12,4 +12,5 @@ pub mod membership;
 pub mod progress;
 #[cfg(test)]
 mod random_numbers;
+pub mod signatory;
 pub mod xapi;

@@ -62,6 +62,12 @@ pub struct SettingsForm {
     /// Who answers for what people tell the school, where to ask, and how long it is kept.
     #[serde(deserialize_with = "read_trimmed_text")]
     pub data_notice: String,
+    /// Name of the person who signs certificates on paper.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub signatory_name: String,
+    /// Function of that person.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub signatory_function: String,
 }
 
 /// Returns the default for schools that have not set it.
@@ -125,6 +131,8 @@ mod tests {
             replaced_grace_days: "7".to_owned(),
             shows_others: true,
             data_notice: "Nord <Schule>, Weg 1".to_owned(),
+            signatory_name: "Ada <Okafor>".to_owned(),
+            signatory_function: "Dean".to_owned(),
         };
         let mut page = SettingsPage {
             shell: samples::shell(Role::Administrator),

@@ -1,12 +1,14 @@
-//! Certificates as single-file pages to keep and print, with the signed statement embedded.
+//! Certificates to keep and print, as single-file pages and as PDF, with the signed statement inside.
 
 use askama::Template;
 use askama_web::WebTemplate;
 use model::training::certificate::Statement;
 use model::training::certificate_note::CertificateNote;
+use model::training::signatory::Signatory;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
+use crate::training::paper::{Attachment, Block, Column, Logo, Paper, Style, Table};
 use crate::training::qr;
 use crate::{assets, format};
 
@@ -19,8 +21,10 @@ const GROUP: usize = 8;
 pub struct CertificatePage {
     /// The signed statement.
     pub statement: Statement,
-    /// The school's logo as a data URL.
-    pub logo: Option<String>,
+    /// The school's logo.
+    pub logo: Option<Logo>,
+    /// Who signs it on paper.
+    pub signatory: Option<Signatory>,
     /// The mastery rule, in the page's language.
     pub rule: String,
     /// Description of the attempts that count, in the page's language.
@@ -74,11 +78,108 @@ impl CertificatePage {
         digits.chunks(GROUP).map(String::from_iter).collect::<Vec<_>>().join(" ")
     }
 
+    /// Returns the registrar's number as a sentence.
+    fn number_words(&self) -> Option<String> {
+        self.statement.registrar_id.as_ref().map(|number| format!("{} {number}", tr!("Registrar’s number")))
+    }
+
+    fn lead(&self) -> String {
+        tr!("has mastered every exercise of the course “{course}”.", course = self.statement.course)
+    }
+
+    fn rule_words(&self) -> String {
+        let rule = tr!("An exercise is {rule}.", rule = self.rule);
+        format!("{rule} {}", tr!("Attempts counted: {needed}.", needed = self.needed))
+    }
+
+    fn issued_words(&self) -> String {
+        tr!("Issued on {date}.", date = format::format_date(self.issued_at))
+    }
+
+    fn title(&self) -> String {
+        tr!("Certificate of {trainee}: {course}", trainee = self.statement.trainee, course = self.statement.course)
+    }
+
+    /// Returns the certificate as a paper: the same sentences as the page, with the signed certificate
+    /// attached.
+    #[must_use]
+    pub fn paper(&self) -> Paper {
+        let statement = &self.statement;
+        let text = |style, text: &str| Block::Text(style, text.to_owned());
+        let mut blocks = vec![
+            text(Style::School, &statement.school),
+            Block::Heading(1, tr!("Certificate").to_owned()),
+            text(Style::Name, &statement.trainee),
+        ];
+        blocks.extend(self.number_words().map(|number| text(Style::Body, &number)));
+        blocks.extend([
+            text(Style::Lead, &self.lead()),
+            Block::Table(self.exercises()),
+            text(Style::Body, &self.rule_words()),
+            text(Style::Strong, tr!("Simulated performance only; no statement about competence with patients.")),
+            text(Style::Body, &self.issued_words()),
+        ]);
+        blocks.extend(self.signatory.as_ref().map(sign_block));
+        blocks.extend(self.check_blocks());
+        Paper {
+            title: self.title(),
+            language: words::current().code(),
+            made_at: self.issued_at,
+            logo: self.logo.clone(),
+            blocks,
+            attachment: Some(Attachment {
+                name: "certificate.json",
+                media_type: "application/json",
+                description: tr!("The signed certificate").to_owned(),
+                bytes: self.json.clone().into_bytes(),
+            }),
+        }
+    }
+
+    fn exercises(&self) -> Table {
+        Table {
+            columns: vec![
+                Column { title: tr!("Exercise").to_owned(), percent: 72 },
+                Column { title: tr!("Mastered on").to_owned(), percent: 28 },
+            ],
+            rows: self.mastered.iter().map(|(title, on)| vec![title.clone(), format::format_date(*on)]).collect(),
+        }
+    }
+
+    /// Returns how to check the file and a print of it.
+    fn check_blocks(&self) -> Vec<Block> {
+        let small = |text: &str| Block::Text(Style::Small, text.to_owned());
+        let mut blocks = vec![
+            Block::Heading(2, tr!("How to check this certificate").to_owned()),
+            small(tr!(
+                "A statement signed by the school’s service is attached to this file. The text of the paper is not signed; the program Stylet shows the signed statement, and rejects it if it was changed."
+            )),
+            small(tr!("The key is the one published by the school. This certificate is signed with:")),
+            Block::Text(Style::Digits, self.key_in_groups()),
+        ];
+        if !self.check_code().is_empty() {
+            blocks.push(Block::Code {
+                content: self.check_href.clone(),
+                alt: tr!("QR code with an address of the school’s service that checks this certificate").to_owned(),
+                text: tr!("If you have only a print, scan this code: the school’s service shows whether it is genuine. Check that the address belongs to the school.").to_owned(),
+            });
+        }
+        blocks.push(small(tr!(
+            "The handbook of Stylet explains under “Certificates” how to check the file offline, without this service."
+        )));
+        blocks
+    }
+
     /// Returns the QR code that checks a printed certificate; empty if the names are too long for a
     /// code.
     fn check_code(&self) -> String {
         qr::draw_qr_code(&self.check_href).unwrap_or_default()
     }
+}
+
+/// Returns the line to sign on.
+pub(super) fn sign_block(signatory: &Signatory) -> Block {
+    Block::Signature { name: signatory.name.clone(), function: signatory.function.clone() }
 }
 
 #[cfg(test)]
@@ -105,7 +206,8 @@ mod tests {
         let certificate = sign_statement(&SigningKey::from_bytes(&[7; 32]), &statement).expect("signed");
         let page = CertificatePage {
             statement: statement.clone(),
-            logo: Some("data:image/png;base64,AA==".to_owned()),
+            logo: Some(Logo { media_type: "image/png".to_owned(), bytes: vec![0] }),
+            signatory: Some(Signatory { name: "Prof. <Ada>".to_owned(), function: "Dean".to_owned() }),
             rule: "mastered with 3 passes in a row".to_owned(),
             needed: "attempts that were supervised",
             mastered: vec![("Feel the <layers>".to_owned(), samples::NOW)],
@@ -119,8 +221,11 @@ mod tests {
         assert_eq!(html.matches("<script").count(), 1, "a name begins no script");
         assert!(html.contains("Feel the &#60;layers&#62;") && html.contains("&#60;/script&#62;"), "{html}");
         assert!(html.contains(&certificate.public_key[..GROUP]) && !html.contains("<link"), "{html}");
-        let checked = check_certificate(html.as_bytes(), &certificate.public_key).expect("genuine");
-        assert_eq!(checked, statement);
+        let pdf = page.paper().to_pdf().expect("a paper");
+        for file in [html.as_bytes(), &pdf] {
+            assert_eq!(check_certificate(file, &certificate.public_key).expect("genuine"), statement);
+        }
+        page.paper().assert_says_the_same(&html, &["The file of this page", "A statement signed by"]);
     }
 
     #[test]

@@ -10,6 +10,7 @@ pub mod curricula;
 pub mod gradebook;
 pub mod instructor;
 pub mod learning_records;
+pub mod paper;
 pub mod progress;
 pub mod qr;
 pub mod trainee;

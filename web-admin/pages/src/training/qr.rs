@@ -7,17 +7,24 @@ use qrcodegen::{QrCode, QrCodeEcc};
 /// Width of the quiet zone in modules, as the standard requires.
 const MARGIN: i32 = 4;
 
+/// Returns column and row of each dark module of a QR code, and its width in modules with the quiet
+/// zone; `None` if the text is too long.
+pub(super) fn dark_modules(text: &str) -> Option<(Vec<[i32; 2]>, i32)> {
+    let code = QrCode::encode_text(text, QrCodeEcc::Medium).ok()?;
+    let size = code.size();
+    let all = (0..size).flat_map(|y| (0..size).map(move |x| [x, y]));
+    let dark = all.filter(|[x, y]| code.get_module(*x, *y)).map(|[x, y]| [x + MARGIN, y + MARGIN]);
+    Some((dark.collect(), size + 2 * MARGIN))
+}
+
 /// Draws a QR code as SVG, always dark on light, also in dark mode; `None` if the text is too long.
 #[must_use]
 pub fn draw_qr_code(text: &str) -> Option<String> {
-    let code = QrCode::encode_text(text, QrCodeEcc::Medium).ok()?;
-    let (size, side) = (code.size(), code.size() + 2 * MARGIN);
+    let (modules, side) = dark_modules(text)?;
     let mut path = String::new();
-    for y in 0..size {
-        for x in (0..size).filter(|x| code.get_module(*x, y)) {
-            // Writing to a `String` cannot fail.
-            let _ = write!(path, "M{} {}h1v1h-1z", x + MARGIN, y + MARGIN);
-        }
+    for [x, y] in modules {
+        // Writing to a `String` cannot fail.
+        let _ = write!(path, "M{x} {y}h1v1h-1z");
     }
     Some(format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {side} {side}\" shape-rendering=\"crispEdges\">\

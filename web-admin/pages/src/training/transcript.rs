@@ -1,10 +1,13 @@
-//! The transcript: a trainee's results in all courses, as a printable page.
+//! The transcript: a trainee's results in all courses, as a page and as a PDF.
 
 use askama::Template;
 use askama_web::WebTemplate;
 use model::training::progress::{Course, Progress, StepState};
+use model::training::signatory::Signatory;
 use time::OffsetDateTime;
 
+use crate::training::certificate::sign_block;
+use crate::training::paper::{Block, Column, Logo, Paper, Style, Table};
 use crate::training::trainee::rule_in_words;
 use crate::{Shell, format};
 
@@ -16,6 +19,8 @@ pub struct TranscriptPage {
     pub shell: Shell,
     /// Name of the trainee and address of their page.
     pub trainee: (String, String),
+    /// Address of the PDF.
+    pub pdf_href: String,
     /// Name of the school.
     pub school: String,
     /// Number from the registrar's office.
@@ -24,6 +29,45 @@ pub struct TranscriptPage {
     pub courses: Vec<TranscriptCourse>,
     /// Time of creation.
     pub made_at: OffsetDateTime,
+}
+
+impl TranscriptPage {
+    /// States that a transcript proves nothing by itself.
+    fn unsigned_note(&self) -> &'static str {
+        tr!("This page is not signed. For a signed statement, use a certificate.")
+    }
+
+    /// Returns the transcript as a paper: the same sentences as the page.
+    #[must_use]
+    pub fn paper(&self, logo: Option<Logo>, signatory: Option<&Signatory>) -> Paper {
+        let mut blocks = vec![
+            Block::Text(Style::School, self.school.clone()),
+            Block::Heading(1, tr!("Transcript").to_owned()),
+            Block::Text(Style::Name, self.trainee.0.clone()),
+        ];
+        if let Some(number) = &self.registrar_id {
+            blocks.push(Block::Text(Style::Body, format!("{} {number}", tr!("Registrar’s number"))));
+        }
+        blocks.push(Block::Text(Style::Body, format!("{} {}", tr!("As of"), format::format_date(self.made_at))));
+        if self.courses.is_empty() {
+            blocks.push(Block::Text(Style::Body, tr!("This school has no courses yet.").to_owned()));
+        }
+        blocks.extend(self.courses.iter().flat_map(TranscriptCourse::blocks));
+        blocks.push(Block::Text(
+            Style::Strong,
+            tr!("Simulated performance only; no statement about competence with patients.").to_owned(),
+        ));
+        blocks.push(Block::Text(Style::Small, self.unsigned_note().to_owned()));
+        blocks.extend(signatory.map(sign_block));
+        Paper {
+            title: tr!("Transcript of {trainee}", trainee = self.trainee.0),
+            language: words::current().code(),
+            made_at: self.made_at,
+            logo,
+            blocks,
+            attachment: None,
+        }
+    }
 }
 
 /// A course.
@@ -76,8 +120,57 @@ impl TranscriptCourse {
         }
     }
 
+    /// Returns the date of mastery as a sentence.
+    fn mastered_words(&self) -> Option<String> {
+        self.mastered_on.map(|on| tr!("Course mastered on {date}.", date = format::format_date(on)))
+    }
+
+    fn figures(&self) -> String {
+        let mastered = trn!(
+            "{mastered} of {n} exercise mastered.",
+            "{mastered} of {n} exercises mastered.",
+            self.lines.len(),
+            mastered = self.mastered()
+        );
+        format!("{mastered} {}", tr!("An exercise is {rule}.", rule = self.rule))
+    }
+
+    fn blocks(&self) -> Vec<Block> {
+        let mut blocks = vec![Block::Heading(2, self.title.clone())];
+        blocks.extend(self.mastered_words().map(|words| Block::Text(Style::Strong, words)));
+        blocks.push(Block::Text(Style::Body, self.figures()));
+        let column = |title: &str, percent| Column { title: title.to_owned(), percent };
+        let columns = vec![
+            column(tr!("Exercise"), 49),
+            column(tr!("Mastered on"), 22),
+            column(tr!("Best score"), 16),
+            column(tr!("Passed"), 13),
+        ];
+        let rows = self.lines.iter().map(TranscriptLine::cells).collect();
+        blocks.push(Block::Table(Table { columns, rows }));
+        blocks
+    }
+
     fn mastered(&self) -> usize {
         self.lines.iter().filter(|line| line.mastered_on.is_some()).count()
+    }
+}
+
+impl TranscriptLine {
+    fn cells(&self) -> Vec<String> {
+        vec![self.title.clone(), self.mastered_words(), self.best_words(), self.passed_words()]
+    }
+
+    fn mastered_words(&self) -> String {
+        self.mastered_on.map_or_else(|| "–".to_owned(), format::format_date)
+    }
+
+    fn best_words(&self) -> String {
+        self.best.map_or_else(|| "–".to_owned(), format::format_points)
+    }
+
+    fn passed_words(&self) -> String {
+        tr!("{passes} of {attempts}", passes = self.passes, attempts = self.attempts)
     }
 }
 
@@ -99,12 +192,19 @@ mod tests {
         let page = TranscriptPage {
             shell: samples::shell(Role::Trainee),
             trainee: ("Ada <Okafor>".to_owned(), "/".to_owned()),
+            pdf_href: "/trainees/1/transcript.pdf".to_owned(),
             school: "Nordklinik".to_owned(),
             registrar_id: Some("4711".to_owned()),
             courses: vec![told],
             made_at: samples::NOW,
         };
         let html = samples::keep_page("transcript", &page);
+        let dean = Signatory { name: "Prof. Ada".to_owned(), function: "Dean".to_owned() };
+        let paper = page.paper(None, Some(&dean));
+        let names_of_facts = ["Name", "School", "Transcript as PDF", "Ada <Okafor>", "Exercises in order"];
+        paper
+            .assert_says_the_same(&html, &[&names_of_facts[..], &["As of", "Registrar", "Prof. Ada", "Dean"]].concat());
+        assert!(paper.to_pdf().is_ok() && paper.texts().contains(&"Ada <Okafor>"));
         for wanted in ["Ada &#60;Okafor&#62;", "4711", "Nordklinik", "Lower back", "An exercise is mastered"] {
             assert!(html.contains(wanted), "{wanted} is missing in {html}");
         }

@@ -147,6 +147,12 @@ fn write_lines(
     Ok(String::from_utf8(writer.into_inner()?)?)
 }
 
+/// Returns a file to save.
+pub fn attach_file(media_type: &'static str, file: &str, body: impl IntoResponse) -> Response {
+    let disposition = format!("attachment; filename=\"{file}\"");
+    ([(CONTENT_TYPE, media_type.to_owned()), (CONTENT_DISPOSITION, disposition)], body).into_response()
+}
+
 /// Returns a table as a file download.
 ///
 /// # Errors

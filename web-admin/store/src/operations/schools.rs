@@ -1,6 +1,7 @@
 //! Schools and their settings.
 
 use model::ids::SchoolId;
+use model::training::signatory::Signatory;
 use model::{CurrentPerson, Moment, Needed};
 use sqlx::FromRow;
 
@@ -56,6 +57,19 @@ pub struct SchoolSettings {
     pub replaced_grace_days: u32,
     /// Who answers for what people tell it, where to ask, and how long it is kept; empty where it has not said.
     pub data_notice: String,
+    /// Name of the person who signs certificates on paper; empty if nobody does.
+    pub signatory_name: String,
+    /// Function of that person at the school.
+    pub signatory_function: String,
+}
+
+impl SchoolSettings {
+    /// Returns the person who signs certificates and transcripts on paper.
+    #[must_use]
+    pub fn signatory(&self) -> Option<Signatory> {
+        let (name, function) = (self.signatory_name.clone(), self.signatory_function.clone());
+        (!name.is_empty()).then_some(Signatory { name, function })
+    }
 }
 
 /// Returns the settings of a school.
@@ -65,7 +79,7 @@ pub struct SchoolSettings {
 pub async fn find_school_settings(executor: impl Executor<'_>, id: SchoolId) -> Result<SchoolSettings> {
     sqlx::query_as(
         "SELECT name, time_zone, letter_language, mails_reminders, mails_news, shows_others,
-           replaced_grace_days, data_notice
+           replaced_grace_days, data_notice, signatory_name, signatory_function
          FROM schools WHERE id = $1",
     )
     .bind(id)
@@ -77,7 +91,8 @@ pub async fn find_school_settings(executor: impl Executor<'_>, id: SchoolId) -> 
 pub async fn put_school_settings(writer: &mut Connection, id: SchoolId, settings: &SchoolSettings) -> Result<bool> {
     sqlx::query(
         "UPDATE schools SET name = $2, time_zone = $3, letter_language = $4, mails_reminders = $5, mails_news = $6,
-           shows_others = $7, replaced_grace_days = $8, data_notice = $9
+           shows_others = $7, replaced_grace_days = $8, data_notice = $9,
+           signatory_name = $10, signatory_function = $11
          WHERE id = $1 AND NOT EXISTS (SELECT 1 FROM schools WHERE name = $2 AND id <> $1)",
     )
     .bind(id)
@@ -89,6 +104,8 @@ pub async fn put_school_settings(writer: &mut Connection, id: SchoolId, settings
     .bind(settings.shows_others)
     .bind(i64::from(settings.replaced_grace_days))
     .bind(&settings.data_notice)
+    .bind(&settings.signatory_name)
+    .bind(&settings.signatory_function)
     .execute(writer)
     .await
     .map(|done| done.rows_affected() == 1)

@@ -77,6 +77,8 @@ fn form_of_settings(settled: SchoolSettings) -> SettingsForm {
         shows_others,
         replaced_grace_days,
         data_notice,
+        signatory_name,
+        signatory_function,
     } = settled;
     let letter_language = letter_language.unwrap_or_else(|| Language::ENGLISH.code().to_owned());
     let replaced_grace_days = replaced_grace_days.to_string();
@@ -89,6 +91,8 @@ fn form_of_settings(settled: SchoolSettings) -> SettingsForm {
         shows_others,
         replaced_grace_days,
         data_notice,
+        signatory_name,
+        signatory_function,
     }
 }
 
@@ -115,6 +119,8 @@ pub(super) async fn put_settings(
         shows_others: form.shows_others,
         replaced_grace_days,
         data_notice: form.data_notice.clone(),
+        signatory_name: form.signatory_name.clone(),
+        signatory_function: form.signatory_function.clone(),
     };
     match split_refusal(settling::settle_school(&state, &person, &settings).await)? {
         Ok(()) => Ok(FormAnswer::lead_to("/admin/settings?saved=true")),

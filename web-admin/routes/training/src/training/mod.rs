@@ -32,6 +32,7 @@ pub(crate) fn course_routes() -> Routes {
         .route("/account/cohorts/{cohort}", post(cohort_people::answer_own_request))
         .route("/trainees/{id}", get(trainees::show_trainee))
         .route("/trainees/{id}/transcript", get(transcript::show_transcript))
+        .route("/trainees/{id}/transcript.pdf", get(transcript::export_transcript))
         .route("/news/read", post(news::mark_all_read))
         .route("/account/news", post(news::choose_letters))
         .route("/assignments", get(assignments::list_assignments).merge(post(assignments::make_assignment)))

@@ -1,36 +1,63 @@
-//! `/trainees/{id}/transcript`: a printable record of a trainee's work.
+//! `/trainees/{id}/transcript`: a record of a trainee's work, as a page and as PDF.
 
 use acts::error::Error;
 use axum::extract::State;
+use axum::response::Response;
 use model::ids::PersonId;
 use pages::training::transcript::{TranscriptCourse, TranscriptPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
-use routes_base::auth::{Csrf, Visitor};
+use routes_base::auth::{Csrf, Visit, Visitor};
 use routes_base::error::PageError;
+use routes_base::export::attach_file;
 use store::operations::schools;
 use store::people;
 use store::training::{practice, reports};
 
+use super::progress::certificate::logo_of_school;
 use super::standing;
 
+/// Shows the transcript.
 pub(super) async fn show_transcript(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId<PersonId>,
     csrf: Csrf,
 ) -> Result<TranscriptPage, PageError> {
+    Ok(make_transcript(&state, Visit::new(&person, &csrf), id).await?)
+}
+
+/// Returns the transcript as PDF, in the language of the visitor.
+pub(super) async fn export_transcript(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    PathId(id): PathId<PersonId>,
+    csrf: Csrf,
+) -> Result<Response, PageError> {
+    let page = make_transcript(&state, Visit::new(&person, &csrf), id).await?;
+    let logo = logo_of_school(&state, person.school_id).await?;
+    let signatory = schools::find_school_settings(state.db.reader(), person.school_id).await?.signatory();
+    let pdf = page.paper(logo, signatory.as_ref()).to_pdf().map_err(anyhow::Error::from)?;
+    Ok(attach_file("application/pdf", "transcript.pdf", pdf))
+}
+
+async fn make_transcript(
+    state: &AppState,
+    Visit { person, csrf }: Visit<'_>,
+    id: PersonId,
+) -> Result<TranscriptPage, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let trainee = reports::trainee(reader, &person, id).await?.ok_or(Error::NotFound)?;
-    let courses = standing::taught_courses(&state, school).await?;
+    let trainee = reports::trainee(reader, person, id).await?.ok_or(Error::NotFound)?;
+    let courses = standing::taught_courses(state, school).await?;
     let attempts = practice::list_trainee_practice(reader, school, id).await?;
-    let progress = standing::progress_in_courses(&courses, &attempts, &state);
+    let progress = standing::progress_in_courses(&courses, &attempts, state);
     let line = |(at, progress): &(usize, _)| TranscriptCourse::new(&courses[*at].title, &courses[*at].course, progress);
     let own = trainee.id == person.id;
     Ok(TranscriptPage {
-        shell: Shell::new(&person, csrf.token(), if own { NavPlace::Home } else { NavPlace::Cohorts }),
+        shell: Shell::new(person, csrf.token(), if own { NavPlace::Home } else { NavPlace::Cohorts }),
         trainee: (trainee.name, if own { "/".to_owned() } else { format!("/trainees/{id}") }),
+        pdf_href: format!("/trainees/{id}/transcript.pdf"),
         school: schools::find_school_name(reader, school).await?,
         registrar_id: people::find_registrar_id(reader, school, id).await?,
         courses: progress.iter().map(line).collect(),

@@ -3,8 +3,7 @@
 use acts::training::badges;
 use askama::Template;
 use axum::extract::{Path, State};
-use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use model::PersonKey;
 use model::ids::SchoolId;
 use model::training::badge::write_baked;
@@ -12,6 +11,7 @@ use pages::training::badge::BadgePicture;
 use routes_base::AppState;
 use routes_base::auth::Visitor;
 use routes_base::error::PageError;
+use routes_base::export::attach_file;
 use store::training::badges::BadgeGround;
 
 use super::certificate::{CertifiedTrainee, find_earned, find_language};
@@ -26,7 +26,7 @@ pub(super) async fn export_badge(
     let ground = ground_of(&certified, person.school_id);
     let badge = badges::sign_badge(&state, &person, ground, &certified.earned.statement).await?;
     let file = format!("badge-{}.json", certified.curriculum.curriculum_id);
-    Ok(attach("application/vc", &file, badge.to_string()))
+    Ok(attach_file("application/vc", &file, badge.to_string()))
 }
 
 /// Returns the badge as a picture that contains it.
@@ -48,7 +48,7 @@ pub(super) async fn draw_badge(
         baked: write_baked(&badge),
     };
     let svg = words::within(language, || picture.render()).map_err(anyhow::Error::from)?;
-    Ok(attach("image/svg+xml", &format!("badge-{}.svg", curriculum.curriculum_id), svg))
+    Ok(attach_file("image/svg+xml", &format!("badge-{}.svg", curriculum.curriculum_id), svg))
 }
 
 /// Returns the mastery that a badge certifies.
@@ -60,9 +60,4 @@ fn ground_of(certified: &CertifiedTrainee, school_id: SchoolId) -> BadgeGround<'
         curriculum_sha256: &earned.statement.curriculum_sha256,
         needed: earned.needed,
     }
-}
-
-fn attach(media_type: &'static str, file: &str, body: String) -> Response {
-    let disposition = format!("attachment; filename=\"{file}\"");
-    ([(CONTENT_TYPE, media_type.to_owned()), (CONTENT_DISPOSITION, disposition)], body).into_response()
 }

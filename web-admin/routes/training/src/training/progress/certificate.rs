@@ -5,20 +5,22 @@ use acts::training::assignments::find_taught_curriculum;
 use acts::training::certificates;
 use askama::Template;
 use axum::extract::{Path, State};
-use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
-use axum::response::{IntoResponse, Response};
-use data_encoding::BASE64;
+use axum::response::Response;
 use model::ids::{PersonId, SchoolId};
 use model::training::certificate::{Certificate, Statement, sign_statement};
 use model::training::certificate_note::CertificateNote;
 use model::training::progress::{Course, Mastery, Progress, StepState};
+use model::training::signatory::Signatory;
 use model::{CurrentPerson, Needed, PersonKey};
 use pages::format;
 use pages::training::certificate::CertificatePage;
+use pages::training::paper::Logo;
 use pages::training::trainee::{needed_in_words, rule_in_words};
 use routes_base::AppState;
-use routes_base::auth::{CsrfForm, NoFields, Visitor};
+use routes_base::auth::{CsrfForm, Visitor};
 use routes_base::error::PageError;
+use routes_base::export::attach_file;
+use serde::Deserialize;
 use store::operations::{logos, schools};
 use store::people;
 use store::training::curricula::TaughtCurriculum;
@@ -37,7 +39,7 @@ pub(super) async fn issue_certificate(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     Path((id, course)): Path<(String, String)>,
-    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+    CsrfForm(form): CsrfForm<CertificateForm>,
 ) -> Result<Response, PageError> {
     let CertifiedTrainee { trainee, curriculum, earned } = find_earned(&state, &person, &id, &course).await?;
     let key = certificates::signing_key(&state.config.keys_dir)?;
@@ -45,12 +47,30 @@ pub(super) async fn issue_certificate(
     let query = earned.note().signed_query(&key).map_err(anyhow::Error::from)?;
     let check_href = format!("{}/certificate?{query}", state.config.address());
     let language = find_language(&state, PersonKey { school_id: person.school_id, person_id: trainee.id }).await?;
-    let file = format!("certificate-{}.html", curriculum.curriculum_id);
-    let page = words::within(language, || earned.page(&certificate, check_href))?;
+    let (media_type, ending, bytes) = words::within(language, || {
+        let page = earned.page(&certificate, check_href)?;
+        anyhow::Ok(match form.format {
+            CertificateFormat::Html => ("text/html; charset=utf-8", "html", page.render()?.into_bytes()),
+            CertificateFormat::Pdf => ("application/pdf", "pdf", page.paper().to_pdf()?),
+        })
+    })?;
     certificates::note_issued(&state, &person, trainee.id, &curriculum).await?;
-    let disposition = format!("attachment; filename=\"{file}\"");
-    Ok(([(CONTENT_TYPE, "text/html; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)], page)
-        .into_response())
+    Ok(attach_file(media_type, &format!("certificate-{}.{ending}", curriculum.curriculum_id), bytes))
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct CertificateForm {
+    #[serde(default)]
+    format: CertificateFormat,
+}
+
+/// File format of a certificate.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum CertificateFormat {
+    #[default]
+    Html,
+    Pdf,
 }
 
 /// A trainee who has earned a certificate.
@@ -86,8 +106,8 @@ pub(super) async fn find_language(state: &AppState, trainee: PersonKey) -> Resul
 
 /// The content of an earned certificate.
 pub(super) struct Earned {
-    /// The school's logo, as a data URL.
-    logo: Option<String>,
+    logo: Option<Logo>,
+    signatory: Option<Signatory>,
     pub statement: Statement,
     rule: Mastery,
     pub needed: Needed,
@@ -108,9 +128,10 @@ impl Earned {
     }
 
     /// The page, in the language that is spoken here.
-    fn page(self, certificate: &Certificate, check_href: String) -> anyhow::Result<String> {
-        let page = CertificatePage {
+    fn page(self, certificate: &Certificate, check_href: String) -> anyhow::Result<CertificatePage> {
+        Ok(CertificatePage {
             logo: self.logo,
+            signatory: self.signatory,
             rule: rule_in_words(&self.rule),
             needed: needed_in_words(self.needed),
             statement: self.statement,
@@ -119,15 +140,14 @@ impl Earned {
             key: certificate.public_key.clone(),
             json: certificate.in_page()?,
             check_href,
-        };
-        Ok(page.render()?)
+        })
     }
 }
 
-/// Returns the logo of a school as a data URL, since the certificate must be self-contained.
-async fn logo_of_school(state: &AppState, school: SchoolId) -> Result<Option<String>, Error> {
+/// Returns the logo of a school for its papers, which contain it.
+pub(in crate::training) async fn logo_of_school(state: &AppState, school: SchoolId) -> Result<Option<Logo>, Error> {
     let logo = logos::find_logo(state.db.reader(), school).await?;
-    Ok(logo.map(|logo| format!("data:{};base64,{}", logo.media_type, BASE64.encode(&logo.bytes))))
+    Ok(logo.map(|logo| Logo { media_type: logo.media_type, bytes: logo.bytes }))
 }
 
 /// A course for which a certificate is asked.
@@ -155,9 +175,10 @@ async fn earned_by_trainee(
         return Err(Error::Conflict(why));
     }
     let mastered = MasteredRevision::of(&course, &progress);
+    let settings = schools::find_school_settings(reader, school).await?;
     let statement = Statement {
         format: Statement::FORMAT,
-        school: schools::find_school_name(reader, school).await?,
+        school: settings.name.clone(),
         trainee: trainee.name.clone(),
         registrar_id: people::find_registrar_id(reader, school, trainee.id).await?,
         curriculum_id: curriculum.curriculum_id.clone(),
@@ -171,7 +192,15 @@ async fn earned_by_trainee(
     };
     let logo = logo_of_school(state, school).await?;
     let MasteredRevision { steps, rule, .. } = mastered;
-    Ok(Earned { logo, statement, rule: *rule, needed, mastered: steps, issued_at: now.to_utc() })
+    Ok(Earned {
+        logo,
+        signatory: settings.signatory(),
+        statement,
+        rule: *rule,
+        needed,
+        mastered: steps,
+        issued_at: now.to_utc(),
+    })
 }
 
 /// The revision of a course that somebody has mastered.

@@ -3,7 +3,7 @@
 
 mod attempts;
 mod badge;
-mod certificate;
+pub(super) mod certificate;
 mod cohort;
 mod metrics;
 mod school;
