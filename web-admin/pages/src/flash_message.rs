@@ -13,7 +13,8 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 57] = [
+pub const SAID_HERE: [&str; 58] = [
+    "/account/calendar/revoke",
     "/account/cohorts/{cohort}",
     "/account/identities/{id}/remove",
     "/account/language",
@@ -95,6 +96,7 @@ impl FlashMessage {
     fn said(self) -> &'static str {
         match SAID_HERE[self.0] {
             "/account/tokens/{id}/revoke" | "/admin/provisioning/{id}/revoke" => tr!("Token revoked."),
+            "/account/calendar/revoke" => tr!("Address revoked."),
             "/account/second-factor/passkeys/{id}/remove" => tr!("Passkey removed."),
             "/admin/learning-records/disable" => tr!("Nothing more is sent."),
             "/admin/learning-records/retry" => tr!("Everything that was not sent is tried again."),

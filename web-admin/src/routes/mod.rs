@@ -73,6 +73,7 @@ pub fn all_routes(state: &AppState) -> Routes {
         .around(|all| all.layer(with_cookies(state)))
         .merge(health::health_routes())
         .merge(well_known::well_known_routes())
+        .merge(routes_training::calendar_routes())
         .around(|all| {
             all.layer(from_fn_with_state(state.clone(), health::count_requests))
                 // Higher levels would save a tenth of the size for several times the time.

@@ -7,6 +7,7 @@ use crate::people::{post, school};
 
 /// Forms that lead to a page which says itself what came of them, or shows it.
 const SAID_THERE: [&str; 75] = [
+    "/account/calendar",
     "/account/identities/join/{}",
     "/account/password",
     "/account/prove/{}",

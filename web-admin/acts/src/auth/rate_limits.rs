@@ -33,7 +33,7 @@ const LAUNCH_ADDRESS: BrakePace = BrakePace { burst: 500, period_s: 1 };
 const LAUNCH: BrakePace = BrakePace { burst: 600, period_s: 1 };
 /// Second-factor codes tried for one person. Three of the 10⁶ codes are valid at any time.
 const CODE: BrakePace = BrakePace { burst: 10, period_s: 120 };
-/// Pairing codes tried from one address.
+/// Pairing codes, and wrong secrets of calendars, tried from one address.
 const PAIRING: BrakePace = BrakePace { burst: 10, period_s: 30 };
 /// How long an address counts as known after a correct password, in s.
 const KNOWN_S: i64 = 90 * 24 * 3600;
@@ -186,6 +186,14 @@ pub async fn take_code(service: &Service, person: PersonId) -> Result<(), Error>
 /// Fails if no attempt is left, with the time until the next one.
 pub async fn take_pairing(service: &Service, address: IpAddr) -> Result<(), Error> {
     press_all(service, &[Brake::new(PAIRING, &format!("pairing {address}"))]).await
+}
+
+/// Counts a wrong secret of a calendar. Right ones do not count, because programs read calendars often.
+///
+/// # Errors
+/// Fails if no attempt is left, with the time until the next one.
+pub async fn take_calendar_guess(service: &Service, address: IpAddr) -> Result<(), Error> {
+    press_all(service, &[Brake::new(PAIRING, &format!("calendar {address}"))]).await
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 pub mod assignments;
 pub mod badges;
+pub mod calendar_feeds;
 pub mod certificates;
 pub mod cohorts;
 pub mod comments;

@@ -2,6 +2,7 @@
 
 pub mod assignment;
 pub mod badge;
+pub mod calendar;
 pub mod certificate;
 pub mod certificate_note;
 pub mod cohort;

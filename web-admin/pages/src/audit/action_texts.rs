@@ -15,6 +15,8 @@ pub fn describe_act(action: &str) -> Option<&'static str> {
         "assignment.withdrawn" => tr!("withdrew an assignment"),
         "badge.issued" => tr!("issued a badge"),
         "badge.revoked" => tr!("revoked a badge: the course is no longer mastered"),
+        "calendar_feed.made" => tr!("created an address for a calendar"),
+        "calendar_feed.revoked" => tr!("revoked the address of a calendar"),
         "certificate.issued" => tr!("issued a certificate"),
         "cohort.asked" => tr!("invited a person to a cohort"),
         "cohort.declined" => tr!("declined a place in a cohort"),

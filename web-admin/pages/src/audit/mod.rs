@@ -37,6 +37,7 @@ pub const AUDIT_THEMES: [AuditTheme; 6] = [
             "recovery_code",
             "recovery_codes",
             "token",
+            "calendar_feed",
             "trainee",
             "instructor",
             "administrator",

@@ -3,6 +3,7 @@
 pub mod addresses;
 pub mod assignments;
 pub mod badge;
+pub mod calendar_feed;
 pub mod certificate;
 pub mod cohort;
 pub mod concern;

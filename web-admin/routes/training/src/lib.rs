@@ -18,3 +18,9 @@ mod training;
 pub fn training_routes() -> Routes {
     operations::home_routes().merge(training::course_routes()).merge(authoring::draft_routes())
 }
+
+/// Returns the route of calendars, which have no session.
+#[must_use]
+pub fn calendar_routes() -> Routes {
+    training::calendar_feed::calendar_routes()
+}

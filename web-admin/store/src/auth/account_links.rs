@@ -108,13 +108,14 @@ pub async fn find_valid_link(
     .await
 }
 
-/// Deletes all password and recording links of a person, and their sign-in code for stations. It is
+/// Deletes all password, recording and calendar links of a person, and their sign-in code for stations. It is
 /// called on every change of the email address or the password, so that a holder of the old one
 /// loses access.
 pub(crate) async fn end_account_links(writer: &mut Connection, person: PersonId) -> Result<()> {
     for statement in [
         "DELETE FROM account_links WHERE person_id = $1",
         "DELETE FROM sign_in_codes WHERE person_id = $1",
+        "DELETE FROM calendar_feeds WHERE person_id = $1",
         "DELETE FROM recording_links WHERE made_by = $1",
     ] {
         sqlx::query(statement).bind(person).execute(&mut *writer).await?;

@@ -40,6 +40,8 @@ pub struct SegmentTask {
     pub extended_days: i64,
     /// Time zone of `due_local`.
     pub time_zone: String,
+    /// When it was made.
+    pub made_at: Moment,
     /// Number of traces, without the trainee's own attempts.
     #[sqlx(try_from = "i64")]
     pub traces: u32,
@@ -126,7 +128,7 @@ pub async fn list_managed_tasks(
 ) -> Result<Vec<SegmentTask>> {
     sqlx::query_as(
         "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, k.due_at, CAST(0 AS BIGINT) AS extended_days,
-           k.time_zone, (SELECT count(*) FROM segment_traces r WHERE r.task_id = k.id) AS traces, CAST(0 AS BIGINT) AS sent
+           k.time_zone, k.made_at, (SELECT count(*) FROM segment_traces r WHERE r.task_id = k.id) AS traces, CAST(0 AS BIGINT) AS sent
          FROM segment_tasks k JOIN cohorts c ON c.school_id = k.school_id AND c.id = k.cohort_id
          WHERE k.school_id = $1 AND k.withdrawn_at IS NULL AND ($4 IS NULL OR k.id = $4) AND ($2 OR EXISTS (
            SELECT 1 FROM cohort_members m
@@ -150,7 +152,7 @@ pub async fn list_trainee_tasks(
 ) -> Result<Vec<SegmentTask>> {
     sqlx::query_as(
         "SELECT k.id, k.title, k.cohort_id, min(c.name) AS cohort, k.due_local, coalesce(min(x.due_at), k.due_at) AS due_at,
-           coalesce(min(x.days), 0) AS extended_days, k.time_zone, count(*) AS traces, count(a.sent_at) AS sent
+           coalesce(min(x.days), 0) AS extended_days, k.time_zone, k.made_at, count(*) AS traces, count(a.sent_at) AS sent
          FROM cohort_members m
          JOIN segment_tasks k ON k.cohort_id = m.cohort_id AND k.withdrawn_at IS NULL
          JOIN cohorts c ON c.school_id = k.school_id AND c.id = k.cohort_id

@@ -16,7 +16,7 @@ use crate::support::recordings::{Attempt, record};
 use crate::support::{App, PASSWORD};
 
 /// What refers to a person: table and column, and under which key it stands in the file.
-const HELD: [(&str, &str); 55] = [
+const HELD: [(&str, &str); 56] = [
     ("notices.person_id", "notices"),
     ("api_tokens.person_id", "access/tokens"),
     ("account_links.person_id", "password_links"),
@@ -24,6 +24,7 @@ const HELD: [(&str, &str); 55] = [
     ("assignments.made_by", "assignments_made"),
     ("assignments.person_id", "assignments"),
     ("badges.person_id", "badges"),
+    ("calendar_feeds.person_id", "calendar_feed"),
     ("record_consents.person_id", "record_consents"),
     ("statements.person_id", "statements"),
     ("cohort_acts.done_by", "cohort_acts_done"),

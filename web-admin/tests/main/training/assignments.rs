@@ -18,16 +18,16 @@ use crate::support::{App, Member};
 /// 2026-03-01 00:00 UTC; the attempts of these tests begin on 4 March.
 const NOW: Moment = Moment::from_micros(1_772_323_200_000_000);
 
-struct World {
-    app: App,
-    school: SchoolId,
+pub(super) struct World {
+    pub app: App,
+    pub school: SchoolId,
     cohort: CohortId,
-    ada: Member,
+    pub ada: Member,
     teacher: Client,
 }
 
 impl World {
-    async fn new() -> Self {
+    pub async fn new() -> Self {
         let app = App::with(Clock::fixed(NOW), |_| {}).await;
         let school = app.school("North").await;
         app.keep_time_zone(school, "Europe/Berlin").await;
@@ -46,13 +46,13 @@ impl World {
         self.teacher = self.app.signed_in("teacher@example.org").await;
     }
 
-    async fn post(&mut self, path: &str, fields: &[(&str, &str)]) -> Answer {
+    pub async fn post(&mut self, path: &str, fields: &[(&str, &str)]) -> Answer {
         let csrf = csrf_in(&self.teacher.get("/assignments").await.text());
         self.teacher.form(path, &[&[("csrf", csrf.as_str())], fields].concat()).await
     }
 
     /// Assigns the first exercise to the cohort; the page of the assignment.
-    async fn assign(&mut self, due: &str, limit: &str) -> String {
+    pub async fn assign(&mut self, due: &str, limit: &str) -> String {
         let cohort = self.cohort.to_string();
         let fields =
             [("task", "exercise:feel-the-layers"), ("cohort", cohort.as_str()), ("due", due), ("limit", limit)];

@@ -2,6 +2,7 @@
 
 pub(crate) mod assignments;
 pub(crate) mod badges;
+pub(crate) mod calendar_feeds;
 pub(crate) mod certificates;
 pub(crate) mod cohorts;
 pub(crate) mod learning_records;

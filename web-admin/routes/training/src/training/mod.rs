@@ -4,6 +4,7 @@ use routes_base::authoring::pictures;
 use routes_base::{Routes, get, post};
 
 mod assignments;
+pub(crate) mod calendar_feed;
 mod cohort_people;
 pub(crate) mod cohorts;
 mod exercise;
@@ -40,5 +41,6 @@ pub(crate) fn course_routes() -> Routes {
         .route("/assignments/{id}/extend", post(assignments::extend_assignment))
         .route("/assignments/{id}/withdraw", post(assignments::withdraw_assignment))
         .merge(learning_records::record_routes())
+        .merge(calendar_feed::own_calendar_routes())
         .merge(progress::progress_routes())
 }

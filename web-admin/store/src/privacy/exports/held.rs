@@ -26,7 +26,7 @@ const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
 }
 
 /// Records about the person, including those made by others.
-const ABOUT: [RecordKind; 25] = [
+const ABOUT: [RecordKind; 26] = [
     kind(
         "grades_for_platforms",
         "SELECT v.name AS platform, l.page, d.subject, d.state, d.body AS message_json, d.stamped_at, d.sent_at, d.tries,
@@ -117,6 +117,7 @@ const ABOUT: [RecordKind; 25] = [
         "SELECT u.title, u.controller, u.contact, u.consent, t.facts AS facts_json, t.added_at, t.agreed_at, t.withdrawn_at
          FROM study_participants t JOIN studies u ON u.id = t.study_id WHERE t.school_id = $1 AND t.person_id = $2",
     ),
+    kind("calendar_feed", "SELECT made_at FROM calendar_feeds WHERE school_id = $1 AND person_id = $2"),
     kind("sign_in_codes", "SELECT made_at FROM sign_in_codes WHERE school_id = $1 AND person_id = $2"),
     kind(
         "recording_links",
