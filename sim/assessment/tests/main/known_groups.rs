@@ -71,7 +71,7 @@ fn effect_size(more: &[f64], less: &[f64]) -> f64 {
 }
 
 #[test]
-fn experts_are_faster_with_fewer_insertions_and_punctures_of_the_dura_and_the_groups_overlap() {
+fn virtual_experts_are_faster_and_tap_less_but_groups_overlap() {
     let file = "../../curricula/lumbar-epidural-on-a-body/3-paramedian.toml";
     let bundle = ExerciseBundle::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).expect("shipped");
     let [novices, experts] = [Skill::novice(), Skill::expert()].map(|skill| group(&bundle, &skill));
