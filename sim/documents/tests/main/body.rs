@@ -207,4 +207,8 @@ fn scene_blocked_by_bone_is_rejected_with_nearest_free_angle() {
     let refused = documents::check_documents(&path).expect_err("bone is in the way").to_string();
     assert!(refused.contains("meets vertebra L4") && refused.contains("the nearest at"), "{refused}");
     assert!(documents::check_documents(&write(&folder, "free.toml", BODY)).is_ok());
+    let lost = BODY.replace("age_years = 35", "age_years = 35\ngoal = \"calyx\"");
+    let refused =
+        documents::check_documents(&write(&folder, "lost.toml", lost)).expect_err("no such layer").to_string();
+    assert!(refused.contains("anatomy.goal") && refused.contains("epidural space"), "{refused}");
 }
