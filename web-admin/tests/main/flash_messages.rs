@@ -6,7 +6,7 @@ use pages::flash_message::SAID_HERE;
 use crate::people::{post, school};
 
 /// Forms that lead to a page which says itself what came of them, or shows it.
-const SAID_THERE: [&str; 75] = [
+const SAID_THERE: [&str; 76] = [
     "/account/calendar",
     "/account/identities/join/{}",
     "/account/password",

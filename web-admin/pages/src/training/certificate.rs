@@ -8,7 +8,7 @@ use model::training::signatory::Signatory;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
-use crate::training::paper::{Attachment, Block, Column, Logo, Paper, Style, Table};
+use crate::training::paper::{AttachedFile, Block, Logo, Paper, PaperColumn, PaperTable, Style};
 use crate::training::qr;
 use crate::{assets, format};
 
@@ -127,7 +127,7 @@ impl CertificatePage {
             made_at: self.issued_at,
             logo: self.logo.clone(),
             blocks,
-            attachment: Some(Attachment {
+            attachment: Some(AttachedFile {
                 name: "certificate.json",
                 media_type: "application/json",
                 description: tr!("The signed certificate").to_owned(),
@@ -136,11 +136,11 @@ impl CertificatePage {
         }
     }
 
-    fn exercises(&self) -> Table {
-        Table {
+    fn exercises(&self) -> PaperTable {
+        PaperTable {
             columns: vec![
-                Column { title: tr!("Exercise").to_owned(), percent: 72 },
-                Column { title: tr!("Mastered on").to_owned(), percent: 28 },
+                PaperColumn { title: tr!("Exercise").to_owned(), percent: 72 },
+                PaperColumn { title: tr!("Mastered on").to_owned(), percent: 28 },
             ],
             rows: self.mastered.iter().map(|(title, on)| vec![title.clone(), format::format_date(*on)]).collect(),
         }

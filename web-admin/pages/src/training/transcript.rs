@@ -7,7 +7,7 @@ use model::training::signatory::Signatory;
 use time::OffsetDateTime;
 
 use crate::training::certificate::sign_block;
-use crate::training::paper::{Block, Column, Logo, Paper, Style, Table};
+use crate::training::paper::{Block, Logo, Paper, PaperColumn, PaperTable, Style};
 use crate::training::trainee::rule_in_words;
 use crate::{Shell, format};
 
@@ -139,7 +139,7 @@ impl TranscriptCourse {
         let mut blocks = vec![Block::Heading(2, self.title.clone())];
         blocks.extend(self.mastered_words().map(|words| Block::Text(Style::Strong, words)));
         blocks.push(Block::Text(Style::Body, self.figures()));
-        let column = |title: &str, percent| Column { title: title.to_owned(), percent };
+        let column = |title: &str, percent| PaperColumn { title: title.to_owned(), percent };
         let columns = vec![
             column(tr!("Exercise"), 49),
             column(tr!("Mastered on"), 22),
@@ -147,7 +147,7 @@ impl TranscriptCourse {
             column(tr!("Passed"), 13),
         ];
         let rows = self.lines.iter().map(TranscriptLine::cells).collect();
-        blocks.push(Block::Table(Table { columns, rows }));
+        blocks.push(Block::Table(PaperTable { columns, rows }));
         blocks
     }
 

@@ -21,8 +21,8 @@ use krilla::{Document, SerializeSettings};
 use time::OffsetDateTime;
 
 use super::fonts::{Fonts, Shaped};
-use super::layout::{Ink, Layout, Look, Mark, Part, Role, SHEET_HEIGHT, SHEET_WIDTH};
-use super::{Attachment, Logo, Paper, PaperError};
+use super::layout::{Ink, Layout, PartRole, SHEET_HEIGHT, SHEET_WIDTH, SheetMark, TaggedPart, TextLook};
+use super::{AttachedFile, Logo, Paper, PaperError};
 use crate::training::qr;
 
 /// Identifiers of the marks of each leaf.
@@ -77,7 +77,7 @@ fn metadata_of(paper: &Paper) -> Metadata {
 
 fn date_of(at: OffsetDateTime) -> DateTime {
     let at = at.to_utc();
-    DateTime::new(u16::try_from(at.year()).unwrap_or_default())
+    DateTime::new(at.year().clamp(0, 9999) as u16)
         .month(at.month().into())
         .day(at.day())
         .hour(at.hour())
@@ -86,7 +86,7 @@ fn date_of(at: OffsetDateTime) -> DateTime {
         .utc_offset_hour(0)
 }
 
-fn embedded(file: &Attachment, made_at: OffsetDateTime) -> Option<EmbeddedFile> {
+fn embedded(file: &AttachedFile, made_at: OffsetDateTime) -> Option<EmbeddedFile> {
     Some(EmbeddedFile {
         path: file.name.to_owned(),
         mime_type: Some(MimeType::new(file.media_type)?),
@@ -107,9 +107,9 @@ fn outline_of(layout: &Layout) -> Outline {
     outline
 }
 
-fn draw_mark(surface: &mut Surface<'_>, mark: &Mark, fonts: &Fonts, leaves: &mut Leaves) {
+fn draw_mark(surface: &mut Surface<'_>, mark: &SheetMark, fonts: &Fonts, leaves: &mut Leaves) {
     match mark {
-        Mark::Text { x, y, look, shaped, leaf } => {
+        SheetMark::Text { x, y, look, shaped, leaf } => {
             let tag = match leaf {
                 Some(_) => ContentTag::Span(SpanTag::empty()),
                 None => ContentTag::Artifact(Artifact::with_kind(ArtifactType::Footer)),
@@ -119,7 +119,7 @@ fn draw_mark(surface: &mut Surface<'_>, mark: &Mark, fonts: &Fonts, leaves: &mut
             surface.end_tagged();
             keep(leaves, *leaf, id);
         }
-        Mark::Bar { x, y, width, height, ink } => {
+        SheetMark::Bar { x, y, width, height, ink } => {
             surface.start_tagged(ContentTag::Artifact(Artifact::with_kind(ArtifactType::Other)));
             fill(surface, *ink);
             if let Some(path) = rectangles([[*x, *y, *width, *height]]) {
@@ -127,7 +127,7 @@ fn draw_mark(surface: &mut Surface<'_>, mark: &Mark, fonts: &Fonts, leaves: &mut
             }
             surface.end_tagged();
         }
-        Mark::Picture { x, y, size: [width, height], image } => {
+        SheetMark::Picture { x, y, size: [width, height], image } => {
             surface.start_tagged(ContentTag::Artifact(Artifact::with_kind(ArtifactType::Other)));
             if let Some(size) = Size::from_wh(*width, *height) {
                 surface.push_transform(&Transform::from_translate(*x, *y));
@@ -136,7 +136,7 @@ fn draw_mark(surface: &mut Surface<'_>, mark: &Mark, fonts: &Fonts, leaves: &mut
             }
             surface.end_tagged();
         }
-        Mark::Code { x, y, side, content, leaf } => {
+        SheetMark::Code { x, y, side, content, leaf } => {
             let id = surface.start_tagged(ContentTag::Other);
             fill(surface, Ink::Dark);
             if let Some(path) = qr_path(content, [*x, *y], *side) {
@@ -155,7 +155,7 @@ fn keep(leaves: &mut Leaves, leaf: Option<usize>, id: Identifier) {
     }
 }
 
-fn draw_text(surface: &mut Surface<'_>, [x, y]: [f32; 2], look: Look, shaped: &Shaped, fonts: &Fonts) {
+fn draw_text(surface: &mut Surface<'_>, [x, y]: [f32; 2], look: TextLook, shaped: &Shaped, fonts: &Fonts) {
     fill(surface, look.ink);
     let mut at = x;
     for run in &shaped.runs {
@@ -200,30 +200,30 @@ fn tree_of(layout: &Layout, mut leaves: Leaves, language: &str) -> TagTree {
     tree
 }
 
-fn nodes_of(part: &Part, leaves: &mut Leaves) -> Vec<Node> {
+fn nodes_of(part: &TaggedPart, leaves: &mut Leaves) -> Vec<Node> {
     match part {
-        Part::Leaf(leaf) => std::mem::take(&mut leaves[*leaf]).into_iter().map(Node::Leaf).collect(),
-        Part::Group(role, parts) => {
+        TaggedPart::Leaf(leaf) => std::mem::take(&mut leaves[*leaf]).into_iter().map(Node::Leaf).collect(),
+        TaggedPart::Group(role, parts) => {
             let children = parts.iter().flat_map(|part| nodes_of(part, leaves)).collect();
             vec![Node::Group(TagGroup::with_children(tag_of(role), children))]
         }
     }
 }
 
-fn tag_of(role: &Role) -> TagKind {
+fn tag_of(role: &PartRole) -> TagKind {
     match role {
-        Role::Heading(level, title) => {
+        PartRole::Heading(level, title) => {
             Tag::Hn(NonZeroU16::new(*level).unwrap_or(NonZeroU16::MIN), Some(title.clone())).into()
         }
-        Role::Paragraph => Tag::P.into(),
-        Role::Table => Tag::Table.into(),
-        Role::TableHead => Tag::THead.into(),
-        Role::TableBody => Tag::TBody.into(),
-        Role::Row => Tag::TR.into(),
-        Role::ColumnHeading => Tag::TH(TableHeaderScope::Column).into(),
-        Role::RowHeading => Tag::TH(TableHeaderScope::Row).into(),
-        Role::Cell => Tag::TD.into(),
-        Role::Figure { alt, sheet, corner: [x, y], side } => {
+        PartRole::Paragraph => Tag::P.into(),
+        PartRole::Table => Tag::Table.into(),
+        PartRole::TableHead => Tag::THead.into(),
+        PartRole::TableBody => Tag::TBody.into(),
+        PartRole::Row => Tag::TR.into(),
+        PartRole::ColumnHeading => Tag::TH(TableHeaderScope::Column).into(),
+        PartRole::RowHeading => Tag::TH(TableHeaderScope::Row).into(),
+        PartRole::Cell => Tag::TD.into(),
+        PartRole::Figure { alt, sheet, corner: [x, y], side } => {
             let area = Rect::from_xywh(*x, *y, *side, *side).map(|rect| BBox::new(*sheet, rect));
             Tag::Figure(Some(alt.clone())).with_bbox(area).into()
         }

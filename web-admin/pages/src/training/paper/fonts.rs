@@ -37,14 +37,14 @@ struct Face {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shaped {
     /// Parts with one font each, from left to right.
-    pub runs: Vec<Run>,
+    pub runs: Vec<FontRun>,
     /// Whether no font has some of its characters.
     pub replaced: bool,
 }
 
 /// Part of a text in one font.
 #[derive(Clone, Debug)]
-pub(super) struct Run {
+pub(super) struct FontRun {
     /// Index of the font.
     pub face: usize,
     /// The text that the glyphs show.
@@ -53,7 +53,7 @@ pub(super) struct Run {
     pub glyphs: Vec<KrillaGlyph>,
 }
 
-impl Run {
+impl FontRun {
     /// Width in em.
     pub(super) fn width(&self) -> f32 {
         self.glyphs.iter().map(|glyph| glyph.x_advance).sum()
@@ -63,7 +63,7 @@ impl Run {
 impl Shaped {
     /// Width in em.
     pub(super) fn width(&self) -> f32 {
-        self.runs.iter().map(Run::width).sum()
+        self.runs.iter().map(FontRun::width).sum()
     }
 }
 
@@ -139,17 +139,17 @@ impl Face {
     }
 
     /// Draws [`REPLACEMENT`] for each character; the text that can be copied stays, where it is defined.
-    fn replace(&self, face: usize, text: String) -> Run {
+    fn replace(&self, face: usize, text: String) -> FontRun {
         let boxed = self.shape(face, REPLACEMENT.encode_utf8(&mut [0; 4])).glyphs;
         let text: String = text.chars().map(|c| if is_undefined(c) { REPLACEMENT } else { c }).collect();
         let glyph = |(start, c): (usize, char)| {
             boxed.iter().cloned().map(move |glyph| KrillaGlyph { text_range: start..start + c.len_utf8(), ..glyph })
         };
         let glyphs = text.char_indices().flat_map(glyph).collect();
-        Run { face, text, glyphs }
+        FontRun { face, text, glyphs }
     }
 
-    fn shape(&self, face: usize, text: &str) -> Run {
+    fn shape(&self, face: usize, text: &str) -> FontRun {
         let mut buffer = UnicodeBuffer::new();
         buffer.push_str(text);
         buffer.guess_segment_properties();
@@ -171,7 +171,7 @@ impl Face {
                 None,
             )
         });
-        Run { face, text: text.to_owned(), glyphs: glyphs.collect() }
+        FontRun { face, text: text.to_owned(), glyphs: glyphs.collect() }
     }
 }
 

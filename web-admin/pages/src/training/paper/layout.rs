@@ -46,7 +46,7 @@ pub(super) enum Ink {
 
 /// Size, line height and colour of a text, and the space around it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Look {
+pub(super) struct TextLook {
     pub size: f32,
     pub leading: f32,
     pub ink: Ink,
@@ -57,9 +57,9 @@ pub(super) struct Look {
 
 /// Something drawn on a sheet. `leaf` is its place in the structure; without one, it is decoration.
 #[derive(Clone, Debug)]
-pub(super) enum Mark {
+pub(super) enum SheetMark {
     /// A line of text, from its baseline.
-    Text { x: f32, y: f32, look: Look, shaped: Shaped, leaf: Option<usize> },
+    Text { x: f32, y: f32, look: TextLook, shaped: Shaped, leaf: Option<usize> },
     /// A horizontal bar, from its upper left corner.
     Bar { x: f32, y: f32, width: f32, height: f32, ink: Ink },
     /// A picture, from its upper left corner.
@@ -70,16 +70,16 @@ pub(super) enum Mark {
 
 /// A part of the structure.
 #[derive(Clone, Debug)]
-pub(super) enum Part {
+pub(super) enum TaggedPart {
     /// Marks with this number.
     Leaf(usize),
     /// Parts that belong together.
-    Group(Role, Vec<Part>),
+    Group(PartRole, Vec<TaggedPart>),
 }
 
 /// Role of a part.
 #[derive(Clone, Debug)]
-pub(super) enum Role {
+pub(super) enum PartRole {
     Heading(u16, String),
     Paragraph,
     Table,
@@ -96,9 +96,9 @@ pub(super) enum Role {
 #[derive(Debug, Default)]
 pub(super) struct Layout {
     /// Marks of each sheet.
-    pub sheets: Vec<Vec<Mark>>,
+    pub sheets: Vec<Vec<SheetMark>>,
     /// The structure, in reading order.
-    pub parts: Vec<Part>,
+    pub parts: Vec<TaggedPart>,
     /// Number of leaves in the structure.
     pub leaves: usize,
     /// Headings with sheet and height.
@@ -114,7 +114,7 @@ pub(super) struct Layout {
 /// Sets blocks on sheets.
 pub(super) fn lay_out(blocks: &[Block], logo: Option<&Image>, fonts: &Fonts) -> Layout {
     let mut layout = Layout { sheets: vec![Vec::new()], y: TOP, ..Layout::default() };
-    layout.put(Mark::Bar { x: MARGIN, y: 40.0, width: WIDTH, height: 5.6, ink: Ink::Accent });
+    layout.put(SheetMark::Bar { x: MARGIN, y: 40.0, width: WIDTH, height: 5.6, ink: Ink::Accent });
     if let Some(image) = logo {
         layout.put_logo(image);
     }
@@ -140,10 +140,10 @@ pub(super) fn number_sheets(layout: &mut Layout, title: &str, fonts: &Fonts) {
     for (at, sheet) in layout.sheets.iter_mut().enumerate() {
         let number = fonts.shape(&tr!("Page {n} of {all}", n = at + 1, all = all), false);
         let right = MARGIN + WIDTH - number.width() * look.size;
-        sheet.push(Mark::Text { x: right, y: FOOT, look, shaped: number, leaf: None });
+        sheet.push(SheetMark::Text { x: right, y: FOOT, look, shaped: number, leaf: None });
         let room = (WIDTH - 90.0) / look.size;
         let title = break_lines(fonts, title, false, room).into_iter().next().unwrap_or_default();
-        sheet.push(Mark::Text { x: MARGIN, y: FOOT, look, shaped: title, leaf: None });
+        sheet.push(SheetMark::Text { x: MARGIN, y: FOOT, look, shaped: title, leaf: None });
     }
 }
 
@@ -159,7 +159,7 @@ impl Layout {
     }
 
     /// Adds a mark to the current sheet.
-    pub(super) fn put(&mut self, mark: Mark) {
+    pub(super) fn put(&mut self, mark: SheetMark) {
         if let Some(sheet) = self.sheets.last_mut() {
             sheet.push(mark);
         }
@@ -172,18 +172,18 @@ impl Layout {
     }
 
     /// Draws a line of text whose upper end is `y`.
-    pub(super) fn put_line(&mut self, [x, y]: [f32; 2], look: Look, shaped: Shaped, leaf: Option<usize>) {
+    pub(super) fn put_line(&mut self, [x, y]: [f32; 2], look: TextLook, shaped: Shaped, leaf: Option<usize>) {
         self.replaced |= shaped.replaced;
         // The baseline of these fonts is 0.8 em below the upper end of letters.
         let baseline = y + (look.leading - look.size) / 2.0 + 0.8 * look.size;
-        self.put(Mark::Text { x, y: baseline, look, shaped, leaf });
+        self.put(SheetMark::Text { x, y: baseline, look, shaped, leaf });
     }
 
     fn put_logo(&mut self, image: &Image) {
         let (wide, high) = image.size();
         let scale = (LOGO[0] / wide.max(1) as f32).min(LOGO[1] / high.max(1) as f32);
         let size = [wide as f32 * scale, high as f32 * scale];
-        self.put(Mark::Picture { x: MARGIN + WIDTH - size[0], y: LOGO_TOP, size, image: image.clone() });
+        self.put(SheetMark::Picture { x: MARGIN + WIDTH - size[0], y: LOGO_TOP, size, image: image.clone() });
         self.logo = Some(size);
     }
 
@@ -200,14 +200,14 @@ impl Layout {
         // A heading does not stand alone at the end of a sheet.
         self.make_room(look.before + look.leading + look.after + 60.0);
         self.headings.push((text.to_owned(), self.sheets.len() - 1, self.y));
-        self.set_text(Role::Heading(level, text.to_owned()), text, look, fonts);
+        self.set_text(PartRole::Heading(level, text.to_owned()), text, look, fonts);
     }
 
-    fn set_paragraph(&mut self, text: &str, look: Look, fonts: &Fonts) {
-        self.set_text(Role::Paragraph, text, look, fonts);
+    fn set_paragraph(&mut self, text: &str, look: TextLook, fonts: &Fonts) {
+        self.set_text(PartRole::Paragraph, text, look, fonts);
     }
 
-    fn set_text(&mut self, role: Role, text: &str, look: Look, fonts: &Fonts) {
+    fn set_text(&mut self, role: PartRole, text: &str, look: TextLook, fonts: &Fonts) {
         self.y += look.before;
         let leaf = self.next_leaf();
         for line in break_lines(fonts, text, look.fixed, self.width() / look.size) {
@@ -216,14 +216,14 @@ impl Layout {
             self.y += look.leading;
         }
         self.y += look.after;
-        self.parts.push(Part::Group(role, vec![Part::Leaf(leaf)]));
+        self.parts.push(TaggedPart::Group(role, vec![TaggedPart::Leaf(leaf)]));
     }
 
     fn set_code(&mut self, content: &str, alt: &str, text: &str, fonts: &Fonts) {
         self.make_room(CODE_SIDE);
         let [figure, paragraph] = [self.next_leaf(), self.next_leaf()];
         let (y, corner) = (self.y, [MARGIN, self.y]);
-        let code = Mark::Code { x: MARGIN, y, side: CODE_SIDE, content: content.to_owned(), leaf: figure };
+        let code = SheetMark::Code { x: MARGIN, y, side: CODE_SIDE, content: content.to_owned(), leaf: figure };
         self.put(code);
         let look = Style::Small.look();
         let left = MARGIN + CODE_SIDE + 12.0;
@@ -235,41 +235,43 @@ impl Layout {
             at += look.leading;
         }
         self.y += CODE_SIDE.max(high) + 8.0;
-        let role = Role::Figure { alt: alt.to_owned(), sheet: self.sheets.len() - 1, corner, side: CODE_SIDE };
-        self.parts.push(Part::Group(role, vec![Part::Leaf(figure)]));
-        self.parts.push(Part::Group(Role::Paragraph, vec![Part::Leaf(paragraph)]));
+        let role = PartRole::Figure { alt: alt.to_owned(), sheet: self.sheets.len() - 1, corner, side: CODE_SIDE };
+        self.parts.push(TaggedPart::Group(role, vec![TaggedPart::Leaf(figure)]));
+        self.parts.push(TaggedPart::Group(PartRole::Paragraph, vec![TaggedPart::Leaf(paragraph)]));
     }
 
     fn set_signature(&mut self, lines: [&str; 2], fonts: &Fonts) {
         let look = Style::Body.look();
         self.make_room(SIGNING_SPACE + 3.0 * look.leading);
         self.y += SIGNING_SPACE;
-        self.put(Mark::Bar { x: MARGIN, y: self.y, width: SIGNING_WIDTH, height: 0.6, ink: Ink::Dark });
+        self.put(SheetMark::Bar { x: MARGIN, y: self.y, width: SIGNING_WIDTH, height: 0.6, ink: Ink::Dark });
         self.y += 4.0;
         for (text, ink) in lines.into_iter().zip([Ink::Dark, Ink::Muted]).filter(|(text, _)| !text.is_empty()) {
-            self.set_text(Role::Paragraph, text, Look { ink, before: 0.0, after: 0.0, ..look }, fonts);
+            self.set_text(PartRole::Paragraph, text, TextLook { ink, before: 0.0, after: 0.0, ..look }, fonts);
         }
         self.y += 14.0;
     }
 }
 
 /// Look of headings of level 1.
-const TITLE: Look = Look { size: 15.0, leading: 20.0, ink: Ink::Accent, fixed: false, before: 18.0, after: 4.0 };
+const TITLE: TextLook =
+    TextLook { size: 15.0, leading: 20.0, ink: Ink::Accent, fixed: false, before: 18.0, after: 4.0 };
 /// Look of headings of level 2.
-const SECTION: Look = Look { size: 12.5, leading: 17.0, ink: Ink::Accent, fixed: false, before: 16.0, after: 3.0 };
+const SECTION: TextLook =
+    TextLook { size: 12.5, leading: 17.0, ink: Ink::Accent, fixed: false, before: 16.0, after: 3.0 };
 
 impl Style {
     /// Returns how a paragraph of this style looks.
-    pub(super) fn look(self) -> Look {
-        let plain = Look { size: 10.5, leading: 15.0, ink: Ink::Dark, fixed: false, before: 0.0, after: 5.0 };
+    pub(super) fn look(self) -> TextLook {
+        let plain = TextLook { size: 10.5, leading: 15.0, ink: Ink::Dark, fixed: false, before: 0.0, after: 5.0 };
         match self {
-            Self::School => Look { size: 13.0, leading: 18.0, after: 0.0, ..plain },
-            Self::Name => Look { size: 25.0, leading: 31.0, after: 4.0, ..plain },
-            Self::Lead => Look { size: 13.0, leading: 18.0, after: 12.0, ..plain },
+            Self::School => TextLook { size: 13.0, leading: 18.0, after: 0.0, ..plain },
+            Self::Name => TextLook { size: 25.0, leading: 31.0, after: 4.0, ..plain },
+            Self::Lead => TextLook { size: 13.0, leading: 18.0, after: 12.0, ..plain },
             Self::Body => plain,
-            Self::Strong => Look { size: 11.5, leading: 16.0, ..plain },
-            Self::Small => Look { size: 9.0, leading: 12.5, ink: Ink::Muted, after: 4.0, ..plain },
-            Self::Digits => Look { size: 8.5, leading: 12.5, fixed: true, after: 6.0, ..plain },
+            Self::Strong => TextLook { size: 11.5, leading: 16.0, ..plain },
+            Self::Small => TextLook { size: 9.0, leading: 12.5, ink: Ink::Muted, after: 4.0, ..plain },
+            Self::Digits => TextLook { size: 8.5, leading: 12.5, fixed: true, after: 6.0, ..plain },
         }
     }
 }

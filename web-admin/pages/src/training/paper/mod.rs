@@ -29,7 +29,7 @@ pub struct Paper {
     /// Content, in reading order. The first heading has level 1.
     pub blocks: Vec<Block>,
     /// A file in the paper.
-    pub attachment: Option<Attachment>,
+    pub attachment: Option<AttachedFile>,
 }
 
 /// Logo of a school.
@@ -50,7 +50,7 @@ impl Logo {
 
 /// A file in a paper, stored without compression.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Attachment {
+pub struct AttachedFile {
     /// File name.
     pub name: &'static str,
     /// Media type.
@@ -69,7 +69,7 @@ pub enum Block {
     /// A paragraph.
     Text(Style, String),
     /// A table; the first column heads its rows.
-    Table(Table),
+    Table(PaperTable),
     /// A QR code, with a paragraph next to it.
     Code {
         /// Content of the code.
@@ -90,16 +90,16 @@ pub enum Block {
 
 /// A table.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Table {
+pub struct PaperTable {
     /// Columns.
-    pub columns: Vec<Column>,
+    pub columns: Vec<PaperColumn>,
     /// Cells of each row, one per column.
     pub rows: Vec<Vec<String>>,
 }
 
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Column {
+pub struct PaperColumn {
     /// Its heading.
     pub title: String,
     /// Its share of the width; the sum over all columns is 100.

@@ -1,9 +1,9 @@
 //! Tables: rows stay whole, and the headings are repeated on every sheet.
 
 use super::fonts::{Fonts, Shaped};
-use super::layout::{Ink, Layout, Look, MARGIN, Mark, Part, Role, WIDTH};
+use super::layout::{Ink, Layout, MARGIN, PartRole, SheetMark, TaggedPart, TextLook, WIDTH};
 use super::lines::break_lines;
-use super::{Style, Table};
+use super::{PaperTable, Style};
 
 /// Space between columns.
 const GAP: f32 = 12.0;
@@ -12,15 +12,15 @@ const PADDING: f32 = 3.0;
 
 /// A row as lines of each cell.
 struct SetRow {
-    look: Look,
+    look: TextLook,
     cells: Vec<Vec<Shaped>>,
     height: f32,
 }
 
 /// Sets a table.
-pub(super) fn set_table(layout: &mut Layout, table: &Table, fonts: &Fonts) {
-    let body = Look { size: 10.0, leading: 13.5, ..Style::Body.look() };
-    let head = Look { ink: Ink::Muted, ..body };
+pub(super) fn set_table(layout: &mut Layout, table: &PaperTable, fonts: &Fonts) {
+    let body = TextLook { size: 10.0, leading: 13.5, ..Style::Body.look() };
+    let head = TextLook { ink: Ink::Muted, ..body };
     let titles: Vec<&str> = table.columns.iter().map(|column| column.title.as_str()).collect();
     let heading = set_row(table, &titles, head, fonts);
     let rows: Vec<SetRow> = table
@@ -36,15 +36,16 @@ pub(super) fn set_table(layout: &mut Layout, table: &Table, fonts: &Fonts) {
         if layout.make_room(row.height) {
             put_row(layout, table, &heading, false);
         }
-        parts.push(tag_row(put_row(layout, table, row, true), Role::RowHeading, Role::Cell));
+        parts.push(tag_row(put_row(layout, table, row, true), PartRole::RowHeading, PartRole::Cell));
     }
     layout.y += 10.0;
-    let head = Part::Group(Role::TableHead, vec![tag_row(top, Role::ColumnHeading, Role::ColumnHeading)]);
-    layout.parts.push(Part::Group(Role::Table, vec![head, Part::Group(Role::TableBody, parts)]));
+    let head =
+        TaggedPart::Group(PartRole::TableHead, vec![tag_row(top, PartRole::ColumnHeading, PartRole::ColumnHeading)]);
+    layout.parts.push(TaggedPart::Group(PartRole::Table, vec![head, TaggedPart::Group(PartRole::TableBody, parts)]));
 }
 
 /// Breaks the cells of a row into lines.
-fn set_row(table: &Table, cells: &[&str], look: Look, fonts: &Fonts) -> SetRow {
+fn set_row(table: &PaperTable, cells: &[&str], look: TextLook, fonts: &Fonts) -> SetRow {
     let lines = table.columns.iter().zip(cells).map(|(column, text)| {
         let width = WIDTH * f32::from(column.percent) / 100.0 - GAP;
         break_lines(fonts, text, false, width / look.size)
@@ -55,7 +56,7 @@ fn set_row(table: &Table, cells: &[&str], look: Look, fonts: &Fonts) -> SetRow {
 }
 
 /// Draws a row and returns the leaf of each cell. A repeated row of headings has no leaves.
-fn put_row(layout: &mut Layout, table: &Table, row: &SetRow, tagged: bool) -> Vec<usize> {
+fn put_row(layout: &mut Layout, table: &PaperTable, row: &SetRow, tagged: bool) -> Vec<usize> {
     let look = row.look;
     let mut x = MARGIN;
     let mut leaves = Vec::new();
@@ -70,15 +71,15 @@ fn put_row(layout: &mut Layout, table: &Table, row: &SetRow, tagged: bool) -> Ve
         x += WIDTH * f32::from(column.percent) / 100.0;
     }
     layout.y += row.height;
-    layout.put(Mark::Bar { x: MARGIN, y: layout.y, width: WIDTH, height: 0.5, ink: Ink::Line });
+    layout.put(SheetMark::Bar { x: MARGIN, y: layout.y, width: WIDTH, height: 0.5, ink: Ink::Line });
     leaves
 }
 
 /// Returns the structure of a row.
-fn tag_row(leaves: Vec<usize>, first: Role, others: Role) -> Part {
+fn tag_row(leaves: Vec<usize>, first: PartRole, others: PartRole) -> TaggedPart {
     let cell = |(at, leaf)| {
         let role = if at == 0 { first.clone() } else { others.clone() };
-        Part::Group(role, vec![Part::Leaf(leaf)])
+        TaggedPart::Group(role, vec![TaggedPart::Leaf(leaf)])
     };
-    Part::Group(Role::Row, leaves.into_iter().enumerate().map(cell).collect())
+    TaggedPart::Group(PartRole::Row, leaves.into_iter().enumerate().map(cell).collect())
 }

@@ -10,11 +10,14 @@ fn paper(blocks: Vec<Block>) -> Paper {
 
 fn named(name: &str) -> Paper {
     let cell = name.to_owned();
-    let column = |percent| Column { title: cell.clone(), percent };
+    let column = |percent| PaperColumn { title: cell.clone(), percent };
     paper(vec![
         Block::Heading(1, cell.clone()),
         Block::Text(Style::Name, cell.clone()),
-        Block::Table(Table { columns: vec![column(60), column(40)], rows: vec![vec![cell.clone(), cell.clone()]] }),
+        Block::Table(PaperTable {
+            columns: vec![column(60), column(40)],
+            rows: vec![vec![cell.clone(), cell.clone()]],
+        }),
         Block::Code { content: "https://stylet.example".to_owned(), alt: "code".to_owned(), text: cell.clone() },
         Block::Signature { name: cell.clone(), function: cell },
     ])
@@ -62,8 +65,9 @@ fn a_missing_character_is_stated_once() {
 #[test]
 fn forty_rows_are_whole_and_headed_on_every_sheet() {
     let row = |n: usize| vec![format!("Exercise {n} {}", "with a long title ".repeat(3)), "2 March 2026".to_owned()];
-    let column = |title: &str| Column { title: title.to_owned(), percent: 50 };
-    let table = Table { columns: vec![column("Exercise"), column("Mastered on")], rows: (1..=60).map(row).collect() };
+    let column = |title: &str| PaperColumn { title: title.to_owned(), percent: 50 };
+    let table =
+        PaperTable { columns: vec![column("Exercise"), column("Mastered on")], rows: (1..=60).map(row).collect() };
     let fonts = fonts::Fonts::load().expect("fonts");
     let layout = layout::lay_out(&[Block::Table(table)], None, &fonts);
     assert!(layout.sheets.len() > 1);
@@ -78,7 +82,7 @@ fn forty_rows_are_whole_and_headed_on_every_sheet() {
     assert_eq!(rows, 60);
 }
 
-fn text_of(mark: &layout::Mark) -> Option<(String, f32)> {
-    let layout::Mark::Text { shaped, y, .. } = mark else { return None };
+fn text_of(mark: &layout::SheetMark) -> Option<(String, f32)> {
+    let layout::SheetMark::Text { shaped, y, .. } = mark else { return None };
     Some((shaped.runs.iter().map(|run| run.text.as_str()).collect(), *y))
 }
