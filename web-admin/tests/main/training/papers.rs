@@ -36,7 +36,7 @@ async fn a_pdf_certifies_what_the_page_certifies() {
     assert_eq!(stated, check_certificate(&page.body, &key).unwrap());
     let again = browser.form(&address, &[("csrf", &csrf), ("format", "pdf")]).await;
     assert!(again.body == pdf.body, "the same certificate has the same bytes");
-    assert_eq!(browser.form(&address, &[("csrf", &csrf), ("format", "docx")]).await.status, 422);
+    assert_eq!(browser.form(&address, &[("csrf", &csrf), ("format", "docx")]).await.status, 400);
 
     let transcript = browser.get(&format!("/trainees/{}/transcript.pdf", ada.person.id)).await;
     assert_eq!((transcript.status.as_u16(), transcript.header("content-type")), (200, "application/pdf"));
