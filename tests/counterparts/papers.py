@@ -27,7 +27,8 @@ SIGNATORY = "Prof. Dr. Zoë Łukasiewicz-Großmann"
 
 def run(*command):
     """Runs a program and returns its output."""
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    # pdfinfo writes titles of headings as they stand in the file, also in UTF-16.
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
     expect(done.returncode == 0, f"{command}: {done.stdout} {done.stderr}")
     return done.stdout
 

@@ -141,9 +141,9 @@ impl TranscriptCourse {
         blocks.push(Block::Text(Style::Body, self.figures()));
         let column = |title: &str, percent| PaperColumn { title: title.to_owned(), percent };
         let columns = vec![
-            column(tr!("Exercise"), 49),
-            column(tr!("Mastered on"), 22),
-            column(tr!("Best score"), 16),
+            column(tr!("Exercise"), 46),
+            column(tr!("Mastered on"), 21),
+            column(tr!("Best score"), 20),
             column(tr!("Passed"), 13),
         ];
         let rows = self.lines.iter().map(TranscriptLine::cells).collect();
