@@ -143,7 +143,7 @@ impl Face {
         let boxed = self.shape(face, REPLACEMENT.encode_utf8(&mut [0; 4])).glyphs;
         let text: String = text.chars().map(|c| if is_undefined(c) { REPLACEMENT } else { c }).collect();
         let glyph = |(start, c): (usize, char)| {
-            boxed.iter().cloned().map(move |glyph| KrillaGlyph { text_range: start..start + c.len_utf8(), ..glyph })
+            boxed.iter().map(move |glyph| KrillaGlyph { text_range: start..start + c.len_utf8(), ..*glyph })
         };
         let glyphs = text.char_indices().flat_map(glyph).collect();
         FontRun { face, text, glyphs }
