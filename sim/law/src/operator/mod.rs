@@ -24,7 +24,7 @@
 //! | tremor, rms | 150, 100, 60 µm | 50–200 µm at 8–12 Hz; 38–49 µm of eye surgeons; 2.67 times less with the wrists supported; less with experience and with two hands | read (abstracts): Riviere et al. 1997; Coulson et al. 2010; Mürbe et al. 2001 |
 //! | sub-movements | below 1.5 Hz | 98.9 % of the power of voluntary movements lies below 2 Hz | read (abstract): Riviere et al. 1997 |
 //! | speed between halts | 6.5, 4, 3.2 mm/s | a needle is stopped in a vein most easily at 3 mm/s | read (abstract): Kobayashi et al. 2013. The others: choice |
-//! | duration of an attempt | median of novices 1.2 to 2.2 times that of experts; effect size 0.8–1.6 | kidney access: 222 ± 30 against 187 ± 26 s, 1.19 times, effect size 1.25 | physics section 10 of the specification. Hesitations and pauses: choice, fitted to the effect size |
+//! | duration of an attempt | median of novices 1.2 to 2.2 times that of experts; effect size 0.8–1.6 | kidney access: 222 ± 30 against 187 ± 26 s, 1.19 times, effect size 1.25 | the specification, PMID 20218892. Hesitations and pauses: choice, fitted to the effect size |
 //! | insertions | 2.6 against 1.9 at the kidney | 2.8 against 2.0 | the same. Judgement and accepted distance: choice, fitted |
 //! | dural punctures | 9 of 82 against 0 of 48 attempts at the epidural exercises on a body | 0.4 against 0.07 a person in six attempts: 6.7 against 1.2 % | the same. Lapses: choice, fitted |
 //! | clumsiness of a person | a factor with a standard deviation of 0.5 in the logarithm | scores overlap, effect sizes of 1–1.5 | choice, fitted; the scores reach 1.6–3.0 |
