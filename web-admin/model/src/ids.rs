@@ -118,7 +118,7 @@ ids! {
     TaskId;
     /// An attempt in a task to mark pops.
     TraceId;
-    /// An assignment or task with a due date.
+    /// An assignment, task, survey or round of ratings of which people are reminded.
     DatedId;
     /// A validation study.
     StudyId;
@@ -184,6 +184,18 @@ impl From<AssignmentId> for DatedId {
 
 impl From<TaskId> for DatedId {
     fn from(id: TaskId) -> Self {
+        Self(id.0)
+    }
+}
+
+impl From<SurveyId> for DatedId {
+    fn from(id: SurveyId) -> Self {
+        Self(id.0)
+    }
+}
+
+impl From<RoundId> for DatedId {
+    fn from(id: RoundId) -> Self {
         Self(id.0)
     }
 }

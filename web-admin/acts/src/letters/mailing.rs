@@ -1,9 +1,9 @@
 //! The mail queue: claiming, retries, and the links in mails. The pages module writes the texts;
 //! the sender records the result here.
 
-use model::PersonKey;
 use model::letters::mail::{Mail, RetentionLetter, SurveyLetter};
 use model::surveys::{Identity, PROFESSIONAL, Survey};
+use model::{Moment, PersonKey};
 use platform::secret;
 use store::auth::account_links::Purpose;
 use store::letters::mails;
@@ -23,7 +23,7 @@ const AGAIN_S: [i64; 6] = [60, 300, 1800, 7200, 21_600, 86_400];
 pub type LetterResult = Result<(), String>;
 
 /// Returns the time of the next retry after `tries` earlier retries; `None` after the last.
-fn next_try(state: &Service, tries: i64) -> Option<model::Moment> {
+fn next_try(state: &Service, tries: i64) -> Option<Moment> {
     let wait_s = usize::try_from(tries).ok().and_then(|tries| AGAIN_S.get(tries));
     wait_s.map(|wait_s| state.clock.now().plus_s(*wait_s))
 }
@@ -54,6 +54,13 @@ pub async fn note_mail(state: &Service, mail: &Mail, sent: &LetterResult) -> Res
 pub async fn withdraw_mail(state: &Service, mail: &Mail) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     mails::withdraw_mail(&mut tx, mail.id).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Postpones the reminders of a person that are due.
+pub async fn postpone_reminders(state: &Service, whom: PersonKey, until: Moment) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    mails::postpone_reminders(&mut tx, whom, state.clock.now(), until).await?;
     Ok(tx.commit().await?)
 }
 

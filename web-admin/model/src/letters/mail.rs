@@ -12,7 +12,7 @@ pub enum MailKind {
     Invitation,
     /// A link for resetting the password.
     Reset,
-    /// A reminder of a due date.
+    /// A reminder of something to do.
     Reminder,
     /// The person's second factor was turned off.
     #[cfg_attr(feature = "sqlx", sqlx(rename = "second_factor_off"))]
@@ -45,7 +45,7 @@ pub struct Mail {
     pub person_id: PersonId,
     /// Kind of mail.
     pub kind: MailKind,
-    /// The assignment or task of a reminder.
+    /// The item of a reminder.
     pub assignment_id: Option<DatedId>,
     /// Number of attempts to send it.
     pub tries: i64,

@@ -62,9 +62,14 @@ struct IdentityJoined<'a> {
 #[template(path = "letters/reminder.txt")]
 struct Reminder<'a> {
     name: &'a str,
-    title: &'a str,
-    due: &'a Local,
-    stage: &'a AssignmentStage,
+    items: Vec<ReminderLine<'a>>,
+}
+
+/// A line of a reminder.
+struct ReminderLine<'a> {
+    title: String,
+    due: Option<Local>,
+    stage: Option<&'a AssignmentStage>,
     link: &'a str,
 }
 
@@ -77,24 +82,29 @@ pub enum MailWay {
     Folder,
 }
 
-/// An assignment to be reminded of.
-#[derive(Clone, Copy, Debug)]
-pub struct Reminded<'a> {
+/// Something of which a person is reminded.
+#[derive(Clone, Debug)]
+pub struct RemindedItem {
     /// Title.
-    pub title: &'a str,
-    /// Due time for the recipient.
-    pub due_at: Moment,
-    /// Time zone of the due date.
-    pub time_zone: &'a str,
-    /// Progress of the recipient.
-    pub stage: &'a AssignmentStage,
+    pub title: String,
+    /// Due time and its time zone; `None` for ratings, which have none.
+    pub due: Option<(Moment, String)>,
+    /// Progress of the recipient with an assignment.
+    pub stage: Option<AssignmentStage>,
+    /// Address of its page.
+    pub link: String,
 }
 
-/// Returns subject and body of a reminder.
+/// Returns subject and body of a letter with reminders.
 #[must_use]
-pub fn write_reminder(mail: &Mail, of: Reminded<'_>, link: &str) -> (String, String) {
-    let due = &local(of.due_at, of.time_zone);
-    subject_and_body(&Reminder { name: &mail.name, title: &on_one_line(of.title), due, stage: of.stage, link })
+pub fn write_reminder(mail: &Mail, items: &[RemindedItem]) -> (String, String) {
+    let line = |item: &'_ RemindedItem| ReminderLine {
+        title: on_one_line(&item.title),
+        due: item.due.as_ref().map(|(at, zone)| local(*at, zone)),
+        stage: item.stage.as_ref(),
+        link: &item.link,
+    };
+    subject_and_body(&Reminder { name: &mail.name, items: items.iter().map(line).collect() })
 }
 
 #[derive(Template)]

@@ -1,8 +1,8 @@
 //! The queue of outgoing mail, and its results.
 
-use model::Moment;
 use model::ids::{DatedId, LetterId, PersonId, SchoolId};
 use model::letters::mail::{Mail, MailKind, MailTrouble};
+use model::{Moment, PersonKey};
 use sqlx::FromRow;
 
 use crate::{Connection, Executor, Result};
@@ -16,7 +16,7 @@ pub struct NewMail {
     pub person_id: PersonId,
     /// Kind of mail.
     pub kind: MailKind,
-    /// The assignment or task of a reminder.
+    /// The item of a reminder.
     pub assignment_id: Option<DatedId>,
 }
 
@@ -40,20 +40,62 @@ pub async fn queue_mail(writer: &mut Connection, mail: NewMail, now: Moment) -> 
     .map(drop)
 }
 
+macro_rules! select_mails {
+    ($rest:literal) => {
+        concat!(
+            "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.tries, p.display_name AS name, p.email,
+               s.name AS school, s.time_zone, coalesce(p.language, s.letter_language) AS language,
+               p.disabled_at IS NULL AND p.email NOT LIKE '%@no-address.invalid' AND CASE m.kind WHEN 'reminder' THEN s.mails_reminders WHEN 'news' THEN s.mails_news
+                 ELSE TRUE END AS enabled
+             FROM mails m JOIN people p ON p.id = m.person_id JOIN schools s ON s.id = m.school_id ",
+            $rest
+        )
+    };
+}
+
 /// Returns the mails that are due, oldest first.
 pub async fn list_due_mails(executor: impl Executor<'_>, now: Moment, limit: u32) -> Result<Vec<Mail>> {
-    sqlx::query_as(
-        "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.tries, p.display_name AS name, p.email,
-           s.name AS school, s.time_zone, coalesce(p.language, s.letter_language) AS language,
-           p.disabled_at IS NULL AND p.email NOT LIKE '%@no-address.invalid' AND CASE m.kind WHEN 'reminder' THEN s.mails_reminders WHEN 'news' THEN s.mails_news
-             ELSE TRUE END AS enabled
-         FROM mails m JOIN people p ON p.id = m.person_id JOIN schools s ON s.id = m.school_id
-         WHERE m.next_run_at <= $1 ORDER BY m.next_run_at LIMIT $2 + 0",
-    )
+    sqlx::query_as(select_mails!("WHERE m.next_run_at <= $1 ORDER BY m.next_run_at LIMIT $2 + 0"))
+        .bind(now)
+        .bind(i64::from(limit))
+        .fetch_all(executor)
+        .await
+}
+
+/// Returns the reminders of a person that are due, oldest first.
+pub async fn list_due_reminders(executor: impl Executor<'_>, whom: PersonKey, now: Moment) -> Result<Vec<Mail>> {
+    sqlx::query_as(select_mails!(
+        "WHERE m.school_id = $1 AND m.person_id = $2 AND m.kind = 'reminder' AND m.next_run_at <= $3 ORDER BY m.id"
+    ))
+    .bind(whom.school_id)
+    .bind(whom.person_id)
     .bind(now)
-    .bind(i64::from(limit))
     .fetch_all(executor)
     .await
+}
+
+/// Returns when the last reminder of a person was sent.
+pub async fn find_last_reminder(executor: impl Executor<'_>, whom: PersonKey) -> Result<Option<Moment>> {
+    sqlx::query_scalar("SELECT max(sent_at) FROM mails WHERE school_id = $1 AND person_id = $2 AND kind = 'reminder'")
+        .bind(whom.school_id)
+        .bind(whom.person_id)
+        .fetch_one(executor)
+        .await
+}
+
+/// Postpones the reminders of a person that are due.
+pub async fn postpone_reminders(writer: &mut Connection, whom: PersonKey, now: Moment, until: Moment) -> Result<()> {
+    sqlx::query(
+        "UPDATE mails SET next_run_at = $4
+         WHERE school_id = $1 AND person_id = $2 AND kind = 'reminder' AND next_run_at <= $3",
+    )
+    .bind(whom.school_id)
+    .bind(whom.person_id)
+    .bind(now)
+    .bind(until)
+    .execute(writer)
+    .await
+    .map(drop)
 }
 
 /// Claims a mail before it is sent, so that it is never sent twice automatically, even after a

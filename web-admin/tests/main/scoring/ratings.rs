@@ -3,10 +3,11 @@
 //! somebody rates who was not asked.
 
 use acts::authoring::instruments;
+use acts::training::deadlines;
 use model::Role;
 use model::ids::SessionId;
 use store::studies::{self, NewParticipant, NewStudy};
-use web_admin::worker;
+use web_admin::{outbox, worker};
 
 use crate::support::client::{Answer, Client, csrf_in};
 use crate::support::recordings::{Attempt, record};
@@ -283,6 +284,25 @@ async fn a_round_that_was_taken_back_is_gone_for_everybody() {
     let grade = teacher.get(&format!("/sessions/{}/grade", school.attempts[0])).await.text();
     assert!(!grade.contains("Global rating"), "{grade}");
     assert!(!near.get("/review").await.text().contains("Rate 2"));
+}
+
+#[tokio::test]
+async fn raters_are_reminded_once_after_a_week() {
+    let school = School::new().await;
+    let mut teacher = school.teacher().await;
+    let round = school.round(&mut teacher).await;
+    let mut near = school.app.signed_in("near@example.org").await;
+    rate_all(&mut near, &round, &["3", "3", "3"]).await;
+    let letters = async || {
+        deadlines::remind(&school.app.state).await.unwrap();
+        outbox::work_off_letters(&school.app.state).await.unwrap();
+        let rows = sqlx::query_scalar("SELECT count(*) FROM mails WHERE kind = 'reminder' AND sent_at IS NOT NULL");
+        rows.fetch_one(school.app.state.db.reader()).await.unwrap()
+    };
+    assert_eq!(letters().await, 0_i64, "not on the first day");
+    let older = sqlx::query("UPDATE rating_rounds SET made_at = made_at - $1").bind(8 * 86_400_000_000_i64);
+    school.app.write(async |tx| older.execute(tx).await.unwrap()).await;
+    assert_eq!([letters().await, letters().await], [1_i64, 1], "the one who has not rated, once");
 }
 
 #[tokio::test]

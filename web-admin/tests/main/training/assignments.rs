@@ -268,6 +268,27 @@ async fn everybody_is_reminded_once_of_what_is_still_to_be_done() {
 }
 
 #[tokio::test]
+async fn reminders_of_a_day_are_in_one_letter() {
+    let mut world = World::new().await;
+    world.assign("2026-03-10T18:00", "").await;
+    let cohort = world.cohort.to_string();
+    for (exercise, due) in [("stop-in-the-fat", "2026-03-10T20:00"), ("reach-the-muscle", "2026-03-11T12:00")] {
+        let task = format!("exercise:{exercise}");
+        let fields = [("task", task.as_str()), ("cohort", &cohort), ("due", due), ("despite_locks", "yes")];
+        let made = world.post("/assignments", &fields).await;
+        assert_eq!(made.status, 303, "{}", made.text());
+    }
+    world.app.state.clock.advance(7 * 86_400 + 20 * 3600);
+    let both = world.mails().await;
+    assert!(both.len() == 1 && both[0].contains("2 things to do"), "{both:?}");
+    world.app.state.clock.advance(20 * 3600);
+    assert_eq!(world.mails().await.len(), 1, "the third waits for a day to pass");
+    world.app.state.clock.advance(4 * 3600);
+    let all = world.mails().await;
+    assert!(all.len() == 2 && all.iter().any(|mail| mail.contains("Due 11 Mar 2026, 12:00")), "{all:?}");
+}
+
+#[tokio::test]
 async fn a_supervised_attempt_counts_once_somebody_was_there() {
     let mut world = World::new().await;
     let cohort = world.cohort.to_string();

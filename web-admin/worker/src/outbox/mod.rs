@@ -6,20 +6,17 @@ use acts::error::{Error, error_chain};
 use acts::letters::mailing;
 use acts::people::accounts;
 use acts::replicas::{self, Duty};
-use acts::training::assignments;
 use model::PersonKey;
-use model::ids::DatedId;
 use model::letters::mail::{Mail, MailKind};
-use model::training::assignment::{AssignmentStage, AssignmentStanding};
+use pages::letters;
 use pages::letters::news::NewsItem;
-use pages::letters::{self, Reminded};
 use platform::mailer::Letter;
 use routes_base::AppState;
 use store::auth::account_links::Purpose;
 use store::letters::{mails, notices};
-use store::scoring::segments;
 use words::Language;
 
+mod reminders;
 mod retention;
 mod surveys;
 
@@ -59,6 +56,9 @@ pub async fn work_off_letters(state: &AppState) -> Result<(), Error> {
 }
 
 async fn deliver_letter(state: &AppState, mail: &Mail) -> Result<(), Error> {
+    if mail.kind == MailKind::Reminder && mail.enabled {
+        return reminders::deliver_reminders(state, mail).await;
+    }
     let language = mail.language.as_deref().and_then(Language::named).unwrap_or(Language::ENGLISH);
     let letter = words::speaking(language, compose_letter(state, mail)).await?;
     let Some(letter) = letter else { return mailing::withdraw_mail(state, mail).await };
@@ -104,10 +104,8 @@ async fn compose_letter(state: &AppState, mail: &Mail) -> Result<Option<Letter>,
             Some(parts) => parts,
             None => return Ok(None),
         },
-        MailKind::Reminder => match compose_reminder(state, mail).await? {
-            Some(parts) => parts,
-            None => return Ok(None),
-        },
+        // Reminders go together, in one letter.
+        MailKind::Reminder => return Ok(None),
     };
     Ok(Some(Letter { id: mail.id, name: mail.name.clone(), email: mail.email.clone(), subject, body }))
 }
@@ -118,28 +116,4 @@ async fn compose_news_letter(state: &AppState, mail: &Mail) -> Result<Option<(St
     let unread = notices::list_unread_notices(state.db.reader(), whom, SHOWN_NEWS).await?;
     let items = NewsItem::list(&unread);
     Ok((!items.is_empty()).then(|| letters::write_news_letter(mail, &items, &state.config.address())))
-}
-
-/// Composes a reminder of an open assignment or marking task; returns `None` if it has been
-/// completed.
-async fn compose_reminder(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
-    let (is_meant, address) = (|id: DatedId| Some(id) == mail.assignment_id, &state.config.address());
-    let standings = assignments::standings(state, mail.school_id, mail.person_id).await?;
-    if let Some(AssignmentStanding { assigned, stage, .. }) =
-        standings.iter().find(|s| is_meant(s.assigned.id.into()) && s.is_open())
-    {
-        let remind = |due_at| {
-            let of = Reminded { title: &assigned.title, due_at, time_zone: &assigned.time_zone, stage };
-            letters::write_reminder(mail, of, &format!("{address}/assignments"))
-        };
-        return Ok(assigned.due_at.map(remind));
-    }
-    let tasks = segments::list_trainee_tasks(state.db.reader(), mail.school_id, mail.person_id).await?;
-    let still = tasks.iter().find(|task| is_meant(task.id.into()) && task.sent < task.traces);
-    let remind = |(task, due_at): (&segments::SegmentTask, _)| {
-        let stage = &AssignmentStage::Open { left: None, mastered: None };
-        let of = Reminded { title: &task.title, due_at, time_zone: &task.time_zone, stage };
-        letters::write_reminder(mail, of, &format!("{address}/segments/{}", task.id))
-    };
-    Ok(still.and_then(|task| Some((task, task.due_at?))).map(remind))
 }

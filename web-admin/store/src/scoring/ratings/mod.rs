@@ -5,9 +5,9 @@ mod results;
 
 use assessment::questionnaire::Answer;
 pub use candidates::{RateableAttempt, Rater, of_assignment, raters};
-use model::ids::{PersonId, RatingId, RevisionId, RoundId, SchoolId, SessionId};
+use model::ids::{DatedId, PersonId, RatingId, RevisionId, RoundId, SchoolId, SessionId};
 use model::titles::StoredTitle;
-use model::{CurrentPerson, Moment, Role, count_u32};
+use model::{CurrentPerson, Moment, PersonKey, Role, count_u32};
 pub use results::{FinishedRating, RatingCell, cells, finished_of};
 use sqlx::FromRow;
 
@@ -212,6 +212,20 @@ pub async fn count_open(executor: impl Executor<'_>, rater: &CurrentPerson) -> R
     .fetch_one(executor)
     .await
     .map(count_u32::<i64>)
+}
+
+/// Returns the title of a round in which a person has unfinished ratings.
+pub async fn find_open_round(executor: impl Executor<'_>, rater: PersonKey, round: DatedId) -> Result<Option<String>> {
+    sqlx::query_scalar(
+        "SELECT o.title FROM rating_rounds o WHERE o.school_id = $1 AND o.id = $3 AND o.withdrawn_at IS NULL
+           AND EXISTS (SELECT 1 FROM ratings r
+                       WHERE r.school_id = $1 AND r.round_id = $3 AND r.rater_id = $2 AND r.finished_at IS NULL)",
+    )
+    .bind(rater.school_id)
+    .bind(rater.person_id)
+    .bind(round)
+    .fetch_optional(executor)
+    .await
 }
 
 /// Returns a rater's own ratings in a round, in the order of display.
