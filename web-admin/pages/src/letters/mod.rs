@@ -61,6 +61,7 @@ struct IdentityJoined<'a> {
 #[derive(Template)]
 #[template(path = "letters/reminder.txt")]
 struct Reminder<'a> {
+    subject: String,
     name: &'a str,
     items: Vec<ReminderLine<'a>>,
 }
@@ -69,8 +70,19 @@ struct Reminder<'a> {
 struct ReminderLine<'a> {
     title: String,
     due: Option<Local>,
-    stage: Option<&'a AssignmentStage>,
+    stage: &'a AssignmentStage,
     link: &'a str,
+}
+
+impl<'a> ReminderLine<'a> {
+    fn of(item: &'a RemindedItem) -> Self {
+        Self {
+            title: on_one_line(&item.title),
+            due: item.due.as_ref().map(|(at, zone)| local(*at, zone)),
+            stage: &item.stage,
+            link: &item.link,
+        }
+    }
 }
 
 /// The way letters are delivered.
@@ -89,8 +101,8 @@ pub struct RemindedItem {
     pub title: String,
     /// Due time and its time zone; `None` for ratings, which have none.
     pub due: Option<(Moment, String)>,
-    /// Progress of the recipient with an assignment.
-    pub stage: Option<AssignmentStage>,
+    /// Progress of the recipient.
+    pub stage: AssignmentStage,
     /// Address of its page.
     pub link: String,
 }
@@ -98,13 +110,13 @@ pub struct RemindedItem {
 /// Returns subject and body of a letter with reminders.
 #[must_use]
 pub fn write_reminder(mail: &Mail, items: &[RemindedItem]) -> (String, String) {
-    let line = |item: &'_ RemindedItem| ReminderLine {
-        title: on_one_line(&item.title),
-        due: item.due.as_ref().map(|(at, zone)| local(*at, zone)),
-        stage: item.stage.as_ref(),
-        link: &item.link,
+    let items: Vec<_> = items.iter().map(ReminderLine::of).collect();
+    let subject = match &items[..] {
+        [ReminderLine { title, due: Some(due), .. }] => tr!("Due {date}: {title}", date = due.words, title = title),
+        [ReminderLine { title, due: None, .. }] => tr!("Waiting for your ratings: {title}", title = title),
+        several => trn!("{n} thing to do", "{n} things to do", several.len()),
     };
-    subject_and_body(&Reminder { name: &mail.name, items: items.iter().map(line).collect() })
+    subject_and_body(&Reminder { subject, name: &mail.name, items })
 }
 
 #[derive(Template)]
