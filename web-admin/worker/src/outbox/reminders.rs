@@ -16,6 +16,8 @@ use words::Language;
 
 use super::until_database_answers;
 
+/// Progress with something that has neither prerequisites nor a limit.
+const UNLIMITED: AssignmentStage = AssignmentStage::Open { left: None, mastered: None };
 /// Interval between two letters with reminders to one person, in s.
 const INTERVAL_S: i64 = 24 * 3600;
 
@@ -85,7 +87,7 @@ impl OpenItems {
         Ok(round.map(|title| RemindedItem {
             title,
             due: None,
-            stage: None,
+            stage: UNLIMITED,
             link: format!("{}/ratings/{id}", self.address),
         }))
     }
@@ -101,7 +103,7 @@ impl OpenItems {
         RemindedItem {
             title: item.title.clone(),
             due: Some((item.due_at, zone.clone())),
-            stage: standing.map(|standing| standing.stage.clone()),
+            stage: standing.map_or(UNLIMITED, |standing| standing.stage.clone()),
             link: format!("{}/{path}", self.address),
         }
     }
