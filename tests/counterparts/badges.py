@@ -27,7 +27,7 @@ TRAINEE = "hana.suzuki@demo.example"
 HEAD = "ingrid.halvorsen@demo.example"
 GENUINE, REVOKED, REFUSED = "genuine", "revoked", "refused"
 # Changed bytes of each generated badge; of one of the service, every byte is changed.
-CHANGES = 5
+CHANGES = 10
 
 
 class Judge:
