@@ -19,7 +19,7 @@ const DECODING_CRATES: &[(&str, &[&str])] = &[
     ("calamine", &["model/src/people/roster/"]),
     ("zip::", &["model/src/people/roster/"]),
     // Papers show a logo, which a helper has written anew at its arrival.
-    ("image::", &["pages/src/training/paper/layout.rs"]),
+    ("image::", &["pages/src/training/paper/"]),
     ("mcap::", &[]),
 ];
 
