@@ -199,6 +199,9 @@ fn a_soak_reports_every_shipped_scene() {
     assert!(fs::read_to_string(folder.path().join("soak.md")).expect("a report").contains("lower-back-training"));
 }
 
+/// Exercises with an incised skin or an introducer, which does not give way: hands advance at their own speed.
+const OPEN_SKINS: [&str; 3] = ["lumbar-puncture-pencil-point", "veress-needle", "primary-trocar"];
+
 #[test]
 fn operators_report_ranks_novice_intermediate_and_expert() {
     let folder = TempDir::new().expect("a folder");
@@ -212,13 +215,10 @@ fn operators_report_ranks_novice_intermediate_and_expert() {
     assert_eq!(rows.len(), 51, "{table}");
     let mut without_fault = 0.0;
     for presets in rows.chunks(3) {
-        // An incised skin and an introducer do not give way, so that nobody overshoots them.
-        let over_mm: Vec<f64> = presets
-            .iter()
-            .filter_map(|row| row[column("overshoot_of_the_skin_mm_median")].parse().ok())
-            .filter(|over_mm: &f64| *over_mm > 0.05)
-            .collect();
-        let in_order = over_mm.len() < 3 || over_mm.windows(2).all(|pair| pair[0] > pair[1]);
+        let over_mm = presets.iter().filter_map(|row| row[column("overshoot_of_the_skin_mm_median")].parse().ok());
+        let over_mm: Vec<f64> = over_mm.collect();
+        let in_order = OPEN_SKINS.contains(&&presets[0][0])
+            || over_mm.len() == 3 && over_mm.windows(2).all(|pair| pair[0] > pair[1]);
         assert!(in_order, "novice, intermediate, expert: {presets:?}");
         assert!(presets.iter().all(|row| number(row, "furthest_mm") < number(row, "needle_mm")), "{presets:?}");
         if &presets[0][0] == "paper-insertion" {
