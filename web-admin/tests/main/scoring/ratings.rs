@@ -297,12 +297,13 @@ async fn raters_are_reminded_once_after_a_week() {
         deadlines::remind(&school.app.state).await.unwrap();
         outbox::work_off_letters(&school.app.state).await.unwrap();
         let rows = sqlx::query_scalar("SELECT count(*) FROM mails WHERE kind = 'reminder' AND sent_at IS NOT NULL");
-        rows.fetch_one(school.app.state.db.reader()).await.unwrap()
+        let count: i64 = rows.fetch_one(school.app.state.db.reader()).await.unwrap();
+        count
     };
-    assert_eq!(letters().await, 0_i64, "not on the first day");
+    assert_eq!(letters().await, 0, "not on the first day");
     let older = sqlx::query("UPDATE rating_rounds SET made_at = made_at - $1").bind(8 * 86_400_000_000_i64);
     school.app.write(async |tx| older.execute(tx).await.unwrap()).await;
-    assert_eq!([letters().await, letters().await], [1_i64, 1], "the one who has not rated, once");
+    assert_eq!([letters().await, letters().await], [1, 1], "the one who has not rated, once");
 }
 
 #[tokio::test]
