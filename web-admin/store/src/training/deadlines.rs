@@ -145,9 +145,8 @@ pub async fn list_due_reminders(
 pub async fn list_closing_surveys(executor: impl Executor<'_>, from: Moment, to: Moment) -> Result<Vec<DueReminder>> {
     sqlx::query_as(
         "SELECT DISTINCT s.school_id, m.person_id, s.id FROM surveys s
-         JOIN survey_cohorts c ON c.survey_id = s.id
-         JOIN cohort_members m ON m.cohort_id = c.cohort_id AND m.role = 'trainee'
-         WHERE s.after_attempts = 0 AND s.opens_at <= $1 AND s.closes_at > $1 AND s.closes_at <= $2
+         CROSS JOIN survey_cohorts c CROSS JOIN cohort_members m
+         WHERE c.survey_id = s.id AND m.cohort_id = c.cohort_id AND m.role = 'trainee' AND s.after_attempts = 0 AND s.opens_at <= $1 AND s.closes_at > $1 AND s.closes_at <= $2
            AND NOT EXISTS (SELECT 1 FROM survey_participations a WHERE a.survey_id = s.id AND a.person_id = m.person_id)
            AND NOT EXISTS (SELECT 1 FROM mails l WHERE l.assignment_id = s.id AND l.person_id = m.person_id)",
     )
@@ -161,9 +160,8 @@ pub async fn list_closing_surveys(executor: impl Executor<'_>, from: Moment, to:
 /// reminded of it.
 pub async fn list_waiting_rounds(executor: impl Executor<'_>, from: Moment, to: Moment) -> Result<Vec<DueReminder>> {
     sqlx::query_as(
-        "SELECT DISTINCT o.school_id, r.rater_id AS person_id, o.id FROM rating_rounds o
-         JOIN ratings r ON r.school_id = o.school_id AND r.round_id = o.id
-         WHERE o.withdrawn_at IS NULL AND o.made_at > $1 AND o.made_at <= $2 AND r.finished_at IS NULL
+        "SELECT DISTINCT o.school_id, r.rater_id AS person_id, o.id FROM rating_rounds o CROSS JOIN ratings r
+         WHERE r.school_id = o.school_id AND r.round_id = o.id AND o.withdrawn_at IS NULL AND o.made_at > $1 AND o.made_at <= $2 AND r.finished_at IS NULL
            AND NOT EXISTS (SELECT 1 FROM mails l WHERE l.assignment_id = o.id AND l.person_id = r.rater_id)",
     )
     .bind(from)
