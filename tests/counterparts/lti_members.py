@@ -68,7 +68,7 @@ def main():
     client = register(service, platform)
     launched = Browser(service.url).launch(platform.begin_launch(client, "user-1", next(iter(platform.links.values()))))
     expect(launched.status == 200, f"{launched.status} {launched.url}")
-    own = re.search(r'href="(/admin/platforms/[0-9a-f-]{36})"', service.head.get("/admin/platforms").text).group(1)
+    own = service.find_platform()
     cohort = make_cohort(service)
     check_first_reading(service, platform, own, cohort)
     check_departure(service, platform, own, cohort)

@@ -38,7 +38,7 @@ def main():
     page = Browser(service.url).launch(platform.begin_launch(client, "user-1", link))
     if found := re.search(r"code: (\w+)<", page.text):
         print(f"the first launch is refused: {found.group(1)}")
-        own = re.search(r'href="(/admin/platforms/[0-9a-f-]{36})"', service.head.get("/admin/platforms").text).group(1)
+        own = service.find_platform()
         service.admit(own, client.get_registration().get_deployment_id())
         page = Browser(service.url).launch(platform.begin_launch(client, "user-1", link))
     expect(page.status == 200, f"{page.status} {page.url}")

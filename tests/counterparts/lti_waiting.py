@@ -73,7 +73,7 @@ def main():
     service = Service(arguments.program, database=arguments.database, options=options)
     client = register(service, platform)
     Browser(service.url).launch(platform.begin_launch(client, "user-1", next(iter(platform.links.values()))))
-    own = re.search(r'href="(/admin/platforms/[0-9a-f-]{36})"', service.head.get("/admin/platforms").text).group(1)
+    own = service.find_platform()
     confirm(service, read_members(service, own, make_cohort(service)))
     paths = ["/", "/people", "/cohorts", own, f"{own}/deliveries?state=waiting"]
     before = measure(service, paths)

@@ -148,6 +148,10 @@ class Service:
         admitted = self.head.post(f"{own}/admit", self.head.get(own), deployment=deployment)
         expect(admitted.status == 200 and "/admit" not in admitted.text, f"not admitted: {admitted.text}")
 
+    def find_platform(self):
+        """Returns the path of the page of the only registration."""
+        return re.search(r'href="(/admin/platforms/[0-9a-f-]{36})"', self.head.get("/admin/platforms").text).group(1)
+
     def make_token(self):
         """Makes a token for a directory that may disable staff."""
         form = {"name": "Directory", "may_disable_staff": "yes", "password": PASSWORD}

@@ -2,10 +2,11 @@
 
 use acts::error::Error;
 use axum::extract::{Path, RawQuery};
-use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, IF_NONE_MATCH};
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::HeaderMap;
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG};
 use axum::response::{IntoResponse, Response};
 use pages::assets;
+use routes_base::caching::answer_not_modified;
 use routes_base::error::PageError;
 
 /// An asset whose address contains its hash never changes; under any other address it is
@@ -23,8 +24,8 @@ pub(super) async fn serve_asset(
     let tag = format!("\"{hash}\"");
     let named = query.as_deref().and_then(|q| q.strip_prefix("v=")) == Some(hash.as_str());
     let caching = if named { FOREVER } else { ASK_AGAIN };
-    if asked.get(IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes()) {
-        return Ok((StatusCode::NOT_MODIFIED, [(ETAG, tag.as_str()), (CACHE_CONTROL, caching)]).into_response());
+    if let Some(answer) = answer_not_modified(&asked, &tag, caching) {
+        return Ok(answer);
     }
     let media_type = file.metadata.mimetype().to_owned();
     let headers = [(CONTENT_TYPE, media_type.as_str()), (ETAG, &tag), (CACHE_CONTROL, caching)];

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::thread;
 
 use assessment::Tryout;
+use assessment::statistics::{area_under_curve, hedges_g, mean, quantile};
 use documents::{ExerciseBundle, Patient};
 use law::operator::{Operator, Skill};
 use recording::Recording;
@@ -53,21 +54,8 @@ fn group(bundle: &ExerciseBundle, skill: &Skill) -> Vec<Attempt> {
     })
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
 fn median(values: &[f64]) -> f64 {
-    assessment::statistics::quantile(values, 0.5).expect("values")
-}
-
-/// Difference of the means in pooled standard deviations (Cohen's d).
-fn effect_size(more: &[f64], less: &[f64]) -> f64 {
-    let variance = |values: &[f64]| {
-        let mean = mean(values);
-        values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / (values.len() - 1) as f64
-    };
-    (mean(more) - mean(less)) / f64::midpoint(variance(more), variance(less)).sqrt()
+    quantile(values, 0.5).expect("values")
 }
 
 #[test]
@@ -79,12 +67,13 @@ fn virtual_experts_are_faster_and_tap_less_but_groups_overlap() {
         |figure: fn(&Attempt) -> f64| [&novices, &experts].map(|group| group.iter().map(figure).collect::<Vec<f64>>());
     let [novice_s, expert_s] = of(|attempt| attempt.time_s);
     assert!(median(&expert_s) < median(&novice_s), "{expert_s:?} s against {novice_s:?} s");
-    let effect = effect_size(&novice_s, &expert_s);
+    let effect = hedges_g(&novice_s, &expert_s).expect("two groups").value;
     assert!((0.5..2.0).contains(&effect), "effect size {effect} of the time");
-    let [novice_tries, expert_tries] = of(|attempt| attempt.insertions).map(|tries| mean(&tries));
+    let [novice_tries, expert_tries] =
+        of(|attempt| attempt.insertions).map(|tries| mean(&tries).expect("values").value);
     assert!(expert_tries < novice_tries - 0.2, "{expert_tries} against {novice_tries} insertions");
     let [novice_score, expert_score] = of(|attempt| attempt.score);
-    let area = assessment::statistics::area_under_curve(&expert_score, &novice_score).expect("two groups").value;
+    let area = area_under_curve(&expert_score, &novice_score).expect("two groups").value;
     assert!(area > 0.7 && area < 0.995, "area under the curve {area} of the score");
     let [novice_taps, expert_taps] =
         [&novices, &experts].map(|group| group.iter().filter(|attempt| attempt.punctures_dura).count());

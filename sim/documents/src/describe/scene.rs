@@ -112,7 +112,7 @@ static ANATOMY: DescribedTable = DescribedTable {
         DescribedField::text(
             "goal",
             &Text::NAME,
-            "Layer that the needle is to reach: a warning says where bone blocks the way to it, or through all layers if left out",
+            "Layer that the needle is to reach: a warning names the place where bone blocks the way to it; without a goal, the way through all layers",
         ),
         DescribedField::new(
             "parts",

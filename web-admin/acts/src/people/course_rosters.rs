@@ -114,7 +114,7 @@ pub async fn run(service: Service) {
 }
 
 /// Compares the members of courses with their cohorts, each course once a day, and stores the number
-/// of differences. Changes nobody.
+/// of differences. No account and no cohort is changed.
 ///
 /// # Errors
 /// Fails if the database fails; members that cannot be read are recorded as unknown.
@@ -141,9 +141,7 @@ async fn count_differences(service: &Service, key: CourseKey) -> Result<usize, E
     let (platform, course) = find_course(service, key).await?;
     let (roster, wanted) = read_members(service, &platform, &course, true).await?;
     let mut connection = service.db.reader().acquire().await?;
-    let difference = compare(&mut connection, key.school_id, &roster, &wanted).await?;
-    let [added, changed, ..] = difference.counts();
-    Ok(added + changed + difference.leaving.len())
+    Ok(compare(&mut connection, key.school_id, &roster, &wanted).await?.count_changes())
 }
 
 /// Compares a roster with the people of the school.

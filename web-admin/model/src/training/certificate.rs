@@ -153,9 +153,9 @@ fn json_of(file: &[u8]) -> anyhow::Result<&str> {
 
 /// Returns the JSON attached to a PDF of this service, which stores it without compression.
 fn attached_json(file: &[u8]) -> anyhow::Result<&str> {
-    let places = || file.windows(ATTACHED.len()).enumerate().filter(|(_, window)| *window == ATTACHED);
-    let (at, _) = places().next().context("not a certificate: nothing is attached")?;
-    ensure!(places().count() == 1, "not a certificate: the file contains more than one");
+    let mut places = file.windows(ATTACHED.len()).enumerate().filter(|(_, window)| *window == ATTACHED);
+    let (at, _) = places.next().context("not a certificate: nothing is attached")?;
+    ensure!(places.next().is_none(), "not a certificate: the file contains more than one");
     let mut values = serde_json::Deserializer::from_slice(&file[at..]).into_iter::<IgnoredAny>();
     values.next().context("not a certificate")?.context("not a certificate: the file is truncated")?;
     std::str::from_utf8(&file[at..at + values.byte_offset()]).context("not a certificate")

@@ -80,7 +80,7 @@ impl CertificatePage {
 
     /// Returns the registrar's number as a sentence.
     fn number_words(&self) -> Option<String> {
-        self.statement.registrar_id.as_ref().map(|number| format!("{} {number}", tr!("Registrar’s number")))
+        self.statement.registrar_id.as_deref().map(number_words)
     }
 
     fn lead(&self) -> String {
@@ -105,19 +105,18 @@ impl CertificatePage {
     #[must_use]
     pub fn paper(&self) -> Paper {
         let statement = &self.statement;
-        let text = |style, text: &str| Block::Text(style, text.to_owned());
         let mut blocks = vec![
-            text(Style::School, &statement.school),
+            Block::text(Style::School, &statement.school),
             Block::Heading(1, tr!("Certificate").to_owned()),
-            text(Style::Name, &statement.trainee),
+            Block::text(Style::Name, &statement.trainee),
         ];
-        blocks.extend(self.number_words().map(|number| text(Style::Body, &number)));
+        blocks.extend(self.number_words().map(|number| Block::text(Style::Body, number)));
         blocks.extend([
-            text(Style::Lead, &self.lead()),
+            Block::text(Style::Lead, self.lead()),
             Block::Table(self.exercises()),
-            text(Style::Body, &self.rule_words()),
-            text(Style::Strong, tr!("Simulated performance only; no statement about competence with patients.")),
-            text(Style::Body, &self.issued_words()),
+            Block::text(Style::Body, self.rule_words()),
+            Block::text(Style::Strong, scope_words()),
+            Block::text(Style::Body, self.issued_words()),
         ]);
         blocks.extend(self.signatory.as_ref().map(sign_block));
         blocks.extend(self.check_blocks());
@@ -148,14 +147,14 @@ impl CertificatePage {
 
     /// Returns how to check the file and a print of it.
     fn check_blocks(&self) -> Vec<Block> {
-        let small = |text: &str| Block::Text(Style::Small, text.to_owned());
+        let small = |text| Block::text(Style::Small, text);
         let mut blocks = vec![
             Block::Heading(2, tr!("How to check this certificate").to_owned()),
             small(tr!(
                 "A statement signed by the school’s service is attached to this file. The text of the paper is not signed; the program Stylet shows the signed statement, and rejects it if it was changed."
             )),
             small(tr!("The key is the one published by the school. This certificate is signed with:")),
-            Block::Text(Style::Digits, self.key_in_groups()),
+            Block::text(Style::Digits, self.key_in_groups()),
         ];
         if !self.check_code().is_empty() {
             blocks.push(Block::Code {
@@ -175,6 +174,16 @@ impl CertificatePage {
     fn check_code(&self) -> String {
         qr::draw_qr_code(&self.check_href).unwrap_or_default()
     }
+}
+
+/// States what a paper does not prove.
+pub(super) fn scope_words() -> &'static str {
+    tr!("Simulated performance only; no statement about competence with patients.")
+}
+
+/// Returns a registrar's number with its name.
+pub(super) fn number_words(number: &str) -> String {
+    format!("{} {number}", tr!("Registrar’s number"))
 }
 
 /// Returns the line to sign on.

@@ -6,7 +6,7 @@ use model::training::progress::{Course, Progress, StepState};
 use model::training::signatory::Signatory;
 use time::OffsetDateTime;
 
-use crate::training::certificate::sign_block;
+use crate::training::certificate::{number_words, scope_words, sign_block};
 use crate::training::paper::{Block, Logo, Paper, PaperColumn, PaperTable, Style};
 use crate::training::trainee::rule_in_words;
 use crate::{Shell, format};
@@ -41,23 +41,18 @@ impl TranscriptPage {
     #[must_use]
     pub fn paper(&self, logo: Option<Logo>, signatory: Option<&Signatory>) -> Paper {
         let mut blocks = vec![
-            Block::Text(Style::School, self.school.clone()),
+            Block::text(Style::School, &self.school),
             Block::Heading(1, tr!("Transcript").to_owned()),
-            Block::Text(Style::Name, self.trainee.0.clone()),
+            Block::text(Style::Name, &self.trainee.0),
         ];
-        if let Some(number) = &self.registrar_id {
-            blocks.push(Block::Text(Style::Body, format!("{} {number}", tr!("Registrar’s number"))));
-        }
-        blocks.push(Block::Text(Style::Body, format!("{} {}", tr!("As of"), format::format_date(self.made_at))));
+        blocks.extend(self.registrar_id.as_deref().map(|number| Block::text(Style::Body, number_words(number))));
+        blocks.push(Block::text(Style::Body, format!("{} {}", tr!("As of"), format::format_date(self.made_at))));
         if self.courses.is_empty() {
-            blocks.push(Block::Text(Style::Body, tr!("This school has no courses yet.").to_owned()));
+            blocks.push(Block::text(Style::Body, tr!("This school has no courses yet.")));
         }
         blocks.extend(self.courses.iter().flat_map(TranscriptCourse::blocks));
-        blocks.push(Block::Text(
-            Style::Strong,
-            tr!("Simulated performance only; no statement about competence with patients.").to_owned(),
-        ));
-        blocks.push(Block::Text(Style::Small, self.unsigned_note().to_owned()));
+        blocks.push(Block::text(Style::Strong, scope_words()));
+        blocks.push(Block::text(Style::Small, self.unsigned_note()));
         blocks.extend(signatory.map(sign_block));
         Paper {
             title: tr!("Transcript of {trainee}", trainee = self.trainee.0),
@@ -137,8 +132,8 @@ impl TranscriptCourse {
 
     fn blocks(&self) -> Vec<Block> {
         let mut blocks = vec![Block::Heading(2, self.title.clone())];
-        blocks.extend(self.mastered_words().map(|words| Block::Text(Style::Strong, words)));
-        blocks.push(Block::Text(Style::Body, self.figures()));
+        blocks.extend(self.mastered_words().map(|words| Block::text(Style::Strong, words)));
+        blocks.push(Block::text(Style::Body, self.figures()));
         let column = |title: &str, percent| PaperColumn { title: title.to_owned(), percent };
         let columns = vec![
             column(tr!("Exercise"), 46),

@@ -148,9 +148,9 @@ fn write_lines(
 }
 
 /// Returns a file to save.
-pub fn attach_file(media_type: &'static str, file: &str, body: impl IntoResponse) -> Response {
+pub fn attach_file(media_type: &str, file: &str, body: impl IntoResponse) -> Response {
     let disposition = format!("attachment; filename=\"{file}\"");
-    ([(CONTENT_TYPE, media_type.to_owned()), (CONTENT_DISPOSITION, disposition)], body).into_response()
+    ([(CONTENT_TYPE, media_type), (CONTENT_DISPOSITION, disposition.as_str())], body).into_response()
 }
 
 /// Returns a table as a file download.

@@ -10,6 +10,7 @@ extern crate words;
 pub mod addresses;
 pub mod auth;
 pub mod authoring;
+pub mod caching;
 pub mod column_names;
 pub mod error;
 mod examining;

@@ -171,11 +171,17 @@ impl RosterDifference {
         ]
     }
 
+    /// Returns the number of people who would be added, changed or removed from a cohort.
+    #[must_use]
+    pub fn count_changes(&self) -> usize {
+        let [new, changed, ..] = self.counts();
+        new + changed + self.leaving.len()
+    }
+
     /// Returns whether the roster would change nothing.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        let [new, changed, ..] = self.counts();
-        new + changed + self.leaving.len() == 0
+        self.count_changes() == 0
     }
 }
 

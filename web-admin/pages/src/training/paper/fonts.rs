@@ -14,6 +14,8 @@ pub(super) const REPLACEMENT: char = '\u{25a1}';
 const TEXT: usize = 0;
 /// The font of fixed width.
 const FIXED: usize = 1;
+/// The font of emoji.
+const EMOJI: usize = 2;
 /// Fonts in the order in which a character is looked up: Latin, Greek and Cyrillic; more of these,
 /// of fixed width; emoji.
 const FILES: [&[u8]; 3] =
@@ -125,7 +127,7 @@ impl Fonts {
 
     /// Returns the first font that has the character.
     fn find_face(&self, c: char, first: usize) -> Option<usize> {
-        let order = [first, TEXT, FIXED, 2];
+        let order = [first, TEXT, FIXED, EMOJI];
         let has = |face: &usize| self.faces[*face].shape(*face, c.encode_utf8(&mut [0; 4])).glyphs.iter().all(is_known);
         order.into_iter().filter(|_| !is_undefined(c)).find(has)
     }

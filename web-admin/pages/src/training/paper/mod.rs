@@ -147,7 +147,7 @@ impl Paper {
         let logo = self.logo.as_ref().and_then(draw::read_logo);
         let mut layout = layout::lay_out(&self.blocks, logo.as_ref(), &fonts);
         if layout.replaced {
-            let note = Block::Text(Style::Small, replacement_note());
+            let note = Block::text(Style::Small, replacement_note());
             layout = layout::lay_out(&[self.blocks.as_slice(), &[note]].concat(), logo.as_ref(), &fonts);
         }
         layout::number_sheets(&mut layout, &self.title, &fonts);
@@ -187,6 +187,12 @@ fn replacement_note() -> String {
 }
 
 impl Block {
+    /// Returns a paragraph.
+    #[must_use]
+    pub fn text(style: Style, text: impl Into<String>) -> Self {
+        Self::Text(style, text.into())
+    }
+
     /// Returns whether there is nothing to set. A heading without a title does not conform to PDF/UA.
     fn is_blank(&self) -> bool {
         matches!(self, Self::Heading(_, text) | Self::Text(_, text) if text.trim().is_empty())

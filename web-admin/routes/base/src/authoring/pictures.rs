@@ -2,8 +2,8 @@
 
 use acts::error::Error;
 use axum::extract::{Path, Query, State};
-use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, ETAG, IF_NONE_MATCH};
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::HeaderMap;
+use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, ETAG};
 use axum::response::{IntoResponse, Response};
 use documents::picture::PictureKind;
 use model::ids::SchoolId;
@@ -16,6 +16,7 @@ use store::authoring::pictures::{PictureBytes, StoredPicture};
 
 use crate::AppState;
 use crate::auth::Visitor;
+use crate::caching::answer_not_modified;
 use crate::error::PageError;
 
 /// A picture whose address contains its hash never changes; under any other address it is
@@ -65,8 +66,8 @@ pub fn answer_picture(picture: &PictureBytes, asked: &PictureQuery, headers: &He
     let tag = format!("\"{}\"", picture.sha256);
     let is_named = asked.v.as_deref() == Some(picture_version(&picture.sha256));
     let caching = if is_named { FOREVER } else { ASK_AGAIN };
-    if headers.get(IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes()) {
-        return Ok((StatusCode::NOT_MODIFIED, [(ETAG, tag.as_str()), (CACHE_CONTROL, caching)]).into_response());
+    if let Some(answer) = answer_not_modified(headers, &tag, caching) {
+        return Ok(answer);
     }
     let kind = PictureKind::of_name(&picture.name)
         .ok_or_else(|| Error::Internal(anyhow::anyhow!("a picture is called {}", picture.name)))?;

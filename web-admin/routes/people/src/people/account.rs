@@ -4,8 +4,7 @@ use acts::auth::{passwords, rate_limits};
 use acts::error::Error;
 use acts::people::accounts;
 use axum::extract::State;
-use axum::http::header;
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::{Redirect, Response};
 use model::auth::password_refused::PasswordRefused;
 use model::{CurrentPerson, Moment};
 use pages::auth::account::AccountPage;
@@ -13,6 +12,7 @@ use pages::auth::reauthentication::OwnPassword;
 use pages::{NavPlace, Shell};
 use routes_base::auth::{Browser, CsrfForm, Visitor, start_session};
 use routes_base::error::PageError;
+use routes_base::export::attach_file;
 use routes_base::forms::FormAnswer;
 use routes_base::{AppState, language};
 use serde::Deserialize;
@@ -117,9 +117,5 @@ pub(super) async fn export_own_data(
 ) -> Result<Response, PageError> {
     let held = exports::of_person(state.db.reader(), person.school_id, person.id).await?.ok_or(Error::NotFound)?;
     let body = serde_json::to_string_pretty(&held).map_err(anyhow::Error::from)?;
-    let headers = [
-        (header::CONTENT_TYPE, "application/json"),
-        (header::CONTENT_DISPOSITION, "attachment; filename=\"stylet-my-data.json\""),
-    ];
-    Ok((headers, body).into_response())
+    Ok(attach_file("application/json", "stylet-my-data.json", body))
 }

@@ -6,8 +6,7 @@ use acts::error::Error;
 use assessment::catalogue::newest_definition;
 use assessment::questionnaire::{Answer, Scorer};
 use axum::extract::{Path, State};
-use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use documents::Instrument;
 use documents::instrument::{Combine, ScaleKind, ScoreKey};
 use model::surveys::results::answers_of;
@@ -16,7 +15,7 @@ use routes_base::AppState;
 use routes_base::auth::Teacher;
 use routes_base::column_names::name_columns;
 use routes_base::error::PageError;
-use routes_base::export::{CsvCell, download_csv};
+use routes_base::export::{CsvCell, attach_file, download_csv};
 use serde::Serialize;
 use serde_json::json;
 use store::scoring::scores::MetricOfMany;
@@ -71,8 +70,7 @@ pub(super) async fn serve_export(
         "study.json" => {
             let body =
                 serde_json::to_string_pretty(&codebook_of_study(&gathered, &columns)).map_err(anyhow::Error::from)?;
-            let disposition = "attachment; filename=\"study.json\"";
-            Ok(([(CONTENT_TYPE, "application/json"), (CONTENT_DISPOSITION, disposition)], body).into_response())
+            Ok(attach_file("application/json", "study.json", body))
         }
         _ => Err(Error::NotFound.into()),
     }

@@ -4,8 +4,7 @@ use acts::error::Error;
 use acts::surveys::instrument_of;
 use assessment::questionnaire::Answer;
 use axum::extract::{Path, State};
-use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use documents::Instrument;
 use documents::instrument::{Item, ScaleKind};
 use futures::stream;
@@ -17,7 +16,7 @@ use pages::school_time::zone_name;
 use routes_base::auth::Visitor;
 use routes_base::column_names::name_columns;
 use routes_base::error::PageError;
-use routes_base::export::{CsvCell, write_csv};
+use routes_base::export::{CsvCell, attach_file, write_csv};
 use routes_base::{AppState, export};
 use serde_json::json;
 use store::surveys as stored;
@@ -88,8 +87,7 @@ pub(super) async fn serve_export(
         "results.json" => ("application/json", study.results(owner)?),
         _ => return Err(Error::NotFound.into()),
     };
-    let disposition = format!("attachment; filename=\"{}-{file}\"", instrument.id);
-    Ok(([(CONTENT_TYPE, media_type), (CONTENT_DISPOSITION, &disposition)], body).into_response())
+    Ok(attach_file(media_type, &format!("{}-{file}", instrument.id), body))
 }
 
 fn write_answer(answer: Option<&Answer>) -> CsvCell {

@@ -4,7 +4,6 @@ use acts::authoring::instruments::{from_json, publish_written, to_json};
 use acts::error::Error;
 use acts::surveys;
 use axum::extract::{Path, Query, State};
-use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use documents::{DocumentError, Instrument, Issue};
 use model::CurrentPerson;
@@ -15,6 +14,7 @@ use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Csrf, CsrfForm, Teacher};
 use routes_base::error::PageError;
+use routes_base::export::attach_file;
 use routes_base::forms::{FormAnswer, PublishedQuery, unix_lines};
 use serde::Deserialize;
 use store::surveys::instruments;
@@ -107,8 +107,7 @@ pub(super) async fn serve_document(
         }
         _ => return Err(Error::NotFound.into()),
     };
-    let disposition = format!("attachment; filename=\"{name}\"");
-    Ok(([(CONTENT_TYPE, media_type), (CONTENT_DISPOSITION, &disposition)], body).into_response())
+    Ok(attach_file(media_type, &name, body))
 }
 
 pub(super) async fn show_new_instrument(Teacher(person): Teacher, csrf: Csrf) -> Result<EditPage, PageError> {

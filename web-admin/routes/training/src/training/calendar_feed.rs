@@ -5,14 +5,15 @@ use acts::error::Error;
 use acts::training::calendar_feeds;
 use acts::training::calendar_feeds::{DueItem, DueKind};
 use axum::extract::{Path, State};
-use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, IF_NONE_MATCH};
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::HeaderMap;
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::PersonKey;
 use model::training::calendar::{CalendarEvent, write_calendar};
 use pages::training::calendar_feed::CalendarFeedPage;
 use pages::{NavPlace, Shell};
 use routes_base::auth::{ClientAddress, Csrf, CsrfForm, NoFields, Visitor};
+use routes_base::caching::answer_not_modified;
 use routes_base::error::{ApiError, PageError};
 use routes_base::{AppState, Routes, get, post};
 use store::training::calendar_feeds as stored;
@@ -85,11 +86,11 @@ async fn serve_calendar(
         write_calendar(&tr!("Due dates at {school}", school = owner.school), &events)
     });
     let tag = calendar_feeds::entity_tag(&calendar);
-    let caching = [(ETAG, tag.clone()), (CACHE_CONTROL, ASK_AGAIN.to_owned())];
-    if headers.get(IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes()) {
-        return Ok((StatusCode::NOT_MODIFIED, caching).into_response());
+    if let Some(answer) = answer_not_modified(&headers, &tag, ASK_AGAIN) {
+        return Ok(answer);
     }
-    Ok((caching, [(CONTENT_TYPE, "text/calendar; charset=utf-8")], calendar).into_response())
+    let headers = [(ETAG, tag.as_str()), (CACHE_CONTROL, ASK_AGAIN), (CONTENT_TYPE, "text/calendar; charset=utf-8")];
+    Ok((headers, calendar).into_response())
 }
 
 fn event_of(item: &DueItem, owner: PersonKey, address: &str) -> CalendarEvent {

@@ -4,8 +4,7 @@
 use acts::error::Error;
 use acts::training::learning_records::stores;
 use axum::extract::State;
-use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
-use axum::response::{IntoResponse, Redirect};
+use axum::response::{Redirect, Response};
 use model::training::learning_records::RecordStoreSettings;
 use model::{PersonKey, Role};
 use pages::form::FilledForm;
@@ -16,6 +15,7 @@ use pages::training::learning_records::{
 use pages::{NavPlace, Shell};
 use routes_base::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit, Visitor};
 use routes_base::error::PageError;
+use routes_base::export::attach_file;
 use routes_base::forms::{FormAnswer, split_refusal};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
@@ -129,11 +129,10 @@ async fn retry(
 async fn list_erased(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-) -> Result<impl IntoResponse, PageError> {
+) -> Result<Response, PageError> {
     let ids = learning_records::list_statements_of_erased(state.db.reader(), person.school_id).await?;
     let text: String = ids.iter().map(|id| format!("{id}\n")).collect();
-    let disposition = "attachment; filename=\"statements-of-erased-people.txt\"";
-    Ok(([(CONTENT_TYPE, "text/plain; charset=utf-8"), (CONTENT_DISPOSITION, disposition)], text))
+    Ok(attach_file("text/plain; charset=utf-8", "statements-of-erased-people.txt", text))
 }
 
 async fn show_consent(

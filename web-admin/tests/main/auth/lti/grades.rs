@@ -354,6 +354,8 @@ async fn nothing_is_sent_for_whom_nothing_may_be_sent() {
     assert_eq!(graded.world.act("disable").await.status, 303);
     graded.send().await;
     assert_eq!((graded.book().asked(), graded.states().await), (0, vec!["waiting".to_owned(); 2]));
+    let waiting = graded.world.head.get(&format!("{page}?state=waiting")).await.text();
+    assert!(waiting.contains("/retry") && !waiting.contains("1970"), "{waiting}");
     assert_eq!(graded.world.act("enable").await.status, 303);
     let person = format!("/people/{}", graded.ada.person.id);
     let csrf = csrf_in(&graded.world.head.get(&person).await.text());

@@ -94,7 +94,8 @@ fn make_row(href: &str, titles: &BTreeMap<String, String>, delivery: ShownDelive
         trainee: format!("/trainees/{}", delivery.person_id),
         page: delivery.page,
         tries: delivery.tries,
-        next: delivery.next_run_at.map(|at| at.to_utc()),
+        // A changed grade is due at once, not at a time.
+        next: delivery.next_run_at.filter(|at| at.micros() > 0).map(|at| at.to_utc()),
         status: delivery.last_status,
         answer: delivery.last_answer,
         sent: delivery.sent_at.map(|at| at.to_utc()),
