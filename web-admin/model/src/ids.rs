@@ -118,7 +118,7 @@ ids! {
     TaskId;
     /// An attempt in a task to mark pops.
     TraceId;
-    /// An assignment, task, survey or round of ratings of which people are reminded.
+    /// An assignment, task, survey, round of ratings or study of which people are reminded.
     DatedId;
     /// A validation study.
     StudyId;
@@ -190,6 +190,12 @@ impl From<TaskId> for DatedId {
 
 impl From<SurveyId> for DatedId {
     fn from(id: SurveyId) -> Self {
+        Self(id.0)
+    }
+}
+
+impl From<StudyId> for DatedId {
+    fn from(id: StudyId) -> Self {
         Self(id.0)
     }
 }

@@ -19,10 +19,10 @@ use crate::service::Service;
 
 /// How long before a deadline the reminder is sent, in s.
 const REMIND_S: i64 = 48 * 3600;
-/// Age of a round at which its raters are reminded, in s.
-const ROUND_WAITS_S: i64 = 7 * 24 * 3600;
-/// Age of a round from which its raters are not reminded any more, in s.
-const OLDEST_ROUND_S: i64 = 30 * 24 * 3600;
+/// Age of a request to rate or to join a study at which people are reminded, in s.
+const REQUEST_WAITS_S: i64 = 7 * 24 * 3600;
+/// Age of a request from which nobody is reminded any more, in s.
+const OLDEST_REQUEST_S: i64 = 30 * 24 * 3600;
 /// Interval between checks for due reminders.
 const EVERY: Duration = Duration::from_secs(600);
 /// Maximum extension, in calendar days.
@@ -83,16 +83,17 @@ pub async fn run(state: Service) {
     }
 }
 
-/// Queues a reminder for every deadline within the next 48 h, and for ratings that wait for a week,
-/// once each.
+/// Queues a reminder for every deadline within the next 48 h, and for ratings and invitations to
+/// studies that wait for a week, once each.
 pub async fn remind(state: &Service) -> Result<(), Error> {
     let now = state.clock.now();
     let soon = now.plus_s(REMIND_S);
     let mut due = deadlines::list_due_reminders(state.db.reader(), DeadlineKind::Assignment, now, soon).await?;
     due.extend(deadlines::list_due_reminders(state.db.reader(), DeadlineKind::Segments, now, soon).await?);
     due.extend(deadlines::list_closing_surveys(state.db.reader(), now, soon).await?);
-    let (first, last) = (now.plus_s(-OLDEST_ROUND_S), now.plus_s(-ROUND_WAITS_S));
+    let (first, last) = (now.plus_s(-OLDEST_REQUEST_S), now.plus_s(-REQUEST_WAITS_S));
     due.extend(deadlines::list_waiting_rounds(state.db.reader(), first, last).await?);
+    due.extend(deadlines::list_waiting_invitations(state.db.reader(), first, last).await?);
     if due.is_empty() {
         return Ok(());
     }

@@ -69,16 +69,27 @@ struct Reminder<'a> {
 /// A line of a reminder.
 struct ReminderLine<'a> {
     title: String,
-    due: Option<Local>,
+    asks: ReminderAsks,
     stage: &'a AssignmentStage,
     link: &'a str,
+}
+
+/// The request of a line.
+enum ReminderAsks {
+    Finish(Local),
+    Rate,
+    AnswerInvitation,
 }
 
 impl<'a> ReminderLine<'a> {
     fn of(item: &'a RemindedItem) -> Self {
         Self {
             title: on_one_line(&item.title),
-            due: item.due.as_ref().map(|(at, zone)| local(*at, zone)),
+            asks: match &item.request {
+                ReminderRequest::Finish { due_at, time_zone } => ReminderAsks::Finish(local(*due_at, time_zone)),
+                ReminderRequest::Rate => ReminderAsks::Rate,
+                ReminderRequest::AnswerInvitation => ReminderAsks::AnswerInvitation,
+            },
             stage: &item.stage,
             link: &item.link,
         }
@@ -99,12 +110,28 @@ pub enum MailWay {
 pub struct RemindedItem {
     /// Title.
     pub title: String,
-    /// Due time and its time zone; `None` for ratings, which have none.
-    pub due: Option<(Moment, String)>,
+    /// The request.
+    pub request: ReminderRequest,
     /// Progress of the recipient.
     pub stage: AssignmentStage,
     /// Address of its page.
     pub link: String,
+}
+
+/// The request of a reminder.
+#[derive(Clone, Debug)]
+pub enum ReminderRequest {
+    /// Finish it before a date.
+    Finish {
+        /// Due time.
+        due_at: Moment,
+        /// Time zone of the due time.
+        time_zone: String,
+    },
+    /// Rate attempts.
+    Rate,
+    /// Join a study or decline.
+    AnswerInvitation,
 }
 
 /// Returns subject and body of a letter with reminders.
@@ -112,8 +139,11 @@ pub struct RemindedItem {
 pub fn write_reminder(mail: &Mail, items: &[RemindedItem]) -> (String, String) {
     let items: Vec<_> = items.iter().map(ReminderLine::of).collect();
     let subject = match &items[..] {
-        [ReminderLine { title, due: Some(due), .. }] => tr!("Due {date}: {title}", date = due.words, title = title),
-        [ReminderLine { title, due: None, .. }] => tr!("Waiting for your ratings: {title}", title = title),
+        [ReminderLine { title, asks, .. }] => match asks {
+            ReminderAsks::Finish(due) => tr!("Due {date}: {title}", date = due.words, title = title),
+            ReminderAsks::Rate => tr!("Waiting for your ratings: {title}", title = title),
+            ReminderAsks::AnswerInvitation => tr!("Waiting for your answer: {title}", title = title),
+        },
         several => trn!("{n} thing to do", "{n} things to do", several.len()),
     };
     subject_and_body(&Reminder { subject, name: &mail.name, items })

@@ -171,6 +171,26 @@ pub async fn list_waiting_rounds(executor: impl Executor<'_>, from: Moment, to: 
     .await
 }
 
+/// Returns people of the schools who were invited to an open study between two moments, have not
+/// answered and were not yet reminded of it.
+pub async fn list_waiting_invitations(
+    executor: impl Executor<'_>,
+    from: Moment,
+    to: Moment,
+) -> Result<Vec<DueReminder>> {
+    sqlx::query_as(
+        "SELECT u.school_id, t.person_id, u.id FROM studies u CROSS JOIN study_participants t CROSS JOIN people p
+         WHERE t.school_id = u.school_id AND t.study_id = u.id AND u.closed_at IS NULL AND t.withdrawn_at IS NULL
+           AND t.agreed_at IS NULL AND t.added_at > $1 AND t.added_at <= $2
+           AND p.school_id = t.school_id AND p.id = t.person_id AND p.role <> 'guest'
+           AND NOT EXISTS (SELECT 1 FROM mails l WHERE l.assignment_id = u.id AND l.person_id = t.person_id)",
+    )
+    .bind(from)
+    .bind(to)
+    .fetch_all(executor)
+    .await
+}
+
 /// An extension of one of the assignments of a cohort's trainees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct CohortExtension {

@@ -4,11 +4,12 @@
 
 pub(crate) mod retention;
 
+use acts::training::deadlines;
 use axum::body::Body;
 use axum::http::Request;
 use model::ids::SessionId;
 use serde_json::{Value, json};
-use web_admin::worker;
+use web_admin::{outbox, worker};
 
 use crate::support::client::{Answer, Client, csrf_in};
 use crate::support::recordings::{Attempt, record};
@@ -277,6 +278,26 @@ async fn withdrawn_guest_sends_nothing_new_and_earlier_data_may_stay() {
     assert_eq!(day.post(path, &[]).await.status, 303);
     bring(&mut day, &guest).await.is_problem(451, "has withdrawn");
     assert_eq!(day.count("SELECT count(*) FROM sessions WHERE recording_erased_at IS NULL").await, 1);
+}
+
+#[tokio::test]
+async fn invited_members_are_reminded_once_after_a_week() {
+    let mut day = StudyDay::new().await;
+    day.guest().await;
+    for email in ["other@example.org", "ada@example.org"] {
+        assert_eq!(day.add(&[("email", email), ("group", "0")]).await.status, 303);
+    }
+    let mut ada = day.school.app.signed_in("ada@example.org").await;
+    assert_eq!(answer_request(&mut ada, "join").await.status, 303);
+    let letters = async |day: &StudyDay| {
+        deadlines::remind(&day.school.app.state).await.unwrap();
+        outbox::work_off_letters(&day.school.app.state).await.unwrap();
+        day.count("SELECT count(*) FROM mails WHERE kind = 'reminder' AND sent_at IS NOT NULL").await
+    };
+    assert_eq!(letters(&day).await, 0, "not on the first day");
+    let older = sqlx::query("UPDATE study_participants SET added_at = added_at - $1").bind(8 * 86_400_000_000_i64);
+    day.school.app.write(async |tx| older.execute(tx).await.unwrap()).await;
+    assert_eq!([letters(&day).await, letters(&day).await], [1, 1], "only the member who has not answered, once");
 }
 
 #[tokio::test]

@@ -7,11 +7,12 @@ use acts::training::calendar_feeds::{self, DueItem, DueKind};
 use model::PersonKey;
 use model::letters::mail::Mail;
 use model::training::assignment::{AssignmentStage, AssignmentStanding};
-use pages::letters::{self, RemindedItem};
+use pages::letters::{self, RemindedItem, ReminderRequest};
 use platform::mailer::Letter;
 use routes_base::AppState;
 use store::letters::mails;
 use store::scoring::ratings;
+use store::studies::{self, Study};
 use words::Language;
 
 use super::until_database_answers;
@@ -66,6 +67,7 @@ struct OpenItems {
     address: String,
     standings: Vec<AssignmentStanding>,
     due: Vec<DueItem>,
+    invitations: Vec<Study>,
 }
 
 impl OpenItems {
@@ -74,6 +76,7 @@ impl OpenItems {
             address: state.config.address(),
             standings: assignments::standings(state, whom.school_id, whom.person_id).await?,
             due: calendar_feeds::list_due_items(state, whom).await?,
+            invitations: studies::list_study_requests(state.db.reader(), whom).await?,
         })
     }
 
@@ -83,13 +86,18 @@ impl OpenItems {
         if let Some(item) = self.due.iter().find(|item| item.id == id.to_string()) {
             return Ok(Some(self.describe(item, mail)));
         }
+        if let Some(study) = self.invitations.iter().find(|study| id == study.id.into()) {
+            let (title, link) = (study.title.clone(), format!("{}/account/studies", self.address));
+            return Ok(Some(RemindedItem {
+                title,
+                request: ReminderRequest::AnswerInvitation,
+                stage: UNLIMITED,
+                link,
+            }));
+        }
         let round = ratings::find_open_round(state.db.reader(), whom, id).await?;
-        Ok(round.map(|title| RemindedItem {
-            title,
-            due: None,
-            stage: UNLIMITED,
-            link: format!("{}/ratings/{id}", self.address),
-        }))
+        let link = format!("{}/ratings/{id}", self.address);
+        Ok(round.map(|title| RemindedItem { title, request: ReminderRequest::Rate, stage: UNLIMITED, link }))
     }
 
     fn describe(&self, item: &DueItem, mail: &Mail) -> RemindedItem {
@@ -102,7 +110,7 @@ impl OpenItems {
         };
         RemindedItem {
             title: item.title.clone(),
-            due: Some((item.due_at, zone.clone())),
+            request: ReminderRequest::Finish { due_at: item.due_at, time_zone: zone.clone() },
             stage: standing.map_or(UNLIMITED, |standing| standing.stage.clone()),
             link: format!("{}/{path}", self.address),
         }
