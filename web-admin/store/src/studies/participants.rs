@@ -85,7 +85,7 @@ macro_rules! participant {
                (SELECT CAST(coalesce(sum(min(n.made, u.attempts)), 0) AS BIGINT) FROM (
                  SELECT count(*) AS made FROM sessions s
                  JOIN study_exercises e ON e.study_id = t.study_id AND e.revision_id = s.revision_id
-                 WHERE s.school_id = t.school_id AND s.trainee_id = t.person_id AND s.state = 'scored' AND s.uncounted IS NULL
+                 WHERE s.school_id = t.school_id AND s.trainee_id = t.person_id AND s.state = 'scored' AND s.uncounted IS DISTINCT FROM 'duplicate'
                    AND s.received_at >= t.agreed_at GROUP BY s.revision_id) n) AS attempts,
                (SELECT count(*) FROM surveys v JOIN survey_responses r ON r.survey_id = v.id AND r.person_id = t.person_id
                  WHERE v.school_id = t.school_id AND v.study_id = t.study_id AND r.state = 'submitted') AS answers
@@ -217,7 +217,7 @@ pub async fn list_study_attempts(executor: impl Executor<'_>, study: &Study) -> 
            JOIN study_exercises e ON e.study_id = $2 AND e.revision_id = s.revision_id
            JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
            WHERE s.school_id = $1 AND s.trainee_id = t.person_id
-             AND s.state = 'scored' AND s.uncounted IS NULL AND s.received_at >= t.agreed_at AND t.school_id = $1
+             AND s.state = 'scored' AND s.uncounted IS DISTINCT FROM 'duplicate' AND s.received_at >= t.agreed_at AND t.school_id = $1
              AND t.study_id = $2 AND t.withdrawn_at IS NULL) numbered
          WHERE number <= $3 ORDER BY group_place, added_at, person_id, started_at, session_id",
     )
@@ -236,7 +236,7 @@ pub async fn count_open_attempts(
 ) -> Result<u32> {
     sqlx::query_scalar(
         "SELECT CAST(coalesce(sum(max(0, u.attempts - (SELECT count(*) FROM sessions s
-             WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.revision_id = e.revision_id AND s.uncounted IS NULL
+             WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.revision_id = e.revision_id AND s.uncounted IS DISTINCT FROM 'duplicate'
                AND s.received_at >= t.agreed_at))), 0) AS BIGINT)
          FROM study_participants t JOIN studies u ON u.id = t.study_id
          JOIN study_exercises e ON e.study_id = t.study_id

@@ -9,6 +9,7 @@ use axum::body::Body;
 use axum::http::Request;
 use model::ids::SessionId;
 use serde_json::{Value, json};
+use time::OffsetDateTime;
 use web_admin::{outbox, worker};
 
 use crate::support::client::{Answer, Client, csrf_in};
@@ -278,6 +279,25 @@ async fn withdrawn_guest_sends_nothing_new_and_earlier_data_may_stay() {
     assert_eq!(day.post(path, &[]).await.status, 303);
     bring(&mut day, &guest).await.is_problem(451, "has withdrawn");
     assert_eq!(day.count("SELECT count(*) FROM sessions WHERE recording_erased_at IS NULL").await, 1);
+}
+
+#[tokio::test]
+async fn open_study_counts_attempts_at_an_exercise_replaced_since() {
+    let mut day = StudyDay::new().await;
+    let code = day.guest().await;
+    let trainee = day.sign_in(&code).await.json()["trainee"].as_str().unwrap().to_owned();
+    let app = &day.school.app;
+    app.publish_with_pass_mark(day.school.id, 99).await;
+    app.state.clock.advance(30 * 86_400);
+    let now = app.state.clock.now().micros() / 1_000_000;
+    let started_at = OffsetDateTime::from_unix_timestamp(now - 60).unwrap();
+    let attempt = Attempt { started_at, trainee, ..Attempt::default() };
+    let received = day.station.upload(&record(&attempt)).await.json();
+    assert_eq!(received["uncounted"], "unpublished", "it earns no mastery");
+    worker::work_off_jobs(&app.state).await.unwrap();
+    let mut teacher = app.signed_in("teacher@example.org").await;
+    let table = teacher.get(&format!("{}/results/study.csv", day.study)).await.text();
+    assert_eq!(table.lines().count(), 2, "the study asked for this revision: {table}");
 }
 
 #[tokio::test]
