@@ -93,10 +93,10 @@ pub(super) async fn inspect(browser: &Client, what: &str) {
     }
 }
 
-/// What of the open page breaks the rules of WCAG 2.1, level AA, or skips a level of headings.
+/// What of the open page breaks the rules of WCAG 2.2, level AA, or skips a level of headings.
 const RULES: &str = "
     const done = arguments[0];
-    const runOnly = { type: 'tag', values: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'] };
+    const runOnly = { type: 'tag', values: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'] };
     axe.run(document, { runOnly, rules: { 'heading-order': { enabled: true } } })
         .then(r => done(r.violations.map(v => v.id + ': ' + v.help + ' at ' + v.nodes.map(n => n.target).join(', '))))
         .catch(e => done(['axe failed: ' + e]))";

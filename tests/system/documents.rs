@@ -335,3 +335,34 @@ fn what_is_said_of_security_names_attacks_and_files_that_exist() {
         assert!(standard.contains(&format!("\n| V{chapter} ")), "docs/asvs.md misses the chapter V{chapter}");
     }
 }
+
+/// Success criteria of WCAG 2.2, levels A and AA, without 4.1.1, which WCAG 2.2 has withdrawn.
+const CRITERIA: &str = "1.1.1 1.2.1 1.2.2 1.2.3 1.2.4 1.2.5 1.3.1 1.3.2 1.3.3 1.3.4 1.3.5 1.4.1 1.4.2 1.4.3 1.4.4 1.4.5 1.4.10 1.4.11 \
+    1.4.12 1.4.13 2.1.1 2.1.2 2.1.4 2.2.1 2.2.2 2.3.1 2.4.1 2.4.2 2.4.3 2.4.4 2.4.5 2.4.6 2.4.7 2.4.11 2.5.1 2.5.2 2.5.3 2.5.4 2.5.7 \
+    2.5.8 3.1.1 3.1.2 3.2.1 3.2.2 3.2.3 3.2.4 3.2.6 3.3.1 3.3.2 3.3.3 3.3.4 3.3.7 3.3.8 4.1.2 4.1.3";
+
+#[test]
+fn accessibility_report_answers_every_criterion() {
+    let page = std::fs::read_to_string(root().join("docs/adopt/accessibility.md")).expect("a page");
+    let rows: Vec<Vec<&str>> = page
+        .lines()
+        .filter(|line| line.starts_with("| ") && line.as_bytes().get(2).is_some_and(u8::is_ascii_digit))
+        .map(|line| line.split('|').map(str::trim).collect())
+        .collect();
+    let answered: Vec<&str> = rows.iter().filter_map(|row| row[1].split(' ').next()).collect();
+    assert_eq!(answered.iter().copied().collect::<BTreeSet<_>>(), CRITERIA.split_whitespace().collect());
+    assert_eq!(answered.len(), CRITERIA.split_whitespace().count(), "each criterion once");
+    for row in &rows {
+        for file in row[4].split('`').skip(1).step_by(2).filter(|word| word.contains('/')) {
+            assert!(root().join(file).is_file(), "{}: {file} is gone", row[1]);
+        }
+    }
+    let count = |state: &str| rows.iter().filter(|row| row[3] == state).count();
+    let [met, partly, open, none] = ["met", "partly met", "not evaluated", "not applicable"].map(count);
+    assert_eq!(met + partly + open + none, rows.len(), "each has a state");
+    let total = format!(
+        "Of {} criteria {met} are met, {partly} partly met, {open} not evaluated and {none} not applicable.",
+        rows.len()
+    );
+    assert!(page.contains(&total), "the page does not say: {total}");
+}

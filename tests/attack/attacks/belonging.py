@@ -54,6 +54,21 @@ def attack_grade_of_a_colleagues_trainee(world):
     return "404 for the colleague, 403 for herself"
 
 
+def attack_levels_of_entrustment(world):
+    """a trainee, a colleague and an administrator of another school decide on a level; an instructor changes the catalogue"""
+    town = world.own_town()
+    added = town.browser("head").press("/admin/outcomes", {"code": "EPA 1", "title": "Puncture"})
+    outcome = added.header("location").rsplit("/", 1)[-1]
+    path = f"/trainees/{town.person('ada')}/outcomes/{outcome}"
+    for name, expected in {"ada": 403, "ben": 403, "colleague": 404, "chief": 404}.items():
+        status(town.browser(name).press(path, {"level": "5", "note": ""}), expected)
+    for form in ("/admin/outcomes", f"/admin/outcomes/{outcome}", "/admin/outcomes/levels"):
+        status(town.browser("teacher").press(form, {"code": "EPA 1", "title": "x", "levels": "a\r\nb"}), 403)
+    refuse(town.one("SELECT count(*) FROM entrustments") == 0, "somebody has decided")
+    honest(town.browser("teacher").press(path, {"level": "2", "note": ""}).status == 303, "her teacher may")
+    return "403 and 404; no decision"
+
+
 def attack_roles_by_form(world):
     """a trainee and an instructor make themselves administrators, by forms of others and by fields that no form has"""
     town = world.town

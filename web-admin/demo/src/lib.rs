@@ -6,6 +6,7 @@ mod attempt;
 mod crowd;
 mod experts;
 mod lesson;
+mod outcomes;
 mod people;
 mod raters;
 mod rubric;
@@ -99,6 +100,7 @@ pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> any
     raters::hold_rating_round(&past).await?;
     study::hold_study(&past, school, &trainees).await?;
     assignments::assign_demo_tasks(&past, now).await?;
+    outcomes::decide_on_outcomes(&past, now).await?;
     raters::mark_pops(&past, now).await?;
     assignments::remind_demo_people(&past, now).await?;
     if wanted.crowd > 0 {

@@ -120,6 +120,10 @@ ids! {
     TraceId;
     /// An assignment, task, survey, round of ratings or study of which people are reminded.
     DatedId;
+    /// An outcome of training, such as an entrustable professional activity.
+    OutcomeId;
+    /// A decision on the level of an outcome entrusted to a person.
+    EntrustmentId;
     /// A validation study.
     StudyId;
     /// A survey.

@@ -13,7 +13,7 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 58] = [
+pub const SAID_HERE: [&str; 61] = [
     "/account/calendar/revoke",
     "/account/cohorts/{cohort}",
     "/account/identities/{id}/remove",
@@ -29,6 +29,8 @@ pub const SAID_HERE: [&str; 58] = [
     "/admin/learning-records/disable",
     "/admin/learning-records/retry",
     "/admin/origins",
+    "/admin/outcomes/levels",
+    "/admin/outcomes/{id}",
     "/admin/platforms",
     "/admin/platforms/{id}",
     "/admin/platforms/{id}/admit",
@@ -72,6 +74,7 @@ pub const SAID_HERE: [&str; 58] = [
     "/surveys/new",
     "/surveys/{id}/close",
     "/surveys/{id}/tags",
+    "/trainees/{id}/outcomes/{outcome}",
 ];
 
 impl FlashMessage {
@@ -123,6 +126,7 @@ impl FlashMessage {
             "/sessions/{id}/regrade" => tr!("Attempt re-graded."),
             "/sessions/{id}/supervision" => tr!("Your presence is recorded."),
             "/surveys/new" => tr!("Survey created."),
+            "/trainees/{id}/outcomes/{outcome}" => tr!("Decision recorded."),
             _ => tr!("Saved."),
         }
     }

@@ -29,7 +29,7 @@ use acts::recordings::uploads;
 use acts::recordings::uploads::Announced;
 use acts::scoring::regrading::exercise as regrading;
 use acts::surveys;
-use acts::training::assignments;
+use acts::training::{assignments, outcomes};
 use axum::body::Body;
 use axum::http::{Method, Request, header};
 use documents::ExerciseBundle;
@@ -38,6 +38,7 @@ use model::people::roster::RosterRequest;
 use model::surveys::Identity;
 use model::training::assignment::AssignmentTask;
 use model::training::comment::{Comment, CommentKind};
+use model::training::outcome::OutcomeText;
 use model::{Role, SessionKey};
 use platform::clock::Clock;
 use sqlx::pool::PoolConnection;
@@ -311,7 +312,10 @@ async fn objects(
         time_zone: "UTC".to_owned(),
     };
     let assignment = assignments::make(&app.state, &by, &new).await.unwrap();
+    let text = OutcomeText { code: "EPA 1".to_owned(), title: "Puncture".to_owned(), ..OutcomeText::default() };
+    let outcome = outcomes::add_outcome(&app.state, &by, text).await.unwrap();
     let objects = BTreeMap::from([
+        ("outcome", outcome.to_string()),
         ("draft", draft.to_string()),
         ("pictured", "avoid-the-vessel".to_owned()),
         ("picture", shipped.name),

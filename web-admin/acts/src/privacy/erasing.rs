@@ -14,7 +14,7 @@ use store::operations::schools;
 use store::people::directory;
 use store::privacy::texts::{ErasedRecording, TextOwner, TextSide};
 use store::privacy::{retention, texts};
-use store::training::{badges, learning_records};
+use store::training::{badges, learning_records, outcomes};
 
 use crate::error::Error;
 use crate::privacy::erasure_store::ErasureStore;
@@ -122,6 +122,7 @@ async fn take_away(
         second_factors::remove_second_factor(tx, key).await?;
         let letters = directory::list_letters_to(&mut *tx, person, erasure.school_id).await?;
         retention::forget_warning(tx, person.id).await?;
+        outcomes::forget_notes(tx, key).await?;
         directory::erase_person(tx, person, erasure.school_id, erasure.at).await?;
         learning_records::withdraw_consents(tx, key, erasure.at).await?;
         let sent = learning_records::mark_erased(tx, key).await?;

@@ -10,6 +10,7 @@ pub mod comment;
 pub mod due;
 pub mod learning_records;
 pub mod membership;
+pub mod outcome;
 pub mod progress;
 #[cfg(test)]
 mod random_numbers;

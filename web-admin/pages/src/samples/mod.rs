@@ -389,6 +389,7 @@ pub(crate) fn trainee_page(own: bool) -> TraineePage {
     TraineePage {
         news: if own { news() } else { vec![] },
         transcript: "/trainees/1/transcript".to_owned(),
+        outcomes: Some("/trainees/1/outcomes".to_owned()),
         requests: if own { vec![request()] } else { vec![] },
         shell: shell(if own { Role::Trainee } else { Role::Instructor }),
         name: "Ana Lindqvist".to_owned(),

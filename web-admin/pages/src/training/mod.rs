@@ -11,6 +11,7 @@ pub mod curricula;
 pub mod gradebook;
 pub mod instructor;
 pub mod learning_records;
+pub mod outcomes;
 pub mod paper;
 pub mod progress;
 pub mod qr;

@@ -32,6 +32,8 @@ pub struct TraineePage {
     pub due: Vec<crate::training::assignments::AssignmentRow>,
     /// Address of the transcript.
     pub transcript: String,
+    /// Address of the outcomes, if the school has some.
+    pub outcomes: Option<String>,
     /// Open requests to add the visitor to a cohort.
     pub requests: Vec<MembershipRequest>,
     /// Names of cohorts, in order.

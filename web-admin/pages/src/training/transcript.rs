@@ -27,6 +27,8 @@ pub struct TranscriptPage {
     pub registrar_id: Option<String>,
     /// Courses, most recently practised first.
     pub courses: Vec<TranscriptCourse>,
+    /// Outcomes with a level in force, by code.
+    pub outcomes: Vec<TranscriptOutcome>,
     /// Time of creation.
     pub made_at: OffsetDateTime,
 }
@@ -51,6 +53,13 @@ impl TranscriptPage {
             blocks.push(Block::text(Style::Body, tr!("This school has no courses yet.")));
         }
         blocks.extend(self.courses.iter().flat_map(TranscriptCourse::blocks));
+        if !self.outcomes.is_empty() {
+            blocks.push(Block::Heading(2, tr!("Outcomes").to_owned()));
+            let column = |title: &str, percent| PaperColumn { title: title.to_owned(), percent };
+            let columns = vec![column(tr!("Outcome"), 40), column(tr!("Level"), 30), column(tr!("Decided"), 30)];
+            let rows = self.outcomes.iter().map(TranscriptOutcome::cells).collect();
+            blocks.push(Block::Table(PaperTable { columns, rows }));
+        }
         blocks.push(Block::text(Style::Strong, scope_words()));
         blocks.push(Block::text(Style::Small, self.unsigned_note()));
         blocks.extend(signatory.map(sign_block));
@@ -62,6 +71,29 @@ impl TranscriptPage {
             blocks,
             attachment: None,
         }
+    }
+}
+
+/// An outcome with a level in force.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TranscriptOutcome {
+    /// Code and title.
+    pub title: String,
+    /// Number and name of the level.
+    pub level: String,
+    /// Name of who decided.
+    pub by: String,
+    /// Time of the decision.
+    pub at: OffsetDateTime,
+}
+
+impl TranscriptOutcome {
+    fn cells(&self) -> Vec<String> {
+        vec![self.title.clone(), self.level.clone(), self.decided_words()]
+    }
+
+    fn decided_words(&self) -> String {
+        tr!("{name}, {date}", name = self.by, date = format::format_date(self.at))
     }
 }
 
@@ -191,12 +223,19 @@ mod tests {
             school: "Nordklinik".to_owned(),
             registrar_id: Some("4711".to_owned()),
             courses: vec![told],
+            outcomes: vec![TranscriptOutcome {
+                title: "EPA 3 Lumbar puncture".to_owned(),
+                level: "4 – Acts without supervision".to_owned(),
+                by: "Dr Ek".to_owned(),
+                at: samples::NOW,
+            }],
             made_at: samples::NOW,
         };
         let html = samples::keep_page("transcript", &page);
         let dean = Signatory { name: "Prof. Ada".to_owned(), function: "Dean".to_owned() };
         let paper = page.paper(None, Some(&dean));
-        let names_of_facts = ["Name", "School", "Transcript as PDF", "Ada <Okafor>", "Exercises in order"];
+        let names_of_facts =
+            ["Name", "School", "Transcript as PDF", "Ada <Okafor>", "Exercises in order", "Levels in force"];
         paper
             .assert_says_the_same(&html, &[&names_of_facts[..], &["As of", "Registrar", "Prof. Ada", "Dean"]].concat());
         assert!(paper.to_pdf().is_ok() && paper.texts().contains(&"Ada <Okafor>"));

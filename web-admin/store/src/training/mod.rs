@@ -8,6 +8,7 @@ pub mod comments;
 pub mod curricula;
 pub mod deadlines;
 pub mod learning_records;
+pub mod outcomes;
 pub mod practice;
 pub mod reports;
 pub mod tallies;

@@ -3,4 +3,5 @@
 pub(crate) mod erasing;
 pub(crate) mod erasures;
 pub(crate) mod own_data;
+mod processing_record;
 pub(crate) mod retention;

@@ -16,7 +16,7 @@ use crate::support::recordings::{Attempt, record};
 use crate::support::{App, PASSWORD};
 
 /// What refers to a person: table and column, and under which key it stands in the file.
-const HELD: [(&str, &str); 56] = [
+const HELD: [(&str, &str); 58] = [
     ("notices.person_id", "notices"),
     ("api_tokens.person_id", "access/tokens"),
     ("account_links.person_id", "password_links"),
@@ -34,6 +34,8 @@ const HELD: [(&str, &str); 56] = [
     ("cohort_requests.person_id", "cohort_requests"),
     ("comments.author_id", "comments_made"),
     ("drafts.saved_by", "drafts_saved"),
+    ("entrustments.decided_by", "entrustments_decided"),
+    ("entrustments.person_id", "entrustments"),
     ("expert_declarations.person_id", "consents"),
     ("expert_declarations.recorded_by", "consents_recorded"),
     ("expert_declarations.withdrawn_by", "consents_recorded"),

@@ -7,6 +7,7 @@ pub(crate) mod certificates;
 pub(crate) mod cohorts;
 pub(crate) mod learning_records;
 pub(crate) mod membership;
+pub(crate) mod outcomes;
 pub(crate) mod papers;
 pub(crate) mod progress;
 pub(crate) mod replaced_exercises;

@@ -35,6 +35,7 @@ pub use mapping::{GroupSplit, MappingDoubt, MappingGuess, RosterMapping};
 pub use members::{CourseMember, CourseRoster, KnownMember, KnownMembers, MemberIdentity};
 pub use sheet::{WorkbookSheet, is_workbook};
 pub use table::RosterTable;
+pub(crate) use table::read_csv;
 
 /// Maximum number of lines per file.
 pub const MAX_ROWS: usize = 20_000;

@@ -118,7 +118,11 @@ impl RosterTable {
     }
 }
 
-fn read_csv(bytes: &[u8]) -> Result<Vec<(u64, StringRecord)>, Unreadable> {
+/// Parses CSV in any common encoding: line numbers in the file, and fields.
+///
+/// # Errors
+/// If a quoted field is not closed, or there are too many lines.
+pub(crate) fn read_csv(bytes: &[u8]) -> Result<Vec<(u64, StringRecord)>, Unreadable> {
     let text = text::read(bytes);
     check_quotes(&text.body, text.separator, text.skipped)?;
     let mut reader = csv::ReaderBuilder::new()

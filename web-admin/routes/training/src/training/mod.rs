@@ -11,6 +11,7 @@ mod exercise;
 pub(crate) mod gradebook;
 mod learning_records;
 pub(crate) mod news;
+mod outcomes;
 pub(crate) mod progress;
 pub(crate) mod rows;
 pub(crate) mod standing;
@@ -41,6 +42,7 @@ pub(crate) fn course_routes() -> Routes {
         .route("/assignments/{id}/extend", post(assignments::extend_assignment))
         .route("/assignments/{id}/withdraw", post(assignments::withdraw_assignment))
         .merge(learning_records::record_routes())
+        .merge(outcomes::outcome_routes())
         .merge(calendar_feed::own_calendar_routes())
         .merge(progress::progress_routes())
 }

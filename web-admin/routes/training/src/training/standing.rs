@@ -150,6 +150,11 @@ impl CohortStanding<'_> {
         self.trainees.iter().filter_map(|of| of.history.main_course().map(|course| of.history.in_course(course)))
     }
 
+    /// Returns the trainees, by name.
+    pub fn trainees(&self) -> impl Iterator<Item = &NamedItem<PersonId>> {
+        self.trainees.iter().map(|of| of.trainee)
+    }
+
     /// Returns name and progress of every trainee in a course.
     pub fn in_course(&self, course: usize) -> Vec<(&str, &Progress)> {
         self.trainees.iter().map(|of| (of.trainee.name.as_str(), of.history.in_course(course))).collect()

@@ -22,7 +22,7 @@ use serde::Deserialize;
 use store::stations::sign_in_codes;
 use store::training::cohorts::Cohort;
 use store::training::reports::{ListStretch, ListedAttempt, NamedItem};
-use store::training::{cohorts, practice, reports};
+use store::training::{cohorts, outcomes, practice, reports};
 
 use super::standing::TaughtCourse;
 use super::{news, rows, standing};
@@ -64,6 +64,7 @@ struct TraineeRecord {
     cohorts: Vec<Cohort>,
     sign_in_code: Option<Option<Moment>>,
     requests: Vec<MembershipRequest>,
+    has_outcomes: bool,
 }
 
 impl TraineeRecord {
@@ -81,12 +82,13 @@ impl TraineeRecord {
             _ => Some(reports::attempts_of(&mut *reader, school, id, RECENT).await?),
         };
         let cohorts = cohorts::list_cohorts_of_person(&mut *reader, school, id, Role::Trainee).await?;
+        let has_outcomes = outcomes::has_outcomes(&mut *reader, school).await?;
         let (mut sign_in_code, mut requests) = (None, Vec::new());
         if own {
             sign_in_code = Some(sign_in_codes::find_code_time(&mut *reader, school, id).await?);
             requests = cohorts::list_membership_requests(&mut *reader, school, None, Some(id)).await?;
         }
-        Ok(Self { practised, pages, listed, recent, cohorts, sign_in_code, requests })
+        Ok(Self { practised, pages, listed, recent, cohorts, sign_in_code, requests, has_outcomes })
     }
 
     /// Returns the latest attempts, in which recurring deductions are looked for.
@@ -132,6 +134,7 @@ pub(crate) async fn make_trainee_page(
         news: if own { news::list_news(state, visitor).await? } else { Vec::new() },
         due: due.into_iter().filter(AssignmentStanding::is_open).take(SHOWN_DUE).map(AssignmentRow::own).collect(),
         transcript: format!("{href}/transcript"),
+        outcomes: record.has_outcomes.then(|| format!("{href}/outcomes")),
         habits: habits_of_attempts(record.latest()),
         requests: record.requests,
         name: trainee.name,

@@ -3,8 +3,10 @@
 use acts::error::Error;
 use axum::extract::State;
 use axum::response::Response;
+use model::PersonKey;
 use model::ids::PersonId;
-use pages::training::transcript::{TranscriptCourse, TranscriptPage};
+use pages::training::outcomes::{level_words, name_levels};
+use pages::training::transcript::{TranscriptCourse, TranscriptOutcome, TranscriptPage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
@@ -13,7 +15,7 @@ use routes_base::error::PageError;
 use routes_base::export::attach_file;
 use store::operations::schools;
 use store::people;
-use store::training::{practice, reports};
+use store::training::{outcomes, practice, reports};
 
 use super::progress::certificate::logo_of_school;
 use super::standing;
@@ -61,6 +63,27 @@ async fn make_transcript(
         school: schools::find_school_name(reader, school).await?,
         registrar_id: people::find_registrar_id(reader, school, id).await?,
         courses: progress.iter().map(line).collect(),
+        outcomes: list_entrusted_outcomes(state, PersonKey { school_id: school, person_id: id }).await?,
         made_at: state.clock.now().to_utc(),
     })
+}
+
+/// Returns the outcomes of which a person has a level in force, by code.
+async fn list_entrusted_outcomes(state: &AppState, whom: PersonKey) -> Result<Vec<TranscriptOutcome>, Error> {
+    let reader = state.db.reader();
+    let decisions = outcomes::list_entrustments(reader, whom).await?;
+    if decisions.is_empty() {
+        return Ok(Vec::new());
+    }
+    let levels = name_levels(outcomes::list_levels(reader, whom.school_id).await?);
+    let entrusted = |outcome: outcomes::Outcome| {
+        let last = decisions.iter().rfind(|decision| decision.outcome_id == outcome.id)?;
+        Some(TranscriptOutcome {
+            title: format!("{} {}", outcome.code, outcome.title),
+            level: level_words(&levels, last.level?),
+            by: last.decided_by.clone(),
+            at: last.decided_at.to_utc(),
+        })
+    };
+    Ok(outcomes::list_outcomes(reader, whom.school_id).await?.into_iter().filter_map(entrusted).collect())
 }

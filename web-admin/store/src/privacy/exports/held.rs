@@ -26,7 +26,14 @@ const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
 }
 
 /// Records about the person, including those made by others.
-const ABOUT: [RecordKind; 26] = [
+const ABOUT: [RecordKind; 27] = [
+    kind(
+        "entrustments",
+        "SELECT o.code, o.title, e.level, e.note, p.display_name AS decided_by, e.decided_at FROM entrustments e
+         JOIN outcomes o ON o.school_id = e.school_id AND o.id = e.outcome_id
+         JOIN people p ON p.school_id = e.school_id AND p.id = e.decided_by
+         WHERE e.school_id = $1 AND e.person_id = $2 ORDER BY e.decided_at, e.id",
+    ),
     kind(
         "grades_for_platforms",
         "SELECT v.name AS platform, l.page, d.subject, d.state, d.body AS message_json, d.stamped_at, d.sent_at, d.tries,
@@ -163,7 +170,7 @@ const ABOUT: [RecordKind; 26] = [
 ];
 
 /// Records of the person's actions on the data of other people or of the school.
-const DONE: [RecordKind; 19] = [
+const DONE: [RecordKind; 20] = [
     kind(
         "comments_made",
         "SELECT id, session_id, answers, kind, from_s, to_s, body, made_at, withdrawn_at FROM comments
@@ -185,6 +192,11 @@ const DONE: [RecordKind; 19] = [
     kind(
         "supervisions_confirmed",
         "SELECT session_id, confirmed_at FROM supervisions WHERE school_id = $1 AND confirmed_by = $2 ORDER BY confirmed_at",
+    ),
+    kind(
+        "entrustments_decided",
+        "SELECT person_id, outcome_id, level, decided_at FROM entrustments WHERE school_id = $1 AND decided_by = $2
+         ORDER BY decided_at, id",
     ),
     kind(
         "consents_recorded",
