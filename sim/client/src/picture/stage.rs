@@ -85,7 +85,7 @@ fn drawn_layers(scene: &Scene, spec: &PunctureSpec) -> Vec<DrawnLayer> {
 }
 
 /// Unknown textures are drawn as muscle, the most common tissue.
-fn drawn_material(texture: &str) -> DrawnMaterial {
+pub(super) fn drawn_material(texture: &str) -> DrawnMaterial {
     match texture {
         "skin" => DrawnMaterial::Skin,
         "fat" => DrawnMaterial::Fat,
