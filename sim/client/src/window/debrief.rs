@@ -11,6 +11,7 @@ use haptics::servo::{Ended, Priority, Quantiles, Report};
 use phrase::Phrase;
 use recording::Recording;
 
+use super::expert::ExpertCurves;
 use super::plots::{self, Curves};
 use super::rescue::{Rescue, RescueWish};
 use super::survey::Survey;
@@ -44,6 +45,7 @@ struct JudgedAttempt {
     recording: Arc<Recording>,
     judged: Result<Assessment, AssessError>,
     curves: Curves,
+    expert: ExpertCurves,
     layers: Vec<attempt::LayerSpan>,
     exercise: Exercise,
 }
@@ -161,6 +163,8 @@ impl Debrief {
         if self.survey.as_mut().is_some_and(|survey| survey.ui(ui)) {
             self.ask_next();
         }
+        let Ok(judged) = &mut self.kept else { return next };
+        judged.expert.update(ui.ctx());
         let Ok(judged) = &self.kept else { return next };
         scrolling_page(ui, |ui| {
             judged.ui(ui);
@@ -239,6 +243,7 @@ impl JudgedAttempt {
         let judged = assessment::assess(&recording, &trial.bundle);
         Ok(Self {
             curves: Curves::new(sentence!("this attempt"), &recording),
+            expert: ExpertCurves::start(trial),
             layers: attempt::span_layers(&recording, &trial.bundle),
             recording: Arc::new(recording),
             judged,
@@ -262,8 +267,9 @@ impl JudgedAttempt {
         ui.add_space(8.0);
         let height = (ui.clip_rect().bottom() - ui.cursor().top() - 110.0).clamp(180.0, 640.0);
         if self.curves.entered() {
+            let both: Vec<&Curves> = std::iter::once(&self.curves).chain(self.expert.curves()).collect();
             ui.columns(2, |columns| {
-                plots::plot_over_depth(&mut columns[0], &[&self.curves], &self.layers, height);
+                plots::plot_over_depth(&mut columns[0], &both, &self.layers, height);
                 plots::plot_over_time(&mut columns[1], &[&self.curves], None, height);
             });
         }

@@ -7,6 +7,7 @@ mod colours;
 mod consent;
 mod debrief;
 mod desk;
+mod expert;
 mod help;
 mod language;
 mod overlay;
