@@ -3,6 +3,8 @@
 mod align;
 mod moment;
 mod section;
+#[cfg(test)]
+mod shadows;
 mod stage;
 
 pub use align::Alignment;
