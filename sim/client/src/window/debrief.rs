@@ -353,11 +353,7 @@ fn say_servo_report(report: &Report) -> String {
         Priority::Device => tr!("the device's own thread"),
         Priority::Ordinary => tr!("normal priority: real-time priority was denied"),
     };
-    let ended = match &report.ended {
-        Ended::Stopped => tr!("stopped").to_owned(),
-        Ended::Panicked => tr!("stopped by a program error; the force was set to zero").to_owned(),
-        Ended::DeviceLost(why) => tr!("connection to the device lost: {why}", why = why),
-    };
+    let ended = say_ended(&report.ended);
     let counts = tr!(
         "servo: {ended}, {ticks} ticks, {stalls} stalls, {dropped} records dropped, {priority}",
         ended = ended,
@@ -369,6 +365,15 @@ fn say_servo_report(report: &Report) -> String {
     let late = tr!("lateness: {quantiles}", quantiles = say_quantiles(&report.lateness.quantiles()));
     let took = tr!("compute: {quantiles}", quantiles = say_quantiles(&report.compute.quantiles()));
     [counts, late, took].join("\n")
+}
+
+/// Describes why a servo ended.
+pub fn say_ended(ended: &Ended) -> String {
+    match ended {
+        Ended::Stopped => tr!("stopped").to_owned(),
+        Ended::Panicked => tr!("stopped by a program error; the force was set to zero").to_owned(),
+        Ended::DeviceLost(why) => tr!("connection to the device lost: {why}", why = why),
+    }
 }
 
 fn say_quantiles(quantiles: &Quantiles) -> String {

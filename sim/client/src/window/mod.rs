@@ -22,6 +22,7 @@ mod steer;
 mod survey;
 mod thumbnails;
 mod trial;
+mod wall;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -45,10 +46,12 @@ use self::settings::SettingsPage;
 use self::steer::{Steering, SteeringWish};
 use self::thumbnails::Thumbnails;
 use self::trial::TrialScreen;
+use self::wall::WallPage;
 use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
 use crate::live::history::History;
 use crate::live::open::{self, Steered};
+use crate::live::wall::WallTest;
 use crate::live::{self, Live};
 use crate::maker::Maker;
 use crate::settings::Settings;
@@ -93,6 +96,8 @@ const BEAT: Duration = Duration::from_millis(33);
 /// The current screen.
 enum Screen {
     Choose,
+    /// A device at a virtual wall.
+    Wall(Box<WallPage>),
     Briefing {
         at: usize,
         error: Option<String>,
@@ -257,6 +262,10 @@ impl Window {
     fn show(&mut self, ui: &mut Ui, screen: Screen) -> Screen {
         match screen {
             Screen::Choose => self.choose(ui),
+            Screen::Wall(mut page) => match page.ui(ui) {
+                false => Screen::Wall(page),
+                true => Screen::Choose,
+            },
             Screen::Briefing { at, error } => self.brief(ui, at, error),
             Screen::Preparing { at, preparation } => self.prepare(ui, at, preparation),
             Screen::Trial { at, mut trial } => match trial.ui(ui, &mut self.canvas) {
@@ -302,7 +311,24 @@ impl Window {
         self.settings.ui(ui, &mut station.settings, &mut station.device);
         match chosen {
             Some(at) => Screen::Briefing { at, error: None },
+            None if std::mem::take(&mut self.settings.tests_wall) => self.feel_wall(),
             None => Screen::Choose,
+        }
+    }
+
+    /// Opens the chosen device at a virtual wall.
+    fn feel_wall(&mut self) -> Screen {
+        let Some(station) = &self.station else { return Screen::Choose };
+        let desk = open::Desk { args: &station.devices, settings: &station.settings };
+        match WallTest::start(&station.device, &desk, TICK_HZ) {
+            Ok(test) => {
+                self.settings.untested = None;
+                Screen::Wall(Box::new(WallPage::new(test, station.settings.pointer_speed)))
+            }
+            Err(failure) => {
+                self.settings.untested = Some(failure.to_string());
+                Screen::Choose
+            }
         }
     }
 

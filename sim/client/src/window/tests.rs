@@ -145,6 +145,7 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
     let mut page = SettingsPage { open: true, ..SettingsPage::default() };
     let (mut settings, mut device) = (Settings::default(), open::DeviceChoice::Auto);
     look("the settings", draw(language, size, |ui| page.ui(ui, &mut settings, &mut device)));
+    draw_wall(language, size, look);
     look("a moment of waiting", draw(language, size, |ui| briefing::show_preparing(ui, Some(0.5))));
     let refused = DeskAnswer::Refused(phrase!("unknown sign-in code; create a new one on your account page"));
     for answer in
@@ -160,6 +161,19 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
         draw(language, size, |ui| {
             desk.ui(ui, &pairing(), &mut window);
             desk.show_consent(ui, &pairing());
+        }),
+    );
+}
+
+fn draw_wall(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, Vec<DrawnText>)) {
+    let (args, none) = (DeviceArgs::default(), Settings::default());
+    let desk = open::Desk { args: &args, settings: &none };
+    let test = WallTest::start(&open::DeviceChoice::Mouse, &desk, TICK_HZ).unwrap();
+    let mut wall = WallPage::new(test, 1.0);
+    look(
+        "a wall",
+        draw(language, size, |ui| {
+            wall.ui(ui);
         }),
     );
 }
