@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use assessment::words::{deduction_with_cost, failure_phrase};
-use assessment::{AssessError, Assessment, Deduction, FailureCause, HardFailure, UnmetRequirement};
-use documents::{Exercise, Required};
+use assessment::{AssessError, Assessment, Deduction, DepthMiss, FailureCause, HardFailure, UnmetRequirement};
+use documents::Exercise;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use haptics::servo::{Ended, Priority, Quantiles, Report};
 use phrase::Phrase;
@@ -298,7 +298,8 @@ fn show_verdict(ui: &mut Ui, assessment: &Assessment, exercise: &Exercise, enter
     ui.add_space(6.0);
     // If a requirement is not met, every line has lost all its points; the costs without it are
     // more informative.
-    let ungated = judge_without_requirements(assessment, exercise);
+    let Assessment { metrics, hard_fails, .. } = assessment;
+    let ungated = assessment::judge_without_requirements(metrics, hard_fails, exercise);
     let deductions = ungated.as_ref().map_or(&assessment.deductions, |ungated| &ungated.deductions);
     let costliest = costliest_deductions(deductions);
     if !entered {
@@ -320,19 +321,11 @@ fn show_verdict(ui: &mut Ui, assessment: &Assessment, exercise: &Exercise, enter
     }
 }
 
-/// Judges the attempt again without requirements; `None` if all are met.
-fn judge_without_requirements(assessment: &Assessment, exercise: &Exercise) -> Option<Assessment> {
-    let is_requirement = |failure: &HardFailure| matches!(failure.cause, FailureCause::Required { .. });
-    let ungated = Exercise { required: Some(Required::default()), ..exercise.clone() };
-    let lacks = assessment.hard_fails.iter().any(is_requirement);
-    lacks.then(|| assessment::judge(assessment.metrics.clone(), &ungated, "").ok()).flatten()
-}
-
 /// Describes the distance of the position from the target and the allowed distance; `None` for
 /// other failures.
 fn say_distance(failure: &HardFailure, assessment: &Assessment, exercise: &Exercise) -> Option<String> {
     let FailureCause::Required { unmet: UnmetRequirement::Within } = failure.cause else { return None };
-    let (error_mm, allowed_mm) = (assessment.value("depth_error_mm")?, exercise.required.as_ref()?.within_mm?);
+    let DepthMiss { error_mm, allowed_mm } = DepthMiss::find(&assessment.metrics, exercise)?;
     let (distance, allowed) = (words::fixed(error_mm.abs(), 2), words::fixed(allowed_mm, 2));
     Some(if error_mm > 0.0 {
         tr!("{distance} mm too deep, {allowed} mm allowed", distance = distance, allowed = allowed)
