@@ -23,6 +23,9 @@ const WALL_N_PER_M: f64 = 497.0;
 const WALL_N: f64 = 3.0;
 /// Fraction of a device's greatest force that the wall uses (choice).
 const SHARE: f64 = 0.9;
+/// Depth up to which the wall returns all energy of a press, in m (choice): further in, the energy
+/// observer damps the way out.
+const RETURNED_M: f64 = 0.03;
 /// Rupture force of the boundary, in N: the largest that the law accepts. The force is limited far
 /// below it.
 const NEVER_N: f64 = 1e9;
@@ -60,9 +63,18 @@ impl TestWall {
             params: Arc::new(self.params()),
             mapping,
             scaling: self.scaling(),
-            safety: SafetyParams::new(&limited, rate_hz, self.stiffness_n_per_m),
+            safety: SafetyParams::new(&limited, rate_hz, self.softest_n_per_m()),
             rate_hz,
         }
+    }
+
+    /// Stiffness of a spring that stores, at the greatest force, the energy of a press to
+    /// [`RETURNED_M`], in N/m: the wall's own spring, and the way on with the greatest force.
+    fn softest_n_per_m(&self) -> f64 {
+        let (stiffness, force_n) = (self.stiffness_n_per_m, self.max_force_n);
+        let spring_m = force_n / stiffness;
+        let stored_j = 0.5 * force_n * spring_m + force_n * (RETURNED_M - spring_m).max(0.0);
+        if stored_j > 0.0 { (force_n * force_n / (2.0 * stored_j)).min(stiffness) } else { stiffness }
     }
 
     #[expect(clippy::expect_used, reason = "the numbers are constants, but for a stiffness from 1 N/m to 497 N/m")]

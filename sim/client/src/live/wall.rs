@@ -1,4 +1,4 @@
-//! A device pressed against a virtual wall: the running servo, and what it measured so far.
+//! A device pressed against a virtual wall: the running servo and its measurements.
 
 use haptics::device::DeviceInfo;
 use haptics::mapping::Home;
@@ -93,7 +93,7 @@ pub struct WallMeasurement {
     /// Depth of the tip in the wall at the last tick, in m; negative above it.
     pub depth_m: f64,
     /// Force of the wall at the last tick, in N.
-    pub asked_n: f64,
+    pub wall_n: f64,
     /// Force sent to the device at the last tick, in N.
     pub sent_n: f64,
     /// Flags of the last tick.
@@ -103,7 +103,7 @@ pub struct WallMeasurement {
     /// Ticks that count: pressed, and the force fully let in.
     pressed: u32,
     /// Sums of both forces over them, in N.
-    asked_sum_n: f64,
+    wall_sum_n: f64,
     sent_sum_n: f64,
     /// Number of pressed ticks with a rejected force, and with another force than the sent one.
     refused: u32,
@@ -126,11 +126,11 @@ impl WallMeasurement {
     fn add(&mut self, record: &Record, wall: &TestWall) {
         let norm_n = |force_n: [f32; 3]| Vector3::from(force_n).cast::<f64>().norm();
         self.depth_m = -record.position_m[2];
-        self.asked_n = wall.force_n(self.depth_m);
+        self.wall_n = wall.force_n(self.depth_m);
         self.sent_n = norm_n(record.device_n);
         self.flags = record.flags;
         let has = |flag: u32| record.flags & flag != 0;
-        if self.asked_n < PRESSED * wall.max_force_n || self.asked_n <= 0.0 {
+        if self.wall_n < PRESSED * wall.max_force_n || self.wall_n <= 0.0 {
             return;
         }
         self.refused += u32::from(has(servo_flags::REFUSED));
@@ -139,7 +139,7 @@ impl WallMeasurement {
         }
         self.pressed += 1;
         self.disagreed += u32::from(has(servo_flags::DISAGREES));
-        self.asked_sum_n += self.asked_n;
+        self.wall_sum_n += self.wall_n;
         self.sent_sum_n += self.sent_n;
         self.keep_point([self.depth_m * 1e3, self.sent_n]);
     }
@@ -169,7 +169,7 @@ impl WallMeasurement {
         if f64::from(self.disagreed) > OFTEN * f64::from(self.pressed) {
             return WallVerdict::Bad(phrase!("The device reports a different force from the one sent"));
         }
-        let share = self.sent_sum_n / self.asked_sum_n.max(f64::MIN_POSITIVE);
+        let share = self.sent_sum_n / self.wall_sum_n.max(f64::MIN_POSITIVE);
         let percent = Phrase::number(share.min(1.0) * 100.0, 0);
         if share >= ENOUGH {
             WallVerdict::Good(phrase!("The device is sent {percent} % of the wall’s force", percent = percent))
@@ -192,15 +192,15 @@ mod tests {
     const RATE_HZ: f64 = 1000.0;
     const WALL: TestWall = TestWall { stiffness_n_per_m: 500.0, max_force_n: 3.0 };
 
-    /// Returns the verdict on a handle that rests 4 mm in the wall, where 2 N are asked, on a device
-    /// that is sent a fraction of it with flags.
+    /// Returns the verdict on a handle that rests 4 mm in the wall, which gives 2 N there, on a
+    /// device that is sent a fraction of it, with flags.
     fn verdict(share: f32, flags: u32, ticks: u32) -> WallVerdict {
         let mut measured = WallMeasurement::default();
         for _ in 0..ticks {
             let device_n = [0.0, 0.0, 2.0 * share];
             measured.add(&Record { position_m: [0.0, 0.0, -0.004], device_n, flags, ..Record::default() }, &WALL);
         }
-        assert!((measured.asked_n - 2.0).abs() < 1e-12 && (measured.depth_m - 0.004).abs() < 1e-12);
+        assert!((measured.wall_n - 2.0).abs() < 1e-12 && (measured.depth_m - 0.004).abs() < 1e-12);
         measured.judge(RATE_HZ, true)
     }
 

@@ -1,6 +1,6 @@
 //! The shadows on fifty bodies. The skin around the entry is drawn twice, as the patient's and as the
 //! block's own, which gives way under the needle; the first is cut out where the second is drawn.
-//! Fails if the shadow map holds what the picture has cut out: on bodies whose skin lies over the
+//! Fails if the shadow map contains the skin that was cut out: on bodies whose skin lies over the
 //! block's, the block would get black blotches.
 
 use anatomy::{AnatomyPart, Body, BodyOrder, BodyQuality, Level, Posture};
@@ -13,7 +13,7 @@ use super::stage::drawn_mesh;
 /// Bodies, each with a weight, an age and a posture of its own.
 const BODIES: u64 = 50;
 const SIZE: [u32; 2] = [192, 120];
-/// Pixels a side of what an eye takes in at once here.
+/// Pixels per side of a patch.
 const PATCH: u32 = 4;
 /// Distance from the entry within which nothing but the needle casts a shadow on the skin, in m: the
 /// block's own skin, with the cloth around it.

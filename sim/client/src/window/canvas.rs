@@ -49,6 +49,13 @@ impl LazyRenderer {
     }
 }
 
+impl Drop for LazyRenderer {
+    /// Waits for the renderer: a graphics driver may crash if the program ends while it works.
+    fn drop(&mut self) {
+        drop(self.creating.take().map(JoinHandle::join));
+    }
+}
+
 /// The texture shown; the size is in pixels.
 struct Shown {
     view: wgpu::TextureView,

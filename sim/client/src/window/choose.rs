@@ -166,7 +166,7 @@ fn say_distance(mastery: &Mastery, passed: &[bool]) -> String {
     }
 }
 
-/// What the user can change on the list, and its pictures.
+/// Controls and pictures of the list.
 pub struct ListControls<'a> {
     /// Language of the window.
     pub language: &'a mut WindowLanguage,

@@ -102,7 +102,7 @@ impl WallPage {
         ui.label(tr!("wall: {stiffness} N/m, up to {force} N", stiffness = stiffness, force = most));
         let depth = fixed(measured.depth_m.max(0.0) * 1e3, 1);
         ui.label(tr!("depth in the wall: {depth} mm", depth = depth));
-        for (text, force_n) in [(tr!("force of the wall"), measured.asked_n), (tr!("force sent"), measured.sent_n)] {
+        for (text, force_n) in [(tr!("force of the wall"), measured.wall_n), (tr!("force sent"), measured.sent_n)] {
             let share = (force_n / wall.max_force_n.max(f64::MIN_POSITIVE)) as f32;
             let text = format!("{text}: {} N", fixed(force_n, 2));
             ui.add(ProgressBar::new(share.clamp(0.0, 1.0)).text(text).fill(Color32::from_rgb(40, 84, 122)));

