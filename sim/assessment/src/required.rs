@@ -46,6 +46,29 @@ impl UnmetRequirement {
     }
 }
 
+/// A position and its allowed distance from the target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthMiss {
+    /// Distance from the target, in mm; positive beyond it.
+    pub error_mm: f64,
+    /// Allowed distance, in mm.
+    pub allowed_mm: f64,
+}
+
+impl DepthMiss {
+    /// Metric of the distance.
+    pub const METRIC: &str = "depth_error_mm";
+
+    /// Returns the distances of a judged attempt; `None` if the exercise allows any, or the attempt
+    /// has no position.
+    #[must_use]
+    pub fn find(metrics: &[Metric], exercise: &Exercise) -> Option<Self> {
+        let allowed_mm = exercise.required.as_ref()?.within_mm?;
+        let error = metrics.iter().find(|metric| metric.id == Self::METRIC && metric.version == first_version())?;
+        Some(Self { error_mm: error.value?, allowed_mm })
+    }
+}
+
 /// A requirement as a metric and the allowed range of its magnitude.
 struct Demand {
     unmet: UnmetRequirement,

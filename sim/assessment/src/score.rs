@@ -1,12 +1,12 @@
 //! Judges metrics: score, deductions and failures.
 
-use documents::{Exercise, ExerciseBundle};
+use documents::{Exercise, ExerciseBundle, Required};
 use recording::Recording;
 use serde::{Deserialize, Serialize};
 
 use crate::attempt::Attempt;
 use crate::catalogue::{Metric, first_version};
-use crate::cause::{Deduction, HardFailure};
+use crate::cause::{Deduction, FailureCause, HardFailure};
 use crate::error::AssessError;
 use crate::void::{self};
 use crate::{metrics, rubric};
@@ -96,6 +96,20 @@ pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessme
     }
     let metrics = metrics::measure_attempt(&Attempt::new(recording, bundle)?);
     judge(metrics, &bundle.exercise, &recording.session.simulator_version)
+}
+
+/// Judges a failed attempt again as if nothing were required. `None` if it meets every requirement,
+/// or the rubric cannot be used.
+#[must_use]
+pub fn judge_without_requirements(
+    metrics: &[Metric],
+    hard_fails: &[HardFailure],
+    exercise: &Exercise,
+) -> Option<Assessment> {
+    let is_requirement = |failure: &HardFailure| matches!(failure.cause, FailureCause::Required { .. });
+    let ungated = || Exercise { required: Some(Required::default()), ..exercise.clone() };
+    let lacks = hard_fails.iter().any(is_requirement);
+    lacks.then(|| judge(metrics.to_vec(), &ungated(), "").ok()).flatten()
 }
 
 /// Judges the metrics of an attempt by the rubric of an exercise. A metric that the rubric uses and

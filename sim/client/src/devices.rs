@@ -51,3 +51,18 @@ fn force_n(text: &str) -> Result<f64, String> {
         _ => Err(format!("a force in N above 0, at most {greatest_n}")),
     }
 }
+
+/// Devices at their default places.
+#[cfg(test)]
+impl Default for DeviceArgs {
+    fn default() -> Self {
+        let inverse3::Inverse3Options { url, max_force_n, .. } = inverse3::Inverse3Options::default();
+        Self {
+            openhaptics: None,
+            openhaptics_device: None,
+            inverse3: url,
+            inverse3_device: None,
+            inverse3_max_force: max_force_n,
+        }
+    }
+}

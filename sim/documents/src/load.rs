@@ -217,6 +217,16 @@ impl ExerciseBundle {
     }
 }
 
+/// Determines the kind of a document by its keys, without checking it and without reading the files
+/// that it names; `None` if no kind has one of its keys.
+///
+/// # Errors
+/// If the file cannot be read or is no TOML.
+pub fn read_kind(path: &Path) -> Result<Option<DocumentKind>, DocumentError> {
+    let source = Source::new(&path.display().to_string(), &read_file(path)?)?;
+    Ok(document_kind(&walk::parse_document(&source)?))
+}
+
 /// Reads a document of any kind; its keys determine the kind.
 ///
 /// # Errors

@@ -69,3 +69,4 @@ pub mod openhaptics;
 pub mod safety;
 pub mod scaling;
 pub mod servo;
+pub mod test_wall;

@@ -106,6 +106,12 @@ impl Mapping {
         Self { rotation: turn * self.rotation, motion: placement.motion, ..self }
     }
 
+    /// The same with a needle that keeps the home axis, whatever the handle's orientation.
+    #[must_use]
+    pub fn pointing_as_planned(self) -> Self {
+        Self { pointing: Pointing::Planned, ..self }
+    }
+
     /// A mapping for a device that uses the patient frame: virtual operators and recorded
     /// trajectories.
     #[must_use]

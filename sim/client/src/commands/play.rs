@@ -56,7 +56,7 @@ pub struct PlayArgs {
 
 /// Runs the command.
 pub fn run(args: &PlayArgs) -> Outcome {
-    let shelf = Shelf::read(&args.exercises)?;
+    let shelf = Shelf::open(&args.exercises)?;
     for broken in &shelf.broken {
         output::print_warning(format_args!("skipped: {}", broken.why));
     }

@@ -7,6 +7,7 @@ pub mod history;
 pub mod open;
 mod recorder;
 mod shown;
+pub mod wall;
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -126,35 +126,45 @@ pub fn open(
     seed: u64,
     rate_hz: f64,
 ) -> Result<OpenedDevice, Failure> {
-    let exercise = &bundle.exercise;
     match choice {
-        DeviceChoice::Auto => Ok(first(desk, exercise, rate_hz)),
-        DeviceChoice::Mouse => Ok(mouse(desk, exercise, rate_hz)),
-        DeviceChoice::Gamepad => gamepad(desk, exercise, rate_hz).map_err(Failure::work),
-        DeviceChoice::OpenHaptics => openhaptics(desk, exercise).map_err(Failure::work),
-        DeviceChoice::Inverse3 => inverse3(desk, exercise).map_err(Failure::work),
         DeviceChoice::Operator(hand) => Ok(operator(hand, bundle, seed, rate_hz)),
+        _ => open_at(choice, desk, &home(&bundle.exercise), rate_hz),
+    }
+}
+
+/// Opens a device with the needle at `home`. A virtual operator needs an exercise: without one, the
+/// mouse replaces it.
+///
+/// # Errors
+/// If the device is missing or cannot be opened.
+pub fn open_at(choice: &DeviceChoice, desk: &Desk<'_>, home: &Home, rate_hz: f64) -> Result<OpenedDevice, Failure> {
+    match choice {
+        DeviceChoice::Auto => Ok(first(desk, home, rate_hz)),
+        DeviceChoice::Mouse | DeviceChoice::Operator(_) => Ok(mouse(desk, home, rate_hz)),
+        DeviceChoice::Gamepad => gamepad(desk, home, rate_hz).map_err(Failure::work),
+        DeviceChoice::OpenHaptics => openhaptics(desk, home).map_err(Failure::work),
+        DeviceChoice::Inverse3 => inverse3(desk, home).map_err(Failure::work),
     }
 }
 
 /// Opens the first haptic device found, otherwise a gamepad, otherwise the mouse, which is always
 /// available.
-fn first(desk: &Desk<'_>, exercise: &Exercise, rate_hz: f64) -> OpenedDevice {
+fn first(desk: &Desk<'_>, home: &Home, rate_hz: f64) -> OpenedDevice {
     let mut passed_over = Vec::new();
     let tries: [&dyn Fn() -> Result<OpenedDevice, String>; 3] =
-        [&|| openhaptics(desk, exercise), &|| inverse3(desk, exercise), &|| gamepad(desk, exercise, rate_hz)];
+        [&|| openhaptics(desk, home), &|| inverse3(desk, home), &|| gamepad(desk, home, rate_hz)];
     let found = tries.iter().find_map(|open| open().map_err(|why| passed_over.push(why)).ok());
-    OpenedDevice { passed_over, ..found.unwrap_or_else(|| mouse(desk, exercise, rate_hz)) }
+    OpenedDevice { passed_over, ..found.unwrap_or_else(|| mouse(desk, home, rate_hz)) }
 }
 
-fn openhaptics(desk: &Desk<'_>, exercise: &Exercise) -> Result<OpenedDevice, String> {
+fn openhaptics(desk: &Desk<'_>, home: &Home) -> Result<OpenedDevice, String> {
     let device = OpenHaptics::open(&desk.args.openhaptics()).map_err(|why| said("openhaptics", &why))?;
-    Ok(with_arm(Driven::ByDevice(Box::new(device)), exercise, desk.settings))
+    Ok(with_arm(Driven::ByDevice(Box::new(device)), home, desk.settings))
 }
 
-fn inverse3(desk: &Desk<'_>, exercise: &Exercise) -> Result<OpenedDevice, String> {
+fn inverse3(desk: &Desk<'_>, home: &Home) -> Result<OpenedDevice, String> {
     let device = Inverse3::open(&desk.args.inverse3()).map_err(|why| said("inverse3", &why))?;
-    Ok(with_arm(Driven::ByTimer(Box::new(device)), exercise, desk.settings))
+    Ok(with_arm(Driven::ByTimer(Box::new(device)), home, desk.settings))
 }
 
 fn said(device: &str, why: &dyn Display) -> String {
@@ -162,25 +172,25 @@ fn said(device: &str, why: &dyn Display) -> String {
 }
 
 /// Maps a device in its own workspace. If it measures no orientation, the needle points as planned.
-fn with_arm(driven: Driven, exercise: &Exercise, settings: &Settings) -> OpenedDevice {
+fn with_arm(driven: Driven, home: &Home, settings: &Settings) -> OpenedDevice {
     let pointing = if driven.info().measures_orientation { Pointing::Handle } else { Pointing::Planned };
-    let mapping = Mapping::at_home(home(exercise), pointing).placed(settings.placement());
+    let mapping = Mapping::at_home(*home, pointing).placed(settings.placement());
     OpenedDevice { driven, mapping, steered: Steered::Itself, passed_over: Vec::new() }
 }
 
-fn mouse(desk: &Desk<'_>, exercise: &Exercise, rate_hz: f64) -> OpenedDevice {
+fn mouse(desk: &Desk<'_>, home: &Home, rate_hz: f64) -> OpenedDevice {
     let (hand, aim) = VirtualHand::new(sentence!("mouse"), &VirtualHand::braced(), rate_hz);
     let settings = on_screen(desk.settings);
-    OpenedDevice { steered: Steered::Window(aim), ..with_arm(Driven::ByTimer(Box::new(hand)), exercise, &settings) }
+    OpenedDevice { steered: Steered::Window(aim), ..with_arm(Driven::ByTimer(Box::new(hand)), home, &settings) }
 }
 
-fn gamepad(desk: &Desk<'_>, exercise: &Exercise, rate_hz: f64) -> Result<OpenedDevice, String> {
+fn gamepad(desk: &Desk<'_>, home: &Home, rate_hz: f64) -> Result<OpenedDevice, String> {
     let (hand, aim) = VirtualHand::new(sentence!("gamepad"), &VirtualHand::braced(), rate_hz);
     let settings = on_screen(desk.settings);
-    let planned = handle_along(&exercise.axis());
+    let planned = handle_along(&home.axis);
     let feed = GamepadFeed::start(aim, settings.sticks(), planned).map_err(|why| said("gamepad", &why))?;
     let driven = Driven::ByTimer(Box::new(hand));
-    Ok(OpenedDevice { steered: Steered::Gamepad(feed), ..with_arm(driven, exercise, &settings) })
+    Ok(OpenedDevice { steered: Steered::Gamepad(feed), ..with_arm(driven, home, &settings) })
 }
 
 /// Returns the settings for a device that is used by looking at the screen: not turned, on the

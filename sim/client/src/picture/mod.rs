@@ -2,8 +2,12 @@
 
 mod align;
 mod moment;
+mod section;
+#[cfg(test)]
+mod shadows;
 mod stage;
 
 pub use align::Alignment;
 pub use moment::{Look, Moment, Telling};
+pub use section::draw_section;
 pub use stage::{build_stage, hide_what_is_withheld, stage_of_recording};

@@ -380,7 +380,7 @@ mod tests {
         let shelf = crate::shelf::Shelf::read(&[curricula]).expect("the shipped exercises");
         assert!(shelf.exercises.len() >= 9 && shelf.broken.is_empty());
         let mut field_m = 0.0_f64;
-        for bundle in shelf.exercises.iter().map(|offer| &offer.bundle) {
+        for bundle in shelf.exercises.iter().map(|offer| &*offer.bundle) {
             let patient = Patient::draw(&bundle.scene, 3);
             let specimen = Specimen::new(bundle.specimen_spec(&patient)).expect("a shipped scene");
             let now = attempt(bundle, &specimen, &patient);

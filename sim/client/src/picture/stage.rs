@@ -85,7 +85,7 @@ fn drawn_layers(scene: &Scene, spec: &PunctureSpec) -> Vec<DrawnLayer> {
 }
 
 /// Unknown textures are drawn as muscle, the most common tissue.
-fn drawn_material(texture: &str) -> DrawnMaterial {
+pub(super) fn drawn_material(texture: &str) -> DrawnMaterial {
     match texture {
         "skin" => DrawnMaterial::Skin,
         "fat" => DrawnMaterial::Fat,
@@ -124,7 +124,7 @@ fn drawn_structure(spec: &StructureSpec) -> DrawnStructure {
     DrawnStructure { name: spec.name.clone(), kind, mesh: drawn_mesh(&corners, &triangles) }
 }
 
-fn drawn_mesh(corners: &[Point3<f64>], triangles: &[[u32; 3]]) -> Mesh {
+pub(super) fn drawn_mesh(corners: &[Point3<f64>], triangles: &[[u32; 3]]) -> Mesh {
     Mesh { positions_m: corners.iter().map(picture_point).collect(), triangles: triangles.to_vec() }
 }
 

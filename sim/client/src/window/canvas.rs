@@ -1,5 +1,9 @@
 //! The picture inside the window: rendered into a texture of its own, since a window's surface is
-//! not sRGB, and shown as an image.
+//! not sRGB, and shown as an image. A background thread creates the renderer, which no page needs
+//! before the first picture.
+
+use std::panic::resume_unwind;
+use std::thread::{self, JoinHandle};
 
 use eframe::egui::{self, Response, Sense, TextureId, Ui, Vec2};
 use eframe::egui_wgpu::RenderState;
@@ -17,9 +21,39 @@ const SOFTWARE_BUDGET_S: f32 = 0.1;
 /// The picture and its renderer.
 pub struct Canvas {
     state: RenderState,
-    renderer: Renderer,
+    renderer: LazyRenderer,
     governor: Governor,
     shown: Option<Shown>,
+}
+
+/// A renderer that is being created, and the one that was.
+struct LazyRenderer {
+    creating: Option<JoinHandle<Renderer>>,
+    created: Option<Renderer>,
+}
+
+impl LazyRenderer {
+    fn create(state: &RenderState, quality: Quality) -> Self {
+        let (device, queue) = (state.device.clone(), state.queue.clone());
+        let creating = thread::spawn(move || Renderer::new(&device, &queue, [1, 1], quality));
+        Self { creating: Some(creating), created: None }
+    }
+
+    /// Returns the renderer, once it has been created.
+    #[expect(clippy::expect_used, reason = "one of the two is always there")]
+    fn get(&mut self) -> &mut Renderer {
+        if let Some(creating) = self.creating.take() {
+            self.created = Some(creating.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        }
+        self.created.as_mut().expect("it was created above or before")
+    }
+}
+
+impl Drop for LazyRenderer {
+    /// Waits for the renderer: a graphics driver may crash if the program ends while it works.
+    fn drop(&mut self) {
+        drop(self.creating.take().map(JoinHandle::join));
+    }
 }
 
 /// The texture shown; the size is in pixels.
@@ -35,7 +69,7 @@ impl Canvas {
         let software = state.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
         let (best, budget_s) = if software { (Quality::Medium, SOFTWARE_BUDGET_S) } else { (Quality::Full, BUDGET_S) };
         let governor = Governor::new(best, 1.05 * budget_s);
-        let renderer = Renderer::new(&state.device, &state.queue, [1, 1], best);
+        let renderer = LazyRenderer::create(state, best);
         Self { state: state.clone(), renderer, governor, shown: None }
     }
 
@@ -44,7 +78,7 @@ impl Canvas {
     /// # Errors
     /// If it cannot be drawn.
     pub fn set_stage(&mut self, stage: &Stage) -> Result<(), StageError> {
-        self.renderer.set_stage(stage)
+        self.renderer.get().set_stage(stage)
     }
 
     /// Returns the current level of quality.
@@ -53,8 +87,8 @@ impl Canvas {
     }
 
     /// Returns the camera of a frame.
-    pub fn camera(&self, frame: &Frame) -> Camera {
-        self.renderer.camera(frame)
+    pub fn camera(&mut self, frame: &Frame) -> Camera {
+        self.renderer.get().camera(frame)
     }
 
     /// Draws a frame over all available space. The quality is lowered if frames take too long.
@@ -63,14 +97,14 @@ impl Canvas {
         self.governor.took(ui.input(|input| input.unstable_dt));
         let id = self.texture(pixels(room, ui.ctx().pixels_per_point()));
         if let Some(shown) = &self.shown {
-            self.renderer.draw(frame, &shown.view);
+            self.renderer.get().draw(frame, &shown.view);
         }
         ui.add(egui::Image::new((id, room)).sense(Sense::click_and_drag()))
     }
 
     /// Returns the texture for a size in pixels.
     fn texture(&mut self, size: [u32; 2]) -> TextureId {
-        self.renderer.resize(size, self.governor.quality());
+        self.renderer.get().resize(size, self.governor.quality());
         if let Some(shown) = self.shown.as_ref().filter(|shown| shown.size == size) {
             return shown.id;
         }

@@ -4,13 +4,14 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use assessment::words::{deduction_with_cost, failure_phrase};
-use assessment::{AssessError, Assessment, Deduction, FailureCause, HardFailure, UnmetRequirement};
-use documents::{Exercise, Required};
+use assessment::{AssessError, Assessment, Deduction, DepthMiss, FailureCause, HardFailure, UnmetRequirement};
+use documents::Exercise;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use haptics::servo::{Ended, Priority, Quantiles, Report};
 use phrase::Phrase;
 use recording::Recording;
 
+use super::expert::ExpertCurves;
 use super::plots::{self, Curves};
 use super::rescue::{Rescue, RescueWish};
 use super::survey::Survey;
@@ -44,6 +45,7 @@ struct JudgedAttempt {
     recording: Arc<Recording>,
     judged: Result<Assessment, AssessError>,
     curves: Curves,
+    expert: ExpertCurves,
     layers: Vec<attempt::LayerSpan>,
     exercise: Exercise,
 }
@@ -161,6 +163,8 @@ impl Debrief {
         if self.survey.as_mut().is_some_and(|survey| survey.ui(ui)) {
             self.ask_next();
         }
+        let Ok(judged) = &mut self.kept else { return next };
+        judged.expert.update(ui.ctx());
         let Ok(judged) = &self.kept else { return next };
         scrolling_page(ui, |ui| {
             judged.ui(ui);
@@ -239,6 +243,7 @@ impl JudgedAttempt {
         let judged = assessment::assess(&recording, &trial.bundle);
         Ok(Self {
             curves: Curves::new(sentence!("this attempt"), &recording),
+            expert: ExpertCurves::start(trial),
             layers: attempt::span_layers(&recording, &trial.bundle),
             recording: Arc::new(recording),
             judged,
@@ -262,8 +267,9 @@ impl JudgedAttempt {
         ui.add_space(8.0);
         let height = (ui.clip_rect().bottom() - ui.cursor().top() - 110.0).clamp(180.0, 640.0);
         if self.curves.entered() {
+            let both: Vec<&Curves> = std::iter::once(&self.curves).chain(self.expert.curves()).collect();
             ui.columns(2, |columns| {
-                plots::plot_over_depth(&mut columns[0], &[&self.curves], &self.layers, height);
+                plots::plot_over_depth(&mut columns[0], &both, &self.layers, height);
                 plots::plot_over_time(&mut columns[1], &[&self.curves], None, height);
             });
         }
@@ -292,7 +298,8 @@ fn show_verdict(ui: &mut Ui, assessment: &Assessment, exercise: &Exercise, enter
     ui.add_space(6.0);
     // If a requirement is not met, every line has lost all its points; the costs without it are
     // more informative.
-    let ungated = judge_without_requirements(assessment, exercise);
+    let Assessment { metrics, hard_fails, .. } = assessment;
+    let ungated = assessment::judge_without_requirements(metrics, hard_fails, exercise);
     let deductions = ungated.as_ref().map_or(&assessment.deductions, |ungated| &ungated.deductions);
     let costliest = costliest_deductions(deductions);
     if !entered {
@@ -314,19 +321,11 @@ fn show_verdict(ui: &mut Ui, assessment: &Assessment, exercise: &Exercise, enter
     }
 }
 
-/// Judges the attempt again without requirements; `None` if all are met.
-fn judge_without_requirements(assessment: &Assessment, exercise: &Exercise) -> Option<Assessment> {
-    let is_requirement = |failure: &HardFailure| matches!(failure.cause, FailureCause::Required { .. });
-    let ungated = Exercise { required: Some(Required::default()), ..exercise.clone() };
-    let lacks = assessment.hard_fails.iter().any(is_requirement);
-    lacks.then(|| assessment::judge(assessment.metrics.clone(), &ungated, "").ok()).flatten()
-}
-
 /// Describes the distance of the position from the target and the allowed distance; `None` for
 /// other failures.
 fn say_distance(failure: &HardFailure, assessment: &Assessment, exercise: &Exercise) -> Option<String> {
     let FailureCause::Required { unmet: UnmetRequirement::Within } = failure.cause else { return None };
-    let (error_mm, allowed_mm) = (assessment.value("depth_error_mm")?, exercise.required.as_ref()?.within_mm?);
+    let DepthMiss { error_mm, allowed_mm } = DepthMiss::find(&assessment.metrics, exercise)?;
     let (distance, allowed) = (words::fixed(error_mm.abs(), 2), words::fixed(allowed_mm, 2));
     Some(if error_mm > 0.0 {
         tr!("{distance} mm too deep, {allowed} mm allowed", distance = distance, allowed = allowed)
@@ -347,11 +346,7 @@ fn say_servo_report(report: &Report) -> String {
         Priority::Device => tr!("the device's own thread"),
         Priority::Ordinary => tr!("normal priority: real-time priority was denied"),
     };
-    let ended = match &report.ended {
-        Ended::Stopped => tr!("stopped").to_owned(),
-        Ended::Panicked => tr!("stopped by a program error; the force was set to zero").to_owned(),
-        Ended::DeviceLost(why) => tr!("connection to the device lost: {why}", why = why),
-    };
+    let ended = say_ended(&report.ended);
     let counts = tr!(
         "servo: {ended}, {ticks} ticks, {stalls} stalls, {dropped} records dropped, {priority}",
         ended = ended,
@@ -363,6 +358,15 @@ fn say_servo_report(report: &Report) -> String {
     let late = tr!("lateness: {quantiles}", quantiles = say_quantiles(&report.lateness.quantiles()));
     let took = tr!("compute: {quantiles}", quantiles = say_quantiles(&report.compute.quantiles()));
     [counts, late, took].join("\n")
+}
+
+/// Describes why a servo ended.
+pub fn say_ended(ended: &Ended) -> String {
+    match ended {
+        Ended::Stopped => tr!("stopped").to_owned(),
+        Ended::Panicked => tr!("stopped by a program error; the force was set to zero").to_owned(),
+        Ended::DeviceLost(why) => tr!("connection to the device lost: {why}", why = why),
+    }
 }
 
 fn say_quantiles(quantiles: &Quantiles) -> String {

@@ -1,11 +1,13 @@
 //! The window: choice of an exercise, briefing, attempt, debrief, replay.
 
+mod briefing;
 mod canvas;
 mod choose;
 mod colours;
 mod consent;
 mod debrief;
 mod desk;
+mod expert;
 mod help;
 mod language;
 mod overlay;
@@ -18,7 +20,9 @@ mod settings;
 mod sound;
 mod steer;
 mod survey;
+mod thumbnails;
 mod trial;
+mod wall;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -30,8 +34,8 @@ use eframe::{App, CreationContext, NativeOptions};
 use recording::{Recording, Session};
 use render::frame::Stage;
 
+use self::briefing::{Briefing, Decision};
 use self::canvas::Canvas;
-use self::choose::{Briefing, Decision};
 use self::debrief::Debrief;
 use self::desk::Desk;
 pub use self::language::WindowLanguage;
@@ -40,17 +44,20 @@ use self::preparing::{Preparation, PreparedAttempt};
 use self::replay::Replay;
 use self::settings::SettingsPage;
 use self::steer::{Steering, SteeringWish};
+use self::thumbnails::Thumbnails;
 use self::trial::TrialScreen;
+use self::wall::WallPage;
 use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
 use crate::live::history::History;
 use crate::live::open::{self, Steered};
+use crate::live::wall::WallTest;
 use crate::live::{self, Live};
 use crate::maker::Maker;
 use crate::settings::Settings;
 use crate::shelf::{Offer, Shelf};
 use crate::station::{Pairing, StationKey};
-use crate::{picture, sources};
+use crate::{output, picture, sources};
 
 /// Servo rate, in Hz.
 const TICK_HZ: f64 = 1000.0;
@@ -89,6 +96,8 @@ const BEAT: Duration = Duration::from_millis(33);
 /// The current screen.
 enum Screen {
     Choose,
+    /// A device at a virtual wall.
+    Wall(Box<WallPage>),
     Briefing {
         at: usize,
         error: Option<String>,
@@ -119,6 +128,8 @@ struct Window {
     station: Option<Station>,
     language: WindowLanguage,
     desk: Desk,
+    /// Pictures of the list.
+    thumbnails: Thumbnails,
     /// Pictures of the briefing that was opened last.
     pictures: BriefingPictures,
     screen: Screen,
@@ -136,7 +147,7 @@ struct Window {
 /// If there is no display or no graphics adapter.
 pub fn play(station: Station) -> Outcome {
     let screen = match (station.shelf.exercises.as_slice(), station.shelf.broken.as_slice()) {
-        ([_], []) => Screen::Briefing { at: 0, error: None },
+        ([_], []) if !station.shelf.is_reading() => Screen::Briefing { at: 0, error: None },
         _ => Screen::Choose,
     };
     open_window("Stylet", move |canvas| {
@@ -144,6 +155,7 @@ pub fn play(station: Station) -> Outcome {
             language: station.language,
             station: Some(station),
             desk: Desk::default(),
+            thumbnails: Thumbnails::default(),
             pictures: BriefingPictures::default(),
             screen,
             canvas,
@@ -170,6 +182,7 @@ pub fn watch(path: &Path, recording: Recording, other: Option<Recording>, langua
             station: None,
             language,
             desk: Desk::default(),
+            thumbnails: Thumbnails::default(),
             pictures: BriefingPictures::default(),
             screen: Screen::Replay { replay, back: None },
             canvas,
@@ -249,6 +262,10 @@ impl Window {
     fn show(&mut self, ui: &mut Ui, screen: Screen) -> Screen {
         match screen {
             Screen::Choose => self.choose(ui),
+            Screen::Wall(mut page) => match page.ui(ui) {
+                false => Screen::Wall(page),
+                true => Screen::Choose,
+            },
             Screen::Briefing { at, error } => self.brief(ui, at, error),
             Screen::Preparing { at, preparation } => self.prepare(ui, at, preparation),
             Screen::Trial { at, mut trial } => match trial.ui(ui, &mut self.canvas) {
@@ -281,12 +298,37 @@ impl Window {
             true => choose::Listing::Study(&who.exercises),
             false => choose::Listing::School(&who.exercises),
         });
+        for broken in station.shelf.take_arrived() {
+            output::print_warning(format_args!("skipped: {}", broken.why));
+        }
         let choice = choose::ExerciseChoice { shelf: &station.shelf, history: &station.history, listing };
-        let chosen = choose::choose_exercise(ui, &choice, &mut self.language, &mut self.settings.open);
+        let controls = choose::ListControls {
+            language: &mut self.language,
+            settings: &mut self.settings.open,
+            thumbnails: &mut self.thumbnails,
+        };
+        let chosen = choose::choose_exercise(ui, &choice, controls);
         self.settings.ui(ui, &mut station.settings, &mut station.device);
         match chosen {
             Some(at) => Screen::Briefing { at, error: None },
+            None if std::mem::take(&mut self.settings.tests_wall) => self.feel_wall(),
             None => Screen::Choose,
+        }
+    }
+
+    /// Opens the chosen device at a virtual wall.
+    fn feel_wall(&mut self) -> Screen {
+        let Some(station) = &self.station else { return Screen::Choose };
+        let desk = open::Desk { args: &station.devices, settings: &station.settings };
+        match WallTest::start(&station.device, &desk, TICK_HZ) {
+            Ok(test) => {
+                self.settings.untested = None;
+                Screen::Wall(Box::new(WallPage::new(test, station.settings.pointer_speed)))
+            }
+            Err(failure) => {
+                self.settings.untested = Some(failure.to_string());
+                Screen::Choose
+            }
         }
     }
 
@@ -310,20 +352,20 @@ impl Window {
             error: error.as_deref(),
             language: &mut self.language,
         };
-        match choose::show_briefing(ui, briefing) {
+        match briefing::show_briefing(ui, briefing) {
             Decision::Stay => Screen::Briefing { at, error },
             Decision::Back => Screen::Choose,
             Decision::Begin => {
                 let seed = station.seed;
                 station.seed = seed.wrapping_add(1);
-                let preparation = Preparation::start(bundle.clone(), seed);
+                let preparation = Preparation::start(ExerciseBundle::clone(bundle), seed);
                 Screen::Preparing { at, preparation }
             }
         }
     }
 
     fn prepare(&mut self, ui: &mut Ui, at: usize, preparation: Preparation) -> Screen {
-        choose::show_preparing(ui, preparation.share());
+        briefing::show_preparing(ui, preparation.share());
         if !preparation.is_over() {
             ui.ctx().request_repaint_after(BEAT);
             return Screen::Preparing { at, preparation };

@@ -256,7 +256,7 @@ fn show_figures(ui: &mut Ui, Instruments { latest, live, quality, .. }: &Instrum
 }
 
 /// Describes the effects of the safety chain on the last tick.
-fn safety_troubles(flags: u32) -> Vec<&'static str> {
+pub fn safety_troubles(flags: u32) -> Vec<&'static str> {
     let all = [
         (safety::flags::HELD, tr!("invalid reading, last one used")),
         (safety::flags::GATED, tr!("force ramping up")),

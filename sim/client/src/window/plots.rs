@@ -23,7 +23,7 @@ pub struct Curves {
     /// Force over time: s, N.
     time: Vec<[f64; 2]>,
     /// Force over displacement along the needle: mm, N.
-    depth: Vec<[f64; 2]>,
+    pub(super) depth: Vec<[f64; 2]>,
     /// Each rupture: time in s, and the force just before it in N.
     pops: Vec<[f64; 2]>,
     /// Duration, in s.
@@ -34,6 +34,11 @@ impl Curves {
     /// Whether the needle was ever in the body.
     pub fn entered(&self) -> bool {
         !self.depth.is_empty()
+    }
+
+    /// Returns the greatest displacement along the needle, in mm; 0 if it never entered.
+    pub fn deepest_mm(&self) -> f64 {
+        self.depth.iter().map(|point| point[0]).fold(0.0, f64::max)
     }
 
     /// Computes the curves of a recording.
@@ -90,8 +95,22 @@ pub fn plot_over_time(ui: &mut Ui, all: &[&Curves], playhead_s: Option<f64>, hei
     shown.inner.filter(|_| shown.response.is_pointer_button_down_on())
 }
 
-/// Plots force over displacement, with the layers as bands.
+/// Names each curve in its colour, if there are several. The legend of a plot would list its layers,
+/// too.
+fn show_legend(ui: &mut Ui, all: &[&Curves]) {
+    ui.horizontal_wrapped(|ui| {
+        for (curves, colour) in all.iter().zip(COLOURS).filter(|_| all.len() > 1) {
+            ui.colored_label(colour, format!("●  {}", words::say(curves.name)));
+            ui.add_space(10.0);
+        }
+    });
+}
+
+/// Plots force over displacement, with the layers as bands; each curve to its own end.
 pub fn plot_over_depth(ui: &mut Ui, all: &[&Curves], layers: &[LayerSpan], height: f32) {
+    let top = ui.cursor().top();
+    show_legend(ui, all);
+    let height = height - (ui.cursor().top() - top);
     let plot = Plot::new("force_over_depth")
         .height(height)
         .x_axis_label(tr!("depth along the needle, mm"))
@@ -99,7 +118,7 @@ pub fn plot_over_depth(ui: &mut Ui, all: &[&Curves], layers: &[LayerSpan], heigh
         .x_axis_formatter(say_mark)
         .y_axis_formatter(say_mark);
     let plot = plot.allow_drag(false).allow_zoom(false).allow_scroll(false).allow_boxed_zoom(false).include_y(0.0);
-    let deepest_mm = all.iter().flat_map(|curves| &curves.depth).map(|point| point[0]).fold(1.0, f64::max);
+    let deepest_mm = all.iter().map(|curves| curves.deepest_mm()).fold(1.0, f64::max);
     plot.show(ui, |plot| {
         for (at, layer) in layers.iter().enumerate() {
             let bottom_mm = layer.bottom_mm.min(deepest_mm);
@@ -108,7 +127,8 @@ pub fn plot_over_depth(ui: &mut Ui, all: &[&Curves], layers: &[LayerSpan], heigh
                 plot.span(Span::new(words::phrase(&name_structure(&layer.name)), layer.top_mm..=bottom_mm).fill(fill));
             }
         }
-        for (curves, colour) in all.iter().zip(COLOURS) {
+        // The attempt itself is drawn last, on top.
+        for (curves, colour) in all.iter().zip(COLOURS).rev() {
             plot.line(
                 Line::new(words::say(curves.name), PlotPoints::from(curves.depth.clone())).color(colour).width(1.5),
             );
@@ -162,7 +182,51 @@ mod tests {
     //! Fails if a curve is reduced to straight lines between few points, which would show a course
     //! of the force that did not occur.
 
+    use eframe::egui::epaint::PathShape;
+    use eframe::egui::{Context, RawInput, Rect, Shape, pos2, vec2};
+
     use super::*;
+
+    /// Returns the right end of each curve as drawn, in points, if the plot shows it.
+    fn drawn_ends(all: &[&Curves], layers: &[LayerSpan]) -> Vec<f32> {
+        let screen_rect = Some(Rect::from_min_size(pos2(0.0, 0.0), vec2(600.0, 400.0)));
+        let context = Context::default();
+        let mut shapes = Vec::new();
+        for _ in 0..3 {
+            let input = RawInput { screen_rect, ..RawInput::default() };
+            let mut drawn = context.run_ui(input, |ui| plot_over_depth(ui, all, layers, 300.0));
+            drawn.textures_delta.clear();
+            shapes = drawn.shapes;
+        }
+        let end = |colour: Color32| {
+            let lines = shapes.iter().filter_map(|drawn| match &drawn.shape {
+                Shape::Path(PathShape { points, stroke, .. }) => Some((drawn.clip_rect, points, &stroke.color)),
+                _ => None,
+            });
+            let own = lines.filter(|(.., is)| **is == eframe::egui::epaint::ColorMode::Solid(colour));
+            own.map(|(clip, points, _)| {
+                let right = points.iter().map(|point| point.x).fold(0.0, f32::max);
+                if right <= clip.right() { right } else { f32::NAN }
+            })
+            .fold(0.0, f32::max)
+        };
+        COLOURS.iter().take(all.len()).map(|colour| end(*colour)).collect()
+    }
+
+    #[test]
+    fn an_overshoot_is_drawn_beyond_the_expert_and_the_layers() {
+        let to = |name, deepest_mm: u32| Curves {
+            name,
+            time: Vec::new(),
+            depth: (0..=deepest_mm).map(|mm| [f64::from(mm), 1.0 + 0.1 * f64::from(mm)]).collect(),
+            pops: Vec::new(),
+            duration_s: 1.0,
+        };
+        let (own, expert) = (to("own", 40), to("expert", 25));
+        let layer = LayerSpan { name: "fat".to_owned(), texture: "fat".to_owned(), top_mm: 0.0, bottom_mm: 25.0 };
+        let ends = drawn_ends(&[&own, &expert], &[layer]);
+        assert!(ends[0] > 1.3 * ends[1] && ends[1] > 100.0, "{ends:?}");
+    }
 
     #[test]
     fn a_long_rest_takes_no_points_from_the_way() {

@@ -19,6 +19,10 @@ pub struct SettingsPage {
     pub open: bool,
     /// Why the settings could not be saved.
     pub refused: Option<String>,
+    /// Whether the user wants to test the device at a wall.
+    pub tests_wall: bool,
+    /// Why the device could not be tested.
+    pub untested: Option<String>,
 }
 
 impl SettingsPage {
@@ -33,8 +37,16 @@ impl SettingsPage {
                 show_side(ui, settings);
                 show_sliders(ui, settings);
             });
-            if ui.button(tr!("Restore defaults")).clicked() {
-                *settings = Settings::default();
+            ui.horizontal(|ui| {
+                let feel = ui.button(tr!("Feel a wall"));
+                let feel = feel.on_hover_text(tr!("Press the device against a virtual wall and compare the force"));
+                self.tests_wall = feel.clicked();
+                if ui.button(tr!("Restore defaults")).clicked() {
+                    *settings = Settings::default();
+                }
+            });
+            if let Some(why) = &self.untested {
+                ui.colored_label(colours::BAD, format!("× {why}"));
             }
             if let Some(why) = &self.refused {
                 ui.colored_label(colours::BAD, format!("× {}", tr!("not saved: {why}", why = why)));

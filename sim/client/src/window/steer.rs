@@ -55,7 +55,12 @@ impl Steering {
     pub fn new(bundle: &ExerciseBundle) -> Self {
         let shaft_m = bundle.scene.needle.length_mm * 1e-3;
         let most_away_m = bundle.exercise.plan().approach_m + shaft_m + BEYOND_SHAFT_M;
-        let axis = Unit::new_normalize(bundle.exercise.axis());
+        Self::straight(Unit::new_normalize(bundle.exercise.axis()), most_away_m)
+    }
+
+    /// Starts with the needle along an axis; the set-point stays within a distance from there, in
+    /// m.
+    pub fn straight(axis: Unit<Vector3<f64>>, most_away_m: f64) -> Self {
         Self { axis, away_m: Vector3::zeros(), confirmed: 0, most_away_m }
     }
 
@@ -97,7 +102,7 @@ mod tests {
     use super::*;
 
     fn steering() -> Steering {
-        Steering { axis: -Vector3::z_axis(), away_m: Vector3::zeros(), confirmed: 0, most_away_m: 0.15 }
+        Steering::straight(-Vector3::z_axis(), 0.15)
     }
 
     #[test]

@@ -12,7 +12,7 @@ use phrase::phrase;
 use serde_json::json;
 use words::Language;
 
-use super::choose::{ExerciseChoice, Listing};
+use super::choose::{ExerciseChoice, ListControls, Listing};
 use super::overlay::Instruments;
 use super::sound::Sound;
 use super::*;
@@ -74,6 +74,10 @@ fn shelf() -> Shelf {
     shelf
 }
 
+fn show_list(ui: &mut Ui, choice: &ExerciseChoice<'_>, language: &mut WindowLanguage, thumbnails: &mut Thumbnails) {
+    choose::choose_exercise(ui, choice, ListControls { language, settings: &mut false, thumbnails });
+}
+
 fn pairing() -> Pairing {
     serde_json::from_value(json!({ "server": "http://127.0.0.1:9", "school": "NORTH", "name": "LAB", "token": "t" }))
         .unwrap()
@@ -105,10 +109,11 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
         ("a guest's choice", History::default(), Listing::Study(&listed)),
     ] {
         let choice = ExerciseChoice { shelf: &shelf, history: &history, listing };
+        let mut thumbnails = Thumbnails::default();
         look(
             name,
             draw(language, size, |ui| {
-                choose::choose_exercise(ui, &choice, &mut window, &mut false);
+                show_list(ui, &choice, &mut window, &mut thumbnails);
             }),
         );
     }
@@ -121,7 +126,7 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
                 let (guided, exercise) = (&mut guided, &offer.bundle.exercise);
                 let mut pictures = BriefingPictures::default();
                 let pictures = pictures.of(&offer.bundle);
-                choose::show_briefing(
+                briefing::show_briefing(
                     ui,
                     Briefing {
                         exercise,
@@ -140,7 +145,8 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
     let mut page = SettingsPage { open: true, ..SettingsPage::default() };
     let (mut settings, mut device) = (Settings::default(), open::DeviceChoice::Auto);
     look("the settings", draw(language, size, |ui| page.ui(ui, &mut settings, &mut device)));
-    look("a moment of waiting", draw(language, size, |ui| choose::show_preparing(ui, Some(0.5))));
+    draw_wall(language, size, look);
+    look("a moment of waiting", draw(language, size, |ui| briefing::show_preparing(ui, Some(0.5))));
     let refused = DeskAnswer::Refused(phrase!("unknown sign-in code; create a new one on your account page"));
     for answer in
         [None, Some(DeskAnswer::Waiting), Some(refused), Some(DeskAnswer::Came(DeskReply::SignedIn(signed_in())))]
@@ -155,6 +161,19 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
         draw(language, size, |ui| {
             desk.ui(ui, &pairing(), &mut window);
             desk.show_consent(ui, &pairing());
+        }),
+    );
+}
+
+fn draw_wall(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, Vec<DrawnText>)) {
+    let (args, none) = (DeviceArgs::default(), Settings::default());
+    let desk = open::Desk { args: &args, settings: &none };
+    let test = WallTest::start(&open::DeviceChoice::Mouse, &desk, TICK_HZ).unwrap();
+    let mut wall = WallPage::new(test, 1.0);
+    look(
+        "a wall",
+        draw(language, size, |ui| {
+            wall.ui(ui);
         }),
     );
 }
@@ -323,16 +342,17 @@ fn languages_differ_on_every_screen_and_switch_at_once() {
         assert_ne!(words(&english), words(&german), "{screen} is the same in both");
     }
     let (shelf, history, mut window) = (shelf(), History::default(), WindowLanguage::default());
+    let mut thumbnails = Thumbnails::default();
     let context = Context::default();
     colours::apply_colours(&context);
-    let frame = |at: f64, window: &mut WindowLanguage, events: Vec<egui::Event>| {
+    let mut frame = |at: f64, window: &mut WindowLanguage, events: Vec<egui::Event>| {
         let screen_rect = Some(Rect::from_min_size(pos2(0.0, 0.0), vec2(1280.0, 720.0)));
         let input = RawInput { screen_rect, time: Some(at), events, ..RawInput::default() };
         let language = window.spoken();
         let mut output = context.run_ui(input, |ui| {
             words::within(language, || {
                 let choice = ExerciseChoice { shelf: &shelf, history: &history, listing: Listing::Here };
-                choose::choose_exercise(ui, &choice, window, &mut false);
+                show_list(ui, &choice, window, &mut thumbnails);
             });
         });
         output.textures_delta.clear();

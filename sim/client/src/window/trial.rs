@@ -134,7 +134,7 @@ impl TrialScreen {
 
 /// A mouse's wheel or a touchpad, with the number of notches that still count. The limit does not
 /// depend on the frame rate.
-struct Wheel {
+pub struct Wheel {
     notches_left: f64,
 }
 
@@ -198,7 +198,7 @@ pub fn change_look(ui: &Ui, picture: &Response, look: &mut Look) {
 }
 
 /// Returns the steering input of this frame for a virtual hand.
-fn steering_wish(ui: &Ui, picture: &Response, wheel: &mut Wheel) -> SteeringWish {
+pub fn steering_wish(ui: &Ui, picture: &Response, wheel: &mut Wheel) -> SteeringWish {
     let drag = if picture.dragged_by(PointerButton::Primary) { picture.drag_delta() } else { Default::default() };
     ui.input(|input| wished_motion(input, drag, picture.hovered().then_some(wheel)))
 }

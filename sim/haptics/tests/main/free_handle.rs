@@ -75,11 +75,16 @@ pub struct Bench {
 impl Bench {
     pub fn new(scene: PunctureSpec, info: &DeviceInfo, target_x_m: f64, damped: bool) -> Self {
         let params = Arc::new(PunctureParams::new(scene).expect("a valid scene"));
-        let mut setup = Setup::new(Arc::clone(&params), Mapping::in_patient_frame(), info, target_x_m, RATE_HZ);
+        let mut setup = Setup::new(params, Mapping::in_patient_frame(), info, target_x_m, RATE_HZ);
         if !damped {
             setup.safety.passivity.max_damping_n_s_per_m = 0.0;
         }
-        let scaling = setup.scaling.clone();
+        Self::of(setup)
+    }
+
+    /// With everything that a servo needs, in the patient frame.
+    pub fn of(setup: Setup) -> Self {
+        let (params, scaling) = (Arc::clone(&setup.params), setup.scaling.clone());
         let (state, scratch) = (PunctureState::new(&params), PunctureScratch::new(&params));
         Self { rig: Rig::of(setup), params, state, scratch, scaling, tick: 0, x_m: START_M, sent_n: vec![0.0; 8] }
     }

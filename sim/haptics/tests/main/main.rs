@@ -21,6 +21,8 @@ mod servo;
 #[cfg(test)]
 mod support;
 #[cfg(test)]
+mod test_wall;
+#[cfg(test)]
 mod throws;
 #[cfg(test)]
 mod vendors;

@@ -1,8 +1,8 @@
 //! Breakdown of a score: the points of each rubric line with reasons, and all other metrics.
 
-use assessment::{Assessment, Deduction, FailureCause, HardFailure, Metric, UnmetRequirement};
+use assessment::{Assessment, Deduction, DepthMiss, FailureCause, HardFailure, Metric, UnmetRequirement};
 use attempt::AttemptCurve;
-use documents::{Exercise, Required};
+use documents::Exercise;
 
 use crate::charts::LayerDamage;
 use crate::metric::{GROUPS, theme_of_metric};
@@ -190,7 +190,7 @@ impl GradedAttempt<'_> {
     fn failure_with_moment(&self, failure: &HardFailure) -> LostPoints {
         let at_s = match &failure.cause {
             FailureCause::Limit { metric, .. } => self.second_of(metric),
-            FailureCause::Required { unmet: UnmetRequirement::Within } => self.second_of(DEPTH_ERROR),
+            FailureCause::Required { unmet: UnmetRequirement::Within } => self.second_of(DepthMiss::METRIC),
             FailureCause::Required { .. } | FailureCause::Worded { .. } => None,
         };
         let why = match &failure.cause {
@@ -202,10 +202,10 @@ impl GradedAttempt<'_> {
 
     /// How far the position was from the target, and how far it may be; nothing where either is not known.
     fn say_distance(&self) -> Option<String> {
-        let allowed = self.exercise?.required.as_ref()?.within_mm?;
-        let error = self.metrics.iter().find(|m| m.id == DEPTH_ERROR)?.value?;
-        let (distance, allowed) = (format::format_quantity(error.abs(), "mm"), format::format_stated(allowed, "mm"));
-        Some(match error > 0.0 {
+        let DepthMiss { error_mm, allowed_mm } = DepthMiss::find(self.metrics, self.exercise?)?;
+        let distance = format::format_quantity(error_mm.abs(), "mm");
+        let allowed = format::format_stated(allowed_mm, "mm");
+        Some(match error_mm > 0.0 {
             true => tr!("No points: {distance} too deep, {allowed} allowed.", distance = distance, allowed = allowed),
             false => {
                 tr!("No points: {distance} too shallow, {allowed} allowed.", distance = distance, allowed = allowed)
@@ -215,15 +215,9 @@ impl GradedAttempt<'_> {
 
     /// The same attempt judged as if nothing were required; nothing where it lacks none of that.
     fn judge_without_gate(&self) -> Option<Assessment> {
-        let is_gate = |failure: &HardFailure| matches!(failure.cause, FailureCause::Required { .. });
-        let exercise = self.exercise.filter(|_| self.hard_fails.iter().any(is_gate))?;
-        let ungated = Exercise { required: Some(Required::default()), ..exercise.clone() };
-        assessment::judge(self.metrics.to_vec(), &ungated, "").ok()
+        assessment::judge_without_requirements(self.metrics, self.hard_fails, self.exercise?)
     }
 }
-
-/// The metric by which the distance from the target is measured.
-const DEPTH_ERROR: &str = "depth_error_mm";
 
 fn find_same_line<'a>(deductions: &'a [Deduction], line: &Deduction) -> Option<&'a Deduction> {
     deductions.iter().find(|other| other.metric == line.metric && other.version == line.version)
