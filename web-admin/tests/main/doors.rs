@@ -16,7 +16,8 @@ const SHOW_ATTEMPTS: [(&str, &[&str]); 6] = [
     ("upload", &["own"]),
 ];
 /// The other objects, by which no attempt is seen.
-const SHOW_NONE: [&str; 31] = [
+const SHOW_NONE: [&str; 32] = [
+    "outcome",
     "asked",
     "asset",
     "assignment",
