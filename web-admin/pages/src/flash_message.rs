@@ -13,7 +13,7 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 58] = [
+pub const SAID_HERE: [&str; 59] = [
     "/account/calendar/revoke",
     "/account/cohorts/{cohort}",
     "/account/identities/{id}/remove",
@@ -25,6 +25,7 @@ pub const SAID_HERE: [&str; 58] = [
     "/account/studies/{id}/join",
     "/account/studies/{id}/leave",
     "/account/tokens/{id}/revoke",
+    "/admin/at-risk",
     "/admin/learning-records",
     "/admin/learning-records/disable",
     "/admin/learning-records/retry",

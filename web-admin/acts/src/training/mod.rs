@@ -10,3 +10,4 @@ pub mod course_changes;
 pub mod deadlines;
 pub mod grade_delivery;
 pub mod learning_records;
+pub mod risks;

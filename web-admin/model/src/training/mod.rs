@@ -13,5 +13,7 @@ pub mod membership;
 pub mod progress;
 #[cfg(test)]
 mod random_numbers;
+pub mod risk;
 pub mod signatory;
+pub mod support_note;
 pub mod xapi;

@@ -14,5 +14,6 @@ pub mod learning_records;
 pub mod paper;
 pub mod progress;
 pub mod qr;
+pub mod risk;
 pub mod trainee;
 pub mod transcript;

@@ -10,4 +10,6 @@ pub mod deadlines;
 pub mod learning_records;
 pub mod practice;
 pub mod reports;
+pub mod risks;
+pub mod support_notes;
 pub mod tallies;

@@ -10,3 +10,4 @@ pub(crate) mod membership;
 pub(crate) mod papers;
 pub(crate) mod progress;
 pub(crate) mod replaced_exercises;
+pub(crate) mod risks;

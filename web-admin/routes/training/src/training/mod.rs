@@ -12,6 +12,7 @@ pub(crate) mod gradebook;
 mod learning_records;
 pub(crate) mod news;
 pub(crate) mod progress;
+mod risk;
 pub(crate) mod rows;
 pub(crate) mod standing;
 pub(crate) mod trainees;
@@ -39,6 +40,8 @@ pub(crate) fn course_routes() -> Routes {
         .route("/assignments", get(assignments::list_assignments).merge(post(assignments::make_assignment)))
         .route("/assignments/{id}", get(assignments::show_assignment))
         .route("/assignments/{id}/extend", post(assignments::extend_assignment))
+        .route("/at-risk", get(risk::show_at_risk).merge(post(risk::record_support)))
+        .route("/admin/at-risk", get(risk::show_rules).merge(post(risk::set_rules)))
         .route("/assignments/{id}/withdraw", post(assignments::withdraw_assignment))
         .merge(learning_records::record_routes())
         .merge(calendar_feed::own_calendar_routes())

@@ -26,7 +26,7 @@ const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
 }
 
 /// Records about the person, including those made by others.
-const ABOUT: [RecordKind; 26] = [
+const ABOUT: [RecordKind; 27] = [
     kind(
         "grades_for_platforms",
         "SELECT v.name AS platform, l.page, d.subject, d.state, d.body AS message_json, d.stamped_at, d.sent_at, d.tries,
@@ -129,6 +129,11 @@ const ABOUT: [RecordKind; 26] = [
          WHERE school_id = $1 AND person_id = $2 ORDER BY made_at, id",
     ),
     kind(
+        "support_notes",
+        "SELECT n.kind, n.subject, n.body, n.mailed AS is_mailed, p.display_name AS made_by, n.made_at FROM support_notes n
+         JOIN people p ON p.id = n.by_id WHERE n.school_id = $1 AND n.person_id = $2 ORDER BY n.made_at, n.id",
+    ),
+    kind(
         "letters",
         "SELECT kind, assignment_id, tries, next_run_at, sent_at, error FROM mails
          WHERE school_id = $1 AND person_id = $2 ORDER BY id",
@@ -163,7 +168,7 @@ const ABOUT: [RecordKind; 26] = [
 ];
 
 /// Records of the person's actions on the data of other people or of the school.
-const DONE: [RecordKind; 19] = [
+const DONE: [RecordKind; 20] = [
     kind(
         "comments_made",
         "SELECT id, session_id, answers, kind, from_s, to_s, body, made_at, withdrawn_at FROM comments
@@ -234,6 +239,11 @@ const DONE: [RecordKind; 19] = [
     kind(
         "study_participants_added",
         "SELECT study_id, person_id, added_at FROM study_participants WHERE school_id = $1 AND added_by = $2",
+    ),
+    kind(
+        "support_notes_made",
+        "SELECT person_id, kind, subject, body, mailed AS is_mailed, made_at FROM support_notes
+         WHERE school_id = $1 AND by_id = $2 ORDER BY made_at, id",
     ),
     kind("rosters_sent", "SELECT id, file_name, made_at FROM rosters WHERE school_id = $1 AND made_by = $2"),
     kind("pairing_codes_made", "SELECT expires_at FROM pairing_codes WHERE school_id = $1 AND made_by = $2"),
