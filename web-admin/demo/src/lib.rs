@@ -99,6 +99,8 @@ pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> any
     raters::hold_rating_round(&past).await?;
     study::hold_study(&past, school, &trainees).await?;
     assignments::assign_demo_tasks(&past, now).await?;
+    assignments::begin_demo_term(&past).await?;
+    assignments::support_demo_trainee(&past, now).await?;
     raters::mark_pops(&past, now).await?;
     assignments::remind_demo_people(&past, now).await?;
     if wanted.crowd > 0 {

@@ -13,7 +13,7 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 59] = [
+pub const SAID_HERE: [&str; 62] = [
     "/account/calendar/revoke",
     "/account/cohorts/{cohort}",
     "/account/identities/{id}/remove",
@@ -44,6 +44,8 @@ pub const SAID_HERE: [&str; 59] = [
     "/admin/sign-in/{id}/disable",
     "/admin/sign-in/{id}/enable",
     "/admin/stations/{id}/revoke",
+    "/admin/terms",
+    "/admin/terms/{term}/remove",
     "/assignments",
     "/assignments/{id}/extend",
     "/assignments/{id}/withdraw",
@@ -51,6 +53,7 @@ pub const SAID_HERE: [&str; 59] = [
     "/cohorts/{id}/people",
     "/cohorts/{id}/people/{person}/answer",
     "/cohorts/{id}/people/{person}/remove",
+    "/cohorts/{id}/term",
     "/drafts/{id}/discard",
     "/expert-consent",
     "/news/read",

@@ -16,7 +16,7 @@ const SHOW_ATTEMPTS: [(&str, &[&str]); 6] = [
     ("upload", &["own"]),
 ];
 /// The other objects, by which no attempt is seen.
-const SHOW_NONE: [&str; 31] = [
+const SHOW_NONE: [&str; 32] = [
     "asked",
     "asset",
     "assignment",
@@ -47,6 +47,7 @@ const SHOW_NONE: [&str; 31] = [
     "round",
     "station",
     "survey",
+    "term",
     "trace",
 ];
 

@@ -311,7 +311,10 @@ async fn objects(
         time_zone: "UTC".to_owned(),
     };
     let assignment = assignments::make(&app.state, &by, &new).await.unwrap();
+    acts::training::terms::add_term(&app.state, &by, "Term", "2026-10-12").await.unwrap();
+    let term = store::training::terms::list_terms(reader, north).await.unwrap()[0].id;
     let objects = BTreeMap::from([
+        ("term", term.to_string()),
         ("draft", draft.to_string()),
         ("pictured", "avoid-the-vessel".to_owned()),
         ("picture", shipped.name),

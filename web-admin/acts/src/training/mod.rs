@@ -11,3 +11,4 @@ pub mod deadlines;
 pub mod grade_delivery;
 pub mod learning_records;
 pub mod risks;
+pub mod terms;

@@ -16,4 +16,5 @@ mod random_numbers;
 pub mod risk;
 pub mod signatory;
 pub mod support_note;
+pub mod term;
 pub mod xapi;

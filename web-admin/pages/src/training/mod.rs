@@ -12,6 +12,7 @@ pub mod gradebook;
 pub mod instructor;
 pub mod learning_records;
 pub mod paper;
+pub mod programme;
 pub mod progress;
 pub mod qr;
 pub mod risk;

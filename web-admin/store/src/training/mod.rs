@@ -13,3 +13,4 @@ pub mod reports;
 pub mod risks;
 pub mod support_notes;
 pub mod tallies;
+pub mod terms;

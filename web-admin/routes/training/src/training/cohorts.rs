@@ -132,7 +132,7 @@ pub(crate) async fn show_cohort(
 }
 
 /// The courses of a school to choose from.
-fn list_course_options(courses: &[TaughtCourse], chosen: Option<usize>) -> Vec<SelectOption> {
+pub(super) fn list_course_options(courses: &[TaughtCourse], chosen: Option<usize>) -> Vec<SelectOption> {
     let option = |(at, taught): (usize, &TaughtCourse)| SelectOption {
         value: taught.id.clone(),
         label: taught.title.clone(),
