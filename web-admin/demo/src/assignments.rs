@@ -2,17 +2,18 @@
 //! trainee.
 
 use acts::operations::schools;
-use acts::training::{assignments, deadlines};
+use acts::training::{assignments, deadlines, risks, terms};
 use anyhow::Context;
 use model::ids::AssignmentId;
 use model::training::assignment::AssignmentTask;
 use model::training::due;
+use model::training::support_note::{SupportKind, SupportText};
 use model::{CurrentPerson, Moment};
 use routes_base::AppState;
 use store::operations::schools::{SchoolSettings, find_school_settings};
 use store::people;
 use store::training::assignments::NewAssignment;
-use store::training::{assignments as stored, cohorts};
+use store::training::{assignments as stored, cohorts, terms as stored_terms};
 use worker::outbox;
 
 use crate::DAY_S;
@@ -42,6 +43,41 @@ pub async fn assign_demo_tasks(state: &AppState, now: Moment) -> anyhow::Result<
     let absent = find_demo_person(state, absent.name).await?.id;
     let listed = listed.first().context("what was just assigned")?;
     Ok(deadlines::extend(state, &instructor, assignments::dated(listed), absent, 7).await?)
+}
+
+/// Puts the cohorts into a term that began with the first attempts.
+///
+/// # Errors
+/// Fails if the people are missing, or the database fails.
+pub async fn begin_demo_term(state: &AppState) -> anyhow::Result<()> {
+    let administrator = find_demo_person(state, ADMINISTRATOR).await?.into_current().context("an administrator")?;
+    let day = due::local(state.clock.now(), TIME_ZONE).machine;
+    let day = day.get(..10).context("a date")?;
+    terms::add_term(state, &administrator, &format!("Term from {day}"), day).await?;
+    let reader = state.db.reader();
+    let term = stored_terms::list_terms(reader, administrator.school_id).await?.first().context("the term")?.id;
+    for cohort in cohorts::list_cohorts(reader, administrator.school_id).await? {
+        terms::set_cohort_term(state, &administrator, cohort.id, Some(term)).await?;
+    }
+    Ok(())
+}
+
+/// Writes to a trainee who is stuck.
+///
+/// # Errors
+/// Fails if the people are missing, or the database fails.
+pub async fn support_demo_trainee(state: &AppState, now: Moment) -> anyhow::Result<()> {
+    let instructor = find_demo_person(state, COHORTS[0].instructor).await?.into_current().context("an instructor")?;
+    let stuck = LEARNERS.iter().filter(|learner| learner.cohort == 0);
+    let stuck = stuck.min_by(|a, b| a.gain.total_cmp(&b.gain)).context("somebody who learns slowly")?;
+    let stuck = find_demo_person(state, stuck.name).await?.id;
+    let text = SupportText {
+        kind: SupportKind::Message,
+        subject: Some("An hour at the station together?".to_owned()),
+        body: "Station 2 is free on Thursday from 14:00. Let us go through your last attempts.".to_owned(),
+    };
+    risks::record_support(&state.at(now.plus_s(-3 * DAY_S)), &instructor, &[stuck], &text).await?;
+    Ok(())
 }
 
 /// Sends reminders of the deadlines until tomorrow; the mails are files in the mail folder.

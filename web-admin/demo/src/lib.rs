@@ -101,6 +101,8 @@ pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> any
     study::hold_study(&past, school, &trainees).await?;
     assignments::assign_demo_tasks(&past, now).await?;
     outcomes::decide_on_outcomes(&past, now).await?;
+    assignments::begin_demo_term(&past).await?;
+    assignments::support_demo_trainee(&past, now).await?;
     raters::mark_pops(&past, now).await?;
     assignments::remind_demo_people(&past, now).await?;
     if wanted.crowd > 0 {
@@ -179,7 +181,7 @@ async fn next_exercise(state: &AppState, trainee: &Trainee, n: u32) -> anyhow::R
     let reader = state.db.reader();
     let attempts = practice::list_trainee_practice(reader, trainee.school_id, trainee.id).await?;
     let course = async |id: &str| anyhow::Ok(find_taught_curriculum(state, trainee.school_id, id).await?.1);
-    let next = |course: &Course| Progress::of(course, &attempts, state.clock.now().to_utc()).next;
+    let next = |course: &Course| Progress::of(course, &attempts).next;
     let first = course(COURSE).await?;
     if let Some(step) = next(&first) {
         return current_bundle(state, trainee.school_id, &first, step).await;

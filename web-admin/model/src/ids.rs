@@ -142,6 +142,10 @@ ids! {
     RosterId;
     /// A notice of a new event for a person.
     NoticeId;
+    /// A term of a school.
+    TermId;
+    /// A record of what was done for a person.
+    SupportNoteId;
     /// A backup run.
     BackupId;
     /// A letter to be sent.

@@ -13,7 +13,7 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 61] = [
+pub const SAID_HERE: [&str; 65] = [
     "/account/calendar/revoke",
     "/account/cohorts/{cohort}",
     "/account/identities/{id}/remove",
@@ -25,6 +25,7 @@ pub const SAID_HERE: [&str; 61] = [
     "/account/studies/{id}/join",
     "/account/studies/{id}/leave",
     "/account/tokens/{id}/revoke",
+    "/admin/at-risk",
     "/admin/learning-records",
     "/admin/learning-records/disable",
     "/admin/learning-records/retry",
@@ -45,6 +46,8 @@ pub const SAID_HERE: [&str; 61] = [
     "/admin/sign-in/{id}/disable",
     "/admin/sign-in/{id}/enable",
     "/admin/stations/{id}/revoke",
+    "/admin/terms",
+    "/admin/terms/{term}/remove",
     "/assignments",
     "/assignments/{id}/extend",
     "/assignments/{id}/withdraw",
@@ -52,6 +55,7 @@ pub const SAID_HERE: [&str; 61] = [
     "/cohorts/{id}/people",
     "/cohorts/{id}/people/{person}/answer",
     "/cohorts/{id}/people/{person}/remove",
+    "/cohorts/{id}/term",
     "/drafts/{id}/discard",
     "/expert-consent",
     "/news/read",

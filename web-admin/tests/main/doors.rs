@@ -16,7 +16,7 @@ const SHOW_ATTEMPTS: [(&str, &[&str]); 6] = [
     ("upload", &["own"]),
 ];
 /// The other objects, by which no attempt is seen.
-const SHOW_NONE: [&str; 32] = [
+const SHOW_NONE: [&str; 33] = [
     "outcome",
     "asked",
     "asset",
@@ -48,6 +48,7 @@ const SHOW_NONE: [&str; 32] = [
     "round",
     "station",
     "survey",
+    "term",
     "trace",
 ];
 

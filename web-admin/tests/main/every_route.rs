@@ -314,8 +314,11 @@ async fn objects(
     let assignment = assignments::make(&app.state, &by, &new).await.unwrap();
     let text = OutcomeText { code: "EPA 1".to_owned(), title: "Puncture".to_owned(), ..OutcomeText::default() };
     let outcome = outcomes::add_outcome(&app.state, &by, text).await.unwrap();
+    acts::training::terms::add_term(&app.state, &by, "Term", "2026-10-12").await.unwrap();
+    let term = store::training::terms::list_terms(reader, north).await.unwrap()[0].id;
     let objects = BTreeMap::from([
         ("outcome", outcome.to_string()),
+        ("term", term.to_string()),
         ("draft", draft.to_string()),
         ("pictured", "avoid-the-vessel".to_owned()),
         ("picture", shipped.name),

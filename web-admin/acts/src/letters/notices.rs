@@ -73,6 +73,7 @@ pub(crate) async fn tell_refused_grade(
             comment_id: None,
             assignment_id: Some(assignment),
             round_id: None,
+            note_id: None,
         };
         notices::add_notice(tx, notice, now).await?;
     }
@@ -89,6 +90,7 @@ async fn list_notices_of(tx: &mut Connection, by: &CurrentPerson, news: News<'_>
         comment_id: None,
         assignment_id: None,
         round_id: None,
+        note_id: None,
     };
     Ok(match news {
         News::Said { session, comment, question } => {

@@ -179,7 +179,7 @@ async fn is_still_mastered(service: &Service, badge: &ValidBadge, course: &Cours
     let person = person_of(badge);
     let attempts = practice::list_trainee_practice(service.db.reader(), person.school_id, person.person_id).await?;
     let proved = list_proved_attempts(service, person, badge.needed, &attempts).await?;
-    Ok(Progress::of(course, &proved, service.clock.now().to_utc()).complete())
+    Ok(Progress::of(course, &proved).complete())
 }
 
 async fn revoke_lost_badge(service: &Service, badge: &ValidBadge) -> Result<bool, Error> {

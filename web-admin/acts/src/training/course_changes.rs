@@ -32,14 +32,14 @@ pub async fn find_course_change(
     if now_taught.eq(checked.course.entries.iter().map(|entry| &entry.exercise)) && course.rule == checked.mastery {
         return Ok(change);
     }
-    let (now, mut after) = (state.clock.now().to_utc(), PersonId::nil());
+    let mut after = PersonId::nil();
     loop {
         let key = PersonKey { school_id: school, person_id: after };
         let practised = practice::list_school_practice(state.db.reader(), key, AT_ONCE).await?;
         let Some((last, _)) = practised.last_key_value() else { return Ok(change) };
         after = *last;
         for attempts in practised.values() {
-            let progress = Progress::of(&course, attempts, now);
+            let progress = Progress::of(&course, attempts);
             change.mastered += usize::from(progress.complete());
             change.under_way += usize::from(!progress.complete() && progress.attempts() > 0);
         }

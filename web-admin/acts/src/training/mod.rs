@@ -11,3 +11,5 @@ pub mod deadlines;
 pub mod grade_delivery;
 pub mod learning_records;
 pub mod outcomes;
+pub mod risks;
+pub mod terms;

@@ -1,7 +1,7 @@
 //! Outgoing mail.
 
 use crate::Moment;
-use crate::ids::{DatedId, LetterId, PersonId, ResponseId, SchoolId, SurveyId};
+use crate::ids::{DatedId, LetterId, PersonId, ResponseId, SchoolId, SupportNoteId, SurveyId};
 
 /// Kind of mail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +22,8 @@ pub enum MailKind {
     /// An account of another system was joined to the person's.
     #[cfg_attr(feature = "sqlx", sqlx(rename = "identity_joined"))]
     IdentityJoined,
+    /// A message from a teacher.
+    Message,
 }
 
 /// Problem with a sent mail.
@@ -47,6 +49,8 @@ pub struct Mail {
     pub kind: MailKind,
     /// The item of a reminder.
     pub assignment_id: Option<DatedId>,
+    /// The record that contains a message.
+    pub note_id: Option<SupportNoteId>,
     /// Number of attempts to send it.
     pub tries: i64,
     /// Name of the recipient.

@@ -22,6 +22,8 @@ pub enum NoticeKind {
     Assignment,
     /// A learning platform has refused a grade of an assignment that the person made.
     Delivery,
+    /// A teacher wrote to the person.
+    Message,
 }
 
 impl NoticeKind {
@@ -36,6 +38,7 @@ impl NoticeKind {
             Self::Rating => "rating",
             Self::Assignment => "assignment",
             Self::Delivery => "delivery",
+            Self::Message => "message",
         }
     }
 }
@@ -77,6 +80,7 @@ impl Notice {
             (NoticeKind::Rating, Some(session), _) => format!("/sessions/{session}/grade"),
             (NoticeKind::Rating, None, Some(round)) => format!("/ratings/{round}"),
             (NoticeKind::Assignment | NoticeKind::Delivery, ..) => "/assignments".to_owned(),
+            (NoticeKind::Message, ..) => "/#messages".to_owned(),
             _ => "/".to_owned(),
         }
     }
@@ -117,6 +121,7 @@ impl NoticePlace {
                 NoticeKind::Rating,
                 NoticeKind::Assignment,
                 NoticeKind::Delivery,
+                NoticeKind::Message,
             ],
         }
     }
@@ -165,5 +170,6 @@ mod tests {
         assert_eq!(notice(NoticeKind::Rating, None, Some(round)).href(), format!("/ratings/{round}"));
         assert_eq!(notice(NoticeKind::Rating, Some(session), Some(round)).href(), format!("/sessions/{session}/grade"));
         assert_eq!(notice(NoticeKind::Assignment, None, None).href(), "/assignments");
+        assert_eq!(notice(NoticeKind::Message, None, None).href(), "/#messages");
     }
 }

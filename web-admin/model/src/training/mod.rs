@@ -14,5 +14,8 @@ pub mod outcome;
 pub mod progress;
 #[cfg(test)]
 mod random_numbers;
+pub mod risk;
 pub mod signatory;
+pub mod support_note;
+pub mod term;
 pub mod xapi;

@@ -48,7 +48,17 @@ pub const AUDIT_THEMES: [AuditTheme; 6] = [
     AuditTheme { key: "attempts", actions: &["session", "recording", "grade", "comment"] },
     AuditTheme {
         key: "teaching",
-        actions: &["assignment", "exercise", "curriculum", "draft", "certificate", "badge", "segments", "outcome"],
+        actions: &[
+            "assignment",
+            "exercise",
+            "curriculum",
+            "draft",
+            "certificate",
+            "badge",
+            "segments",
+            "outcome",
+            "support",
+        ],
     },
     AuditTheme { key: "surveys", actions: &["survey", "instrument", "study", "ratings", "rating", "expert"] },
     AuditTheme {

@@ -23,6 +23,7 @@ mod scatter;
 mod svg;
 mod time;
 mod trace;
+mod weeks;
 
 pub use bars::{draw_attempts_by_day, draw_score_among_others, draw_spread};
 pub use boxes::{BoxRow, draw_boxes};
@@ -40,6 +41,7 @@ pub use scale::Extent;
 pub use scatter::draw_scatter;
 pub use time::draw_force_and_depth;
 pub use trace::{LEFT as TRACE_LEFT, RIGHT as TRACE_RIGHT, TraceStrip, draw_trace_strip};
+pub use weeks::{ShareLine, draw_shares};
 
 /// Target width of a drawing. Text in an SVG scales with it, so phones get a drawing of their own;
 /// the style sheet shows one of the two.

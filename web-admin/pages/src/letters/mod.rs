@@ -11,6 +11,7 @@ use model::single_line_text::on_one_line;
 use model::surveys::Survey;
 use model::training::assignment::AssignmentStage;
 use model::training::due::{Local, local};
+use model::training::support_note::SupportNote;
 
 use crate::format;
 use crate::letters::news::NewsItem;
@@ -56,6 +57,22 @@ struct IdentityJoined<'a> {
     name: &'a str,
     school: &'a str,
     link: &'a str,
+}
+
+#[derive(Template)]
+#[template(path = "letters/message.txt")]
+struct Message<'a> {
+    name: &'a str,
+    school: &'a str,
+    subject: String,
+    note: &'a SupportNote,
+}
+
+/// Returns subject and body of a teacher's message.
+#[must_use]
+pub fn write_message(mail: &Mail, note: &SupportNote) -> (String, String) {
+    let subject = on_one_line(note.subject.as_deref().unwrap_or_default());
+    subject_and_body(&Message { name: &mail.name, school: &mail.school, subject, note })
 }
 
 #[derive(Template)]
@@ -265,6 +282,7 @@ mod tests {
             person_id: PersonId::nil(),
             kind: MailKind::Invitation,
             assignment_id: None,
+            note_id: None,
             tries: 0,
             name: "Ana <Ek>".to_owned(),
             email: "ana@example.org".to_owned(),

@@ -37,6 +37,7 @@ impl NewsItem {
             NoticeKind::Delivery => {
                 tr!("The learning platform has refused the grade of {name} in “{title}”", name = by, title = title)
             }
+            NoticeKind::Message => tr!("{name} has written to you: “{title}”", name = by, title = title),
         };
         Self { words, href: notice.href(), at: notice.made_at.to_utc() }
     }

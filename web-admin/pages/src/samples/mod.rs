@@ -7,12 +7,14 @@ pub(crate) mod untranslated_text;
 
 use assessment::{Deduction, DeductionCause, Direction, Metric};
 use documents::{Exercise, ExerciseBundle, HardFail, Required, RubricLine};
-use model::ids::{CohortId, PersonId, SessionId};
+use model::ids::{CohortId, PersonId, SessionId, SupportNoteId};
 use model::letters::notice::{Notice, NoticeKind};
 use model::training::assignment::AssignmentTally;
 use model::training::due::local;
 use model::training::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use model::training::progress::{Course, CourseStep, Mastery, Progress, ScoredAttempt};
+use model::training::risk::Concern;
+use model::training::support_note::{SupportKind, SupportNote};
 use model::{Moment, Role, Uncounted};
 use time::macros::datetime;
 use time::{Duration, OffsetDateTime};
@@ -27,7 +29,9 @@ use crate::scoring::judgement::{GradedAttempt, JudgementView, MetricSpread, Othe
 use crate::shell::ShellVisitor;
 use crate::training::assignments::DueLine;
 use crate::training::cohort::{CohortFigures, CohortPage, CourseShare, NamedTrainee, TraineeRow};
+use crate::training::concern::say_concern;
 use crate::training::progress::HabitsView;
+use crate::training::risk::SupportNoteRow;
 use crate::training::trainee::{CourseFacts, CourseView, OwnAttemptRow, TraineePage};
 use crate::{NavPlace, Shell, StatusWord};
 
@@ -350,7 +354,7 @@ pub(crate) fn attempts() -> Vec<OwnAttemptRow> {
 }
 
 pub(crate) fn progress() -> Progress {
-    Progress::of(&course(), &ana(), NOW)
+    Progress::of(&course(), &ana())
 }
 
 pub(crate) fn request() -> MembershipRequest {
@@ -395,11 +399,14 @@ pub(crate) fn trainee_page(own: bool) -> TraineePage {
         name: "Ana Lindqvist".to_owned(),
         own,
         due: vec![],
+        concerns: if own { vec![] } else { vec![say_concern(&Concern::Inactive { days: 16 })] },
+        notes: vec![SupportNoteRow::new(message())],
+        support_href: (!own).then(|| "/at-risk?trainee=1".to_owned()),
         cohorts: vec!["Spring 2026".to_owned()],
         courses: vec![CourseView::new(&facts(&course), &progress, 0)],
         others: vec![CourseView {
             title: "Lumbar puncture".to_owned(),
-            ..CourseView::new(&facts(&course), &Progress::of(&course, &[], NOW), 1)
+            ..CourseView::new(&facts(&course), &Progress::of(&course, &[]), 1)
         }],
         habits: HabitsView::default(),
         attempts: attempts(),
@@ -408,9 +415,22 @@ pub(crate) fn trainee_page(own: bool) -> TraineePage {
     }
 }
 
+fn message() -> SupportNote {
+    SupportNote {
+        id: SupportNoteId::nil(),
+        person_id: PersonId::from_u128(4),
+        by: "Dr Peter Osei".to_owned(),
+        kind: SupportKind::Message,
+        subject: Some("Practice on Thursday".to_owned()),
+        body: "Station 2 is free from 14:00.".to_owned(),
+        mailed: true,
+        made_at: Moment::from(NOW),
+    }
+}
+
 pub(crate) fn newcomer_page() -> TraineePage {
     let course = course();
-    let progress = Progress::of(&course, &[], NOW);
+    let progress = Progress::of(&course, &[]);
     let courses = vec![CourseView::new(&facts(&course), &progress, 0)];
     TraineePage { courses, attempts: vec![], pages: PageNumbers::default(), ..trainee_page(true) }
 }
@@ -430,10 +450,21 @@ pub(crate) fn cohort_page() -> CohortPage {
         ("Emeka Obi", vec![]),
         ("Fatima Zahra", history(&[&first[..], &second].concat(), 2)),
     ];
-    let standing = people.map(|(name, attempts)| (name.to_owned(), Progress::of(&course, &attempts, NOW)));
+    let standing = people.map(|(name, attempts)| (name.to_owned(), Progress::of(&course, &attempts)));
     let row = |(name, progress): &(String, Progress)| {
         let who = NamedTrainee { href: "/trainees/1".to_owned(), name: name.clone() };
-        TraineeRow::new(who, &facts(&course), progress, &progress.concerns)
+        let failing = Concern::Failing {
+            exercise: "reach-the-muscle".to_owned(),
+            title: "Reach the muscle".to_owned(),
+            fails: 3,
+            last_score: 41.0,
+        };
+        let concerns = match name.as_str() {
+            "Ana Lindqvist" => vec![Concern::Inactive { days: 16 }],
+            "Bruno Ferrari" => vec![failing],
+            _ => vec![],
+        };
+        TraineeRow::new(who, &facts(&course), progress, &concerns)
     };
     let rows: Vec<TraineeRow> = standing.iter().map(row).collect();
     let help: Vec<TraineeRow> = rows.iter().filter(|row| !row.concerns.is_empty()).cloned().collect();
@@ -447,6 +478,7 @@ pub(crate) fn cohort_page() -> CohortPage {
     CohortPage {
         shell: shell(Role::Instructor),
         href: "/cohorts/1".to_owned(),
+        risk_href: "/at-risk?cohort=1".to_owned(),
         name: "Spring 2026".to_owned(),
         instructors: vec!["Dr Peter Osei".to_owned()],
         figures: CohortFigures::new(&in_course, help.len()),

@@ -4,7 +4,8 @@ use askama::Template;
 use askama_web::WebTemplate;
 use model::Role;
 use model::training::cohort::CohortSummary;
-use model::training::progress::{Concern, Progress, StepProgress, StepState};
+use model::training::progress::{Progress, StepProgress, StepState};
+use model::training::risk::Concern;
 use time::OffsetDateTime;
 
 use crate::form::SelectOption;
@@ -23,13 +24,15 @@ pub struct CohortPage {
     pub shell: Shell,
     /// Address of the cohort's page.
     pub href: String,
+    /// Address of its people at risk.
+    pub risk_href: String,
     /// The cohort's name.
     pub name: String,
     /// Names of its instructors.
     pub instructors: Vec<String>,
     /// What its trainees come to.
     pub figures: CohortFigures,
-    /// Those who may need help, the most reasons first, as many as the page shows.
+    /// Those who are at risk, the most pressing first, as many as the page shows.
     pub help: Vec<TraineeRow>,
     /// What is assigned to it and to its trainees.
     pub due_lines: Vec<DueLine>,
@@ -352,7 +355,7 @@ mod tests {
         let sample = samples::cohort_page();
         let figures = CohortFigures { help: 480, ..sample.figures };
         let html = samples::keep_page("cohort-help", &CohortPage { figures, ..sample });
-        assert!(html.contains("478 more people need help") && html.contains("show=help"), "{html}");
+        assert!(html.contains("478 more people need help") && html.contains("/at-risk?cohort=1"), "{html}");
     }
 
     #[test]

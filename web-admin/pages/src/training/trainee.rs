@@ -12,8 +12,8 @@ use crate::charts::ScorePoint;
 use crate::people::listed::PageNumbers;
 use crate::recordings::session::uncounted_in_short;
 use crate::training::addresses::exercise_href;
-use crate::training::concern::say_concern;
 use crate::training::progress::HabitsView;
+use crate::training::risk::SupportNoteRow;
 use crate::{Shell, StatusWord, charts, format};
 
 /// A trainee's page.
@@ -28,6 +28,12 @@ pub struct TraineePage {
     pub own: bool,
     /// News for the visitor, on their own page; else empty.
     pub news: Vec<crate::letters::news::NewsItem>,
+    /// For those who teach the trainee: the reasons why they are at risk.
+    pub concerns: Vec<(&'static str, String)>,
+    /// What was done for them; for the trainee: the messages.
+    pub notes: Vec<SupportNoteRow>,
+    /// Where those who teach the trainee record it.
+    pub support_href: Option<String>,
     /// Assignments that are not done, by due date.
     pub due: Vec<crate::training::assignments::AssignmentRow>,
     /// Address of the transcript.
@@ -90,8 +96,6 @@ pub struct CourseView {
     pub complete: bool,
     /// Since when, where it is mastered by an earlier revision.
     pub mastered_before: Option<OffsetDateTime>,
-    /// Why help may be needed.
-    pub concerns: Vec<(&'static str, String)>,
     /// Exercises in order.
     pub steps: Vec<CourseStepRow>,
     /// Scores over time for each exercise tried: title and drawing.
@@ -209,7 +213,6 @@ impl CourseView {
             mastered: progress.mastered(),
             complete: progress.complete(),
             mastered_before: progress.earlier.is_some().then(|| progress.completed_on()).flatten(),
-            concerns: progress.concerns.iter().map(|c| say_concern(c)).collect(),
             steps,
             charts,
         }

@@ -336,6 +336,8 @@ read_natively! {
     Text: model::Role,
     Text: model::Uncounted,
     Text: model::training::comment::CommentKind,
+    Text: model::training::risk::RiskRule,
+    Text: model::training::support_note::SupportKind,
     Text: model::people::directory::AccountState,
     Text: model::letters::mail::MailKind,
     Text: model::training::membership::MembershipAct,

@@ -1,6 +1,6 @@
 //! The queue of outgoing mail, and its results.
 
-use model::ids::{DatedId, LetterId, PersonId, SchoolId};
+use model::ids::{DatedId, LetterId, PersonId, SchoolId, SupportNoteId};
 use model::letters::mail::{Mail, MailKind, MailTrouble};
 use model::{Moment, PersonKey};
 use sqlx::FromRow;
@@ -40,10 +40,26 @@ pub async fn queue_mail(writer: &mut Connection, mail: NewMail, now: Moment) -> 
     .map(drop)
 }
 
+/// Queues a teacher's message.
+pub async fn queue_message(writer: &mut Connection, to: PersonKey, note: SupportNoteId, now: Moment) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO mails (id, school_id, person_id, kind, note_id, next_run_at) VALUES ($1, $2, $3, $4, $5, $6)",
+    )
+    .bind(LetterId::made_at(now))
+    .bind(to.school_id)
+    .bind(to.person_id)
+    .bind(MailKind::Message)
+    .bind(note)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
 macro_rules! select_mails {
     ($rest:literal) => {
         concat!(
-            "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.tries, p.display_name AS name, p.email,
+            "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.note_id, m.tries, p.display_name AS name, p.email,
                s.name AS school, s.time_zone, coalesce(p.language, s.letter_language) AS language,
                p.disabled_at IS NULL AND p.email NOT LIKE '%@no-address.invalid' AND CASE m.kind WHEN 'reminder' THEN s.mails_reminders WHEN 'news' THEN s.mails_news
                  ELSE TRUE END AS enabled

@@ -1,6 +1,6 @@
 //! Notices of new events for a person until they are read, and whether they are mailed.
 
-use model::ids::{AssignmentId, CommentId, NoticeId, PersonId, RoundId, SchoolId, SessionId};
+use model::ids::{AssignmentId, CommentId, NoticeId, PersonId, RoundId, SchoolId, SessionId, SupportNoteId};
 use model::letters::notice::{Notice, NoticeKind, NoticePlace};
 use model::{Moment, PersonKey, SessionKey, count_u32};
 use sqlx::FromRow;
@@ -24,6 +24,8 @@ pub struct NewNotice {
     pub assignment_id: Option<AssignmentId>,
     /// The round of ratings.
     pub round_id: Option<RoundId>,
+    /// The record that contains a message.
+    pub note_id: Option<SupportNoteId>,
 }
 
 /// Stores a notice.
@@ -32,8 +34,8 @@ pub struct NewNotice {
 /// If one of the objects belongs to another school, or the database fails.
 pub async fn add_notice(writer: &mut Connection, new: NewNotice, now: Moment) -> Result<()> {
     sqlx::query(
-        "INSERT INTO notices (id, school_id, person_id, kind, by_id, session_id, comment_id, assignment_id, round_id, made_at)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
+        "INSERT INTO notices (id, school_id, person_id, kind, by_id, session_id, comment_id, assignment_id, round_id, note_id, made_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
     )
     .bind(NoticeId::made_at(now))
     .bind(new.whom.school_id)
@@ -44,6 +46,7 @@ pub async fn add_notice(writer: &mut Connection, new: NewNotice, now: Moment) ->
     .bind(new.comment_id)
     .bind(new.assignment_id)
     .bind(new.round_id)
+    .bind(new.note_id)
     .bind(now)
     .execute(writer)
     .await
@@ -153,7 +156,7 @@ pub async fn list_round_parts(executor: impl Executor<'_>, school: SchoolId, rou
 pub async fn list_unread_notices(executor: impl Executor<'_>, person: PersonKey, most: u32) -> Result<Vec<Notice>> {
     sqlx::query_as(
         "SELECT n.kind, b.display_name AS by, n.session_id, n.comment_id, coalesce(c.from_s, q.from_s) AS from_s, n.round_id,
-           coalesce(x.title, s.exercise_id, r.title, u.title, o.title, '') AS title, n.made_at
+           coalesce(x.title, s.exercise_id, r.title, u.title, o.title, w.subject, '') AS title, n.made_at
          FROM notices n
          JOIN people b ON b.school_id = n.school_id AND b.id = n.by_id
          LEFT JOIN sessions s ON s.school_id = n.school_id AND s.id = n.session_id
@@ -166,6 +169,7 @@ pub async fn list_unread_notices(executor: impl Executor<'_>, person: PersonKey,
          LEFT JOIN curricula k ON k.school_id = a.school_id AND k.curriculum_id = a.curriculum_id
          LEFT JOIN curriculum_revisions u ON u.id = k.revision_id
          LEFT JOIN rating_rounds o ON o.id = n.round_id
+         LEFT JOIN support_notes w ON w.id = n.note_id
          WHERE n.school_id = $1 AND n.person_id = $2 AND n.read_at IS NULL
          ORDER BY n.made_at DESC, n.id DESC LIMIT $3 + 0",
     )
@@ -309,6 +313,23 @@ pub async fn wants_news_letters(executor: impl Executor<'_>, person: PersonKey) 
         .bind(person.person_id)
         .fetch_one(executor)
         .await
+}
+
+/// Records that a message is mailed by itself, so that no mail of news repeats it.
+pub async fn mark_message_mailed(
+    writer: &mut Connection,
+    person: PersonKey,
+    note: SupportNoteId,
+    now: Moment,
+) -> Result<()> {
+    sqlx::query("UPDATE notices SET mailed_at = $4 WHERE school_id = $1 AND person_id = $2 AND note_id = $3")
+        .bind(person.school_id)
+        .bind(person.person_id)
+        .bind(note)
+        .bind(now)
+        .execute(writer)
+        .await
+        .map(drop)
 }
 
 /// Sets whether a person receives mails about new notices.

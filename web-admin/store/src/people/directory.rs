@@ -332,6 +332,11 @@ pub async fn erase_person(
         .bind(person.id)
         .execute(&mut *writer)
         .await?;
+    sqlx::query("DELETE FROM support_notes WHERE school_id = $1 AND person_id = $2")
+        .bind(school)
+        .bind(person.id)
+        .execute(&mut *writer)
+        .await?;
     sqlx::query("DELETE FROM notices WHERE school_id = $1 AND person_id = $2")
         .bind(school)
         .bind(person.id)

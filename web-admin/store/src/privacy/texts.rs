@@ -73,7 +73,9 @@ async fn plain_texts(reader: &Pool, whose: TextOwner, side: TextSide) -> Result<
                + (SELECT count(*) FROM regrade_reasons WHERE school_id = $1 AND made_by = $2 AND made_at <= $3
                   AND reason <> '[erased]')
                + (SELECT count(*) FROM regradings WHERE school_id = $1 AND made_by = $2 AND made_at <= $3
-                  AND reason <> '[erased]')"
+                  AND reason <> '[erased]')
+               + (SELECT count(*) FROM support_notes WHERE school_id = $1 AND by_id = $2 AND made_at <= $3
+                  AND body <> '[erased]')"
         }
         TextSide::About => {
             "SELECT (SELECT count(*) FROM sessions s CROSS JOIN comments c
@@ -98,8 +100,8 @@ async fn plain_texts(reader: &Pool, whose: TextOwner, side: TextSide) -> Result<
 /// Redacts the texts of one side. Returns their number.
 pub async fn redact_texts(writer: &mut Connection, whose: TextOwner, side: TextSide) -> Result<u64> {
     let mut redacted = 0;
-    let statements = match side {
-        TextSide::Written => [
+    let statements: &[&str] = match side {
+        TextSide::Written => &[
             plain!(
                 "UPDATE comments SET body = '[erased]'",
                 "AND author_id = $2",
@@ -120,8 +122,13 @@ pub async fn redact_texts(writer: &mut Connection, whose: TextOwner, side: TextS
                 "AND made_by = $2",
                 "AND made_at <= $3 AND reason <> '[erased]'"
             ),
+            plain!(
+                "UPDATE support_notes SET body = '[erased]', subject = CASE WHEN subject IS NOT NULL THEN '[erased]' END",
+                "AND by_id = $2",
+                "AND made_at <= $3 AND body <> '[erased]'"
+            ),
         ],
-        TextSide::About => [
+        TextSide::About => &[
             plain!(
                 "UPDATE comments SET body = '[erased]'",
                 "AND session_id IN (SELECT id FROM sessions WHERE school_id = $1 AND trainee_id = $2)",
@@ -144,7 +151,7 @@ pub async fn redact_texts(writer: &mut Connection, whose: TextOwner, side: TextS
             ),
         ],
     };
-    for statement in statements {
+    for statement in statements.iter().copied() {
         let done = sqlx::query(statement).bind(whose.school_id).bind(whose.person_id).bind(whose.until);
         redacted += done.execute(&mut *writer).await?.rows_affected();
     }

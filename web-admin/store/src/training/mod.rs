@@ -11,4 +11,7 @@ pub mod learning_records;
 pub mod outcomes;
 pub mod practice;
 pub mod reports;
+pub mod risks;
+pub mod support_notes;
 pub mod tallies;
+pub mod terms;

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use model::ids::{AssignmentId, CohortId, PersonId, RevisionId, SchoolId, SessionId};
 use model::training::progress::ScoredAttempt;
+use model::training::risk::PracticeSigns;
 use model::{Moment, PersonKey, SessionKey, count_i64};
 use serde::{Deserialize, Serialize};
 use sqlx::FromRow;
@@ -103,7 +104,8 @@ pub async fn refresh_practice(writer: &mut Connection, session: SessionKey) -> R
         passes: history.iter().map(|past| i64::from(past.3)).sum(),
         points: history.iter().map(|past| past.2).sum(),
     };
-    put(writer, session.school_id, &changed, after, &history).await?;
+    put(&mut *writer, session.school_id, &changed, after, &history).await?;
+    put_signs(&mut *writer, session.school_id, &changed, &history).await?;
     let difference = Sums {
         attempts: after.attempts - before.attempts,
         passes: after.passes - before.passes,
@@ -161,6 +163,54 @@ async fn put(
     .bind(sums.passes)
     .bind(sums.points)
     .bind(Json(history))
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Updates the signs of risk, and the time of the trainee's latest attempt.
+async fn put_signs(
+    writer: &mut Connection,
+    school: SchoolId,
+    changed: &ChangedScore,
+    history: &[PastAttempt],
+) -> Result<()> {
+    let scores: Vec<(f64, bool)> = history.iter().map(|past| (past.2, past.3)).collect();
+    match history.last().zip(PracticeSigns::of(&scores)) {
+        Some((last, signs)) => {
+            sqlx::query(
+                "INSERT INTO practice_signs (school_id, trainee_id, exercise_id, last_at, last_score, passes, fails, last_mean, falls)
+                 VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9) ON CONFLICT (school_id, trainee_id, exercise_id) DO UPDATE SET
+                 last_at = excluded.last_at, last_score = excluded.last_score, passes = excluded.passes,
+                 fails = excluded.fails, last_mean = excluded.last_mean, falls = excluded.falls",
+            )
+            .bind(school)
+            .bind(changed.trainee_id)
+            .bind(&changed.exercise_id)
+            .bind(last.1)
+            .bind(signs.last_score)
+            .bind(i64::from(signs.passes))
+            .bind(i64::from(signs.fails))
+            .bind(signs.fall.map(|(mean, _)| mean))
+            .bind(signs.fall.map(|(_, fall)| fall))
+            .execute(&mut *writer)
+            .await?
+        }
+        None => {
+            sqlx::query("DELETE FROM practice_signs WHERE school_id = $1 AND trainee_id = $2 AND exercise_id = $3")
+                .bind(school)
+                .bind(changed.trainee_id)
+                .bind(&changed.exercise_id)
+                .execute(&mut *writer)
+                .await?
+        }
+    };
+    sqlx::query(
+        "UPDATE people SET practised_at = (SELECT max(s.last_at) FROM practice_signs s
+           WHERE s.school_id = $1 AND s.trainee_id = $2) WHERE school_id = $1 AND id = $2",
+    )
+    .bind(school)
+    .bind(changed.trainee_id)
     .execute(writer)
     .await
     .map(drop)

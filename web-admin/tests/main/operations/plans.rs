@@ -6,7 +6,7 @@ use crate::support::App;
 use crate::support::statements::{StoredStatement, TwinPlace, stored_statements};
 
 /// Tables that grow with attempts, people, cohorts or acts. Unfinished uploads do not: they expire.
-pub const BIG: [&str; 24] = [
+pub const BIG: [&str; 26] = [
     "deliveries",
     "statements",
     "notices",
@@ -26,6 +26,8 @@ pub const BIG: [&str; 24] = [
     "ratings",
     "survey_responses",
     "practice",
+    "practice_signs",
+    "support_notes",
     "tallies",
     "people",
     "cohorts",

@@ -16,7 +16,7 @@ use crate::support::recordings::{Attempt, record};
 use crate::support::{App, PASSWORD};
 
 /// What refers to a person: table and column, and under which key it stands in the file.
-const HELD: [(&str, &str); 58] = [
+const HELD: [(&str, &str); 60] = [
     ("notices.person_id", "notices"),
     ("api_tokens.person_id", "access/tokens"),
     ("account_links.person_id", "password_links"),
@@ -62,6 +62,8 @@ const HELD: [(&str, &str); 58] = [
     ("studies.owner_id", "studies_made"),
     ("study_participants.added_by", "study_participants_added"),
     ("study_participants.person_id", "studies"),
+    ("support_notes.by_id", "support_notes_made"),
+    ("support_notes.person_id", "support_notes"),
     ("supervisions.confirmed_by", "supervisions_confirmed"),
     ("supervisions.trainee_id", "supervisions"),
     ("survey_participations.person_id", "surveys_answered"),
@@ -79,7 +81,7 @@ const HELD: [(&str, &str); 58] = [
 ];
 
 /// What refers to them and stands in the file elsewhere, or not at all, with the reason.
-const NOT_BY_ITSELF: [(&str, &str); 20] = [
+const NOT_BY_ITSELF: [(&str, &str); 21] = [
     ("ceremonies.person_id", "what their passkey was asked, for the five minutes until it answers"),
     ("provisioned_people.person_id", "what the school's directory calls them: its own data, beside name and address"),
     ("identities.made_by", "the log: who joined whose account"),
@@ -89,6 +91,7 @@ const NOT_BY_ITSELF: [(&str, &str); 20] = [
     ("second_factors.person_id", "`access`: since when; never the secret"),
     ("recovery_codes.person_id", "`access`: how many are left"),
     ("practice.trainee_id", "sums over `scores`"),
+    ("practice_signs.trainee_id", "the same"),
     ("survey_responses.person_id", "`survey_answers` where they were sent, `answers_begun` before that"),
     ("survey_responses.session_id", "the same"),
     ("survey_participations.session_id", "`surveys_answered`, by the person"),

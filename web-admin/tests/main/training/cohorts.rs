@@ -77,13 +77,12 @@ async fn a_roster_alone_calls_for_no_help_and_what_is_due_does() {
     app.state.clock.advance(14 * 86_400);
     let mut teacher = app.signed_in("teacher@example.org").await;
     let page = teacher.get(&format!("/cohorts/{cohort}")).await.text();
-    for said in ["108 more people need help", "“Feel the layers” is due, and there is no attempt yet", "Trainee 000"]
-    {
+    for said in ["108 more people need help", "no attempt at “Feel the layers”, due 20 Mar 2026", "Trainee 000"] {
         assert!(page.contains(said), "{said} is not in {page}");
     }
     let home = teacher.get("/").await.text();
     assert!(home.contains("120 need help") && home.contains("108 more people need help"), "{home}");
-    let help = teacher.get(&format!("/cohorts/{cohort}?show=help&page=3")).await.text();
+    let help = teacher.get(&format!("/at-risk?cohort={cohort}&page=3")).await.text();
     assert!(help.contains("Trainee 119") && help.contains("Page 3 of 3"), "{help}");
 }
 

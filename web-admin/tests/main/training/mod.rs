@@ -11,3 +11,5 @@ pub(crate) mod outcomes;
 pub(crate) mod papers;
 pub(crate) mod progress;
 pub(crate) mod replaced_exercises;
+pub(crate) mod risks;
+pub(crate) mod terms;

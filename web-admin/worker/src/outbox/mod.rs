@@ -14,6 +14,7 @@ use platform::mailer::Letter;
 use routes_base::AppState;
 use store::auth::account_links::Purpose;
 use store::letters::{mails, notices};
+use store::training::support_notes;
 use words::Language;
 
 mod reminders;
@@ -104,6 +105,10 @@ async fn compose_letter(state: &AppState, mail: &Mail) -> Result<Option<Letter>,
             Some(parts) => parts,
             None => return Ok(None),
         },
+        MailKind::Message => match compose_message(state, mail).await? {
+            Some(parts) => parts,
+            None => return Ok(None),
+        },
         // Reminders go together, in one letter.
         MailKind::Reminder => return Ok(None),
     };
@@ -116,4 +121,12 @@ async fn compose_news_letter(state: &AppState, mail: &Mail) -> Result<Option<(St
     let unread = notices::list_unread_notices(state.db.reader(), whom, SHOWN_NEWS).await?;
     let items = NewsItem::list(&unread);
     Ok((!items.is_empty()).then(|| letters::write_news_letter(mail, &items, &state.config.address())))
+}
+
+/// Composes a teacher's message; returns `None` if it was erased.
+async fn compose_message(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
+    let Some(id) = mail.note_id else { return Ok(None) };
+    let whom = PersonKey { school_id: mail.school_id, person_id: mail.person_id };
+    let note = support_notes::find_support_note(state.db.reader(), whom, id).await?;
+    Ok(note.map(|note| letters::write_message(mail, &note)))
 }

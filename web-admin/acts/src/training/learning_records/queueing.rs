@@ -122,7 +122,7 @@ impl ChangedGrade<'_> {
         let attempts = practice::list_trainee_practice(&mut *tx, school, trainee).await?;
         for (curriculum, course) in self.taught {
             let is_part = course.steps.iter().any(|step| step.exercise == self.facts.exercise_id);
-            if is_part && Progress::of(course, &attempts, self.now.to_utc()).complete() {
+            if is_part && Progress::of(course, &attempts).complete() {
                 let statement = maker.master(trainee, &describe_course(curriculum), self.now);
                 self.add(tx, &statement).await?;
             }

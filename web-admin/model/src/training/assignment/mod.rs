@@ -17,13 +17,11 @@ use time::OffsetDateTime;
 
 use crate::ids::{AssignmentId, PersonId, SessionId};
 use crate::training::due;
-use crate::training::progress::{Concern, Course, Progress, ScoredAttempt, StepState};
+use crate::training::progress::{Course, Progress, ScoredAttempt, StepState};
 use crate::{Moment, count_u32};
 
 /// What is due within as many seconds is due soon.
 pub const SOON_S: i64 = 7 * 86_400;
-/// An assignment without a date is due as many seconds after it was made.
-const UNDATED_S: i64 = 14 * 86_400;
 
 /// What is to be trained.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -132,7 +130,7 @@ impl<'a> AttemptHistory<'a> {
     /// Returns the progress in a course, by its index among the taught courses.
     #[must_use]
     pub fn in_course(&self, course: usize) -> &Progress {
-        self.judged[course].get_or_init(|| Progress::of(&self.taught[course].course, self.attempts, self.now.to_utc()))
+        self.judged[course].get_or_init(|| Progress::of(&self.taught[course].course, self.attempts))
     }
 
     /// Returns the course with the latest attempt, or the first course if there are no attempts.
@@ -222,9 +220,7 @@ impl AssignmentStanding {
                 Some(course) => {
                     let progress = match &counting {
                         Cow::Borrowed(_) => Cow::Borrowed(tried.in_course(course)),
-                        Cow::Owned(some) => {
-                            Cow::Owned(Progress::of(&tried.taught[course].course, some, tried.now.to_utc()))
-                        }
+                        Cow::Owned(some) => Cow::Owned(Progress::of(&tried.taught[course].course, some)),
                     };
                     course_stage(&assigned, &progress)
                 }
@@ -241,13 +237,6 @@ impl AssignmentStanding {
         let overdue = !done && assigned.due_at.is_some_and(|due| due::is_past(due, tried.now));
         let unconfirmed = if done { Vec::new() } else { tried.unconfirmed(&assigned, supervised) };
         Self { assigned, stage, overdue, attempts, best, unconfirmed }
-    }
-
-    /// There is something left to do, and its time has come: it is due within a week or late, or has no date and was made two weeks ago.
-    #[must_use]
-    pub fn is_pressing(&self, now: Moment) -> bool {
-        let Assigned { due_at, made_at, .. } = self.assigned;
-        self.is_open() && due_at.map_or(made_at.plus_s(UNDATED_S) <= now, |due| due <= now.plus_s(SOON_S))
     }
 
     /// There is something left to do.
@@ -304,16 +293,6 @@ fn course_stage(assigned: &Assigned, progress: &Progress) -> AssignmentStage {
             AssignmentStage::Open { left: None, mastered: Some(mastered) }
         }
     }
-}
-
-/// The worry about somebody without an attempt; none where nothing presses.
-#[must_use]
-pub fn find_not_started<'a>(
-    mut standings: impl Iterator<Item = &'a AssignmentStanding>,
-    now: Moment,
-) -> Option<Concern> {
-    let due = standings.find(|standing| standing.is_pressing(now))?;
-    Some(Concern::NotStarted { title: due.assigned.title.clone() })
 }
 
 /// How those stand to whom something was assigned.

@@ -156,22 +156,3 @@ fn what_is_due_first_comes_first_and_what_is_done_last() {
     let order: Vec<_> = list.iter().map(|standing| (standing.is_open(), standing.assigned.due_at.is_some())).collect();
     assert_eq!(order, [(true, true), (true, false), (false, true)]);
 }
-
-#[test]
-fn somebody_without_an_attempt_is_a_worry_once_something_is_due() {
-    let taught = taught();
-    let history = AttemptHistory::new(&taught, &[], Moment::from(NOW));
-    let due = |days: Option<i64>, made_days_ago: i64| {
-        let assigned = Assigned {
-            title: "A".to_owned(),
-            made_at: Moment::from(NOW).plus_s(-made_days_ago * 86_400),
-            due_at: days.map(|days| Moment::from(NOW).plus_s(days * 86_400)),
-            ..assigned(AssignmentTask::Exercise("a".to_owned()), None)
-        };
-        let standing = AssignmentStanding::of(assigned, &history, &SupervisedSessions::new());
-        find_not_started([standing].iter(), Moment::from(NOW)).is_some()
-    };
-    assert_eq!([due(Some(20), 1), due(Some(6), 1), due(Some(-3), 10)], [false, true, true]);
-    assert_eq!([due(None, 3), due(None, 14)], [false, true], "without a date: two weeks after it was made");
-    assert_eq!(find_not_started([].iter(), Moment::from(NOW)), None, "nothing is assigned");
-}

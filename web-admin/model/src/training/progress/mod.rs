@@ -1,8 +1,7 @@
-//! A trainee's progress in a course, the next exercise, and reasons for help.
+//! A trainee's progress in a course, and the next exercise.
 //!
-//! Pure functions of the attempts and the current time. Only scored attempts count.
+//! Pure functions of the attempts. Only scored attempts count.
 
-mod concerns;
 mod habits;
 #[cfg(test)]
 mod tests;
@@ -11,7 +10,6 @@ use std::sync::Arc;
 
 pub use assessment::learning::{CurveRule, Mastery};
 use assessment::learning::{LearningCurve, Reached};
-pub use concerns::{Concern, DECLINE_POINTS, DECLINE_RUN, INACTIVE_DAYS, STUCK_FAILS};
 pub use habits::{Habits, RubricHabit};
 use time::OffsetDateTime;
 
@@ -139,12 +137,6 @@ impl StepProgress {
     pub fn mixes_revisions(&self) -> bool {
         self.attempts.windows(2).any(|pair| pair[0].revision != pair[1].revision)
     }
-
-    /// Returns the number of fails since the last pass.
-    #[must_use]
-    pub fn straight_fails(&self) -> usize {
-        self.attempts.iter().rev().take_while(|a| !a.passed).count()
-    }
 }
 
 /// A trainee's progress in a course.
@@ -154,8 +146,6 @@ pub struct Progress {
     pub steps: Vec<StepProgress>,
     /// Index of the next step. `None` if all exercises are mastered or none is open.
     pub next: Option<usize>,
-    /// Reasons for help, most pressing first.
-    pub concerns: Vec<Concern>,
     /// Time of the latest attempt at any exercise of the course.
     pub last_at: Option<OffsetDateTime>,
     /// The earlier revision that was mastered while it was taught, unless the current one is mastered too.
@@ -172,20 +162,19 @@ pub struct EarlierMastery {
 }
 
 impl Progress {
-    /// Computes the progress from attempts in any order, at a moment.
+    /// Computes the progress from attempts in any order.
     #[must_use]
-    pub fn of(course: &Course, attempts: &[ScoredAttempt], now: OffsetDateTime) -> Self {
+    pub fn of(course: &Course, attempts: &[ScoredAttempt]) -> Self {
         // Attempts at one exercise are mostly adjacent, so that whole runs can be skipped at once.
         let runs: Vec<&[ScoredAttempt]> = attempts.chunk_by(|a, b| a.exercise == b.exercise).collect();
         let mut steps: Vec<StepProgress> = course.steps.iter().map(|step| tried(step, &runs, &course.rule)).collect();
         lock(course, &mut steps);
         let next = next(&steps);
         let last_at = steps.iter().filter_map(|s| s.attempts.last()).map(|a| a.at).max();
-        let mut progress = Self { steps, next, concerns: Vec::new(), last_at, earlier: None };
+        let mut progress = Self { steps, next, last_at, earlier: None };
         if !progress.masters_all() {
             progress.earlier = find_earlier_mastery(course, &runs);
         }
-        progress.concerns = concerns::concerns(course, &progress, now);
         progress
     }
 

@@ -39,14 +39,13 @@ fn attempts(tried: &[(&str, f64)]) -> Vec<ScoredAttempt> {
 }
 
 fn progress(tried: &[(&str, f64)]) -> Progress {
-    Progress::of(&course(), &attempts(tried), NOW)
+    Progress::of(&course(), &attempts(tried))
 }
 
 #[test]
-fn newcomer_has_the_first_exercise_next_and_raises_no_concern() {
+fn newcomer_has_the_first_exercise_next() {
     let progress = progress(&[]);
     assert_eq!(progress.next, Some(0));
-    assert_eq!(progress.concerns, [], "not begun is no worry by itself");
     assert_eq!(progress.steps[1].state, StepState::Locked { missing: vec!["A".to_owned()] });
 }
 
@@ -72,41 +71,6 @@ fn mastery_once_reached_stays() {
     assert_eq!(progress.mastered(), 1);
 }
 
-#[test]
-fn three_straight_fails_are_stuck_and_two_are_not() {
-    let fails = [("a", 70.0), ("a", 70.0), ("b", 20.0), ("b", 30.0)];
-    assert!(progress(&fails).concerns.is_empty());
-    let stuck = progress(&[&fails[..], &[("b", 41.0)]].concat()).concerns;
-    assert_eq!(stuck, [Concern::Stuck { title: "B".to_owned(), fails: 3, last_score: 41.0 }]);
-}
-
-#[test]
-fn fourteen_days_of_silence_are_borne_and_fifteen_are_not() {
-    let old = |days| {
-        let mut attempts = attempts(&[("a", 70.0)]);
-        attempts[0].at = NOW - Duration::days(days);
-        Progress::of(&course(), &attempts, NOW).concerns
-    };
-    assert!(old(14).is_empty());
-    assert_eq!(old(15), [Concern::Inactive { days: 15 }]);
-}
-
-#[test]
-fn who_has_finished_may_rest() {
-    let mut attempts = attempts(&[("a", 70.0), ("a", 70.0), ("b", 70.0), ("b", 70.0), ("c", 70.0), ("c", 70.0)]);
-    attempts.iter_mut().for_each(|a| a.at -= Duration::days(100));
-    let progress = Progress::of(&course(), &attempts, NOW);
-    assert!(progress.complete() && progress.next.is_none() && progress.concerns.is_empty());
-}
-
-#[test]
-fn falling_scores_decline_only_within_one_exercise() {
-    let fall = progress(&[("a", 90.0), ("a", 90.0), ("a", 90.0), ("a", 70.0), ("a", 75.0), ("a", 80.0)]);
-    assert_eq!(fall.concerns, [Concern::Declining { title: "A".to_owned(), from: 90.0, to: 75.0 }]);
-    let harder = progress(&[("a", 90.0), ("a", 90.0), ("a", 90.0), ("b", 61.0), ("b", 59.0), ("b", 61.0)]);
-    assert!(harder.concerns.is_empty());
-}
-
 /// A fail rate of 10 % is acceptable and 40 % is not: five consecutive successes are not enough,
 /// eleven are.
 fn by_curve(within: Option<u32>) -> Course {
@@ -118,7 +82,7 @@ fn by_curve(within: Option<u32>) -> Course {
 fn a_learning_curve_declares_watches_and_withdraws() {
     for within in [None, Some(30)] {
         let course = by_curve(within);
-        let judged = |tried: &[(&str, f64)]| Progress::of(&course, &attempts(tried), NOW);
+        let judged = |tried: &[(&str, f64)]| Progress::of(&course, &attempts(tried));
         let begun = judged(&[("a", 90.0); 2]);
         let needed = begun.steps[0].curve.as_ref().expect("a curve").successes_needed;
         assert!((2..12).contains(&needed) && begun.mastered() == 0, "{needed} more");
@@ -126,7 +90,6 @@ fn a_learning_curve_declares_watches_and_withdraws() {
         assert_eq!((judged(&done).mastered(), judged(&done).next), (1, Some(1)), "{within:?}");
         let lost = judged(&[&done[..], &[("a", 10.0); 4]].concat());
         assert!(matches!(lost.steps[0].state, StepState::Regressing { .. }), "{:?}", lost.steps[0].state);
-        assert!(matches!(lost.concerns[..], [Concern::Stuck { .. }, Concern::Regressing { .. }, ..]));
         assert_eq!((lost.mastered(), lost.next), (0, Some(0)), "practised again");
         assert!(matches!(lost.steps[1].state, StepState::Open { .. }), "what was opened stays open");
     }
@@ -135,7 +98,7 @@ fn a_learning_curve_declares_watches_and_withdraws() {
 #[test]
 fn a_change_of_revision_within_an_exercise_is_seen() {
     let mut tried = attempts(&[("a", 70.0), ("a", 70.0), ("b", 70.0)]);
-    let mixes = |tried: &[ScoredAttempt]| Progress::of(&course(), tried, NOW).steps[0].mixes_revisions();
+    let mixes = |tried: &[ScoredAttempt]| Progress::of(&course(), tried).steps[0].mixes_revisions();
     tried[2].revision = Some(RevisionId::from_u128(2));
     assert!(!mixes(&tried));
     tried[1].revision = Some(RevisionId::from_u128(1));
@@ -166,7 +129,7 @@ fn mastery_agrees_with_the_simulator_without_a_school() {
         let course = Course { rule: Mastery::from_rule(&rule).unwrap(), ..course() };
         let tried: Vec<_> =
             case["attempts"].as_str().unwrap().chars().map(|c| ("a", if c == 'P' { 90.0 } else { 10.0 })).collect();
-        let [first, next, _] = &Progress::of(&course, &attempts(&tried), NOW).steps[..] else { panic!("three steps") };
+        let [first, next, _] = &Progress::of(&course, &attempts(&tried)).steps[..] else { panic!("three steps") };
         assert_eq!(first.mastered(), case["mastered"] == true, "{case}: {:?}", first.state);
         let locked = matches!(next.state, StepState::Locked { .. });
         assert_eq!(!locked, case["opens"] == true, "{case}: {:?}", next.state);
@@ -188,14 +151,14 @@ fn extended(hours: i64) -> Course {
 #[test]
 fn mastery_belongs_to_the_course_revision_taught_at_that_time() {
     let tried = attempts(&[("a", 70.0), ("a", 70.0), ("b", 70.0), ("b", 70.0), ("a", 20.0)]);
-    let kept = Progress::of(&extended(1), &tried, NOW);
+    let kept = Progress::of(&extended(1), &tried);
     assert!(kept.complete() && kept.mastered() == 2 && kept.next == Some(2), "{kept:?}");
     assert_eq!(kept.completed_on(), Some(tried[3].at));
-    let late = Progress::of(&extended(2), &tried, NOW);
+    let late = Progress::of(&extended(2), &tried);
     assert!(!late.complete() && late.earlier.is_none(), "the last pass came after the course was extended");
-    let part = Progress::of(&extended(1), &tried[..3], NOW);
+    let part = Progress::of(&extended(1), &tried[..3]);
     assert!(!part.complete(), "under way: goes on with the course as it is now");
     let all = attempts(&[("a", 70.0), ("a", 70.0), ("b", 70.0), ("b", 70.0), ("c", 70.0), ("c", 70.0)]);
-    let all = Progress::of(&extended(2), &all, NOW);
+    let all = Progress::of(&extended(2), &all);
     assert!(all.complete() && all.earlier.is_none(), "the current revision comes first");
 }

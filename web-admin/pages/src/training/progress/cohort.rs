@@ -4,7 +4,8 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use assessment::statistics::Estimate;
-use model::training::progress::{DECLINE_RUN, StepProgress, StepState};
+use model::training::progress::{StepProgress, StepState};
+use model::training::risk::RUN;
 use time::Date;
 
 use super::ScoredRow;
@@ -100,7 +101,7 @@ pub struct Worry {
 /// Builds a cell of the heat map. The status names the tone, so that colour is not the only cue.
 #[must_use]
 pub fn make_heat_cell(href: String, step: &StepProgress, pass_mark: f64) -> HeatCell {
-    let last = &step.attempts[step.attempts.len().saturating_sub(DECLINE_RUN)..];
+    let last = &step.attempts[step.attempts.len().saturating_sub(RUN)..];
     let mean = (!last.is_empty()).then(|| last.iter().map(|a| a.score).sum::<f64>() / last.len() as f64);
     let status = match (&step.state, mean) {
         (StepState::Mastered { .. }, _) => StatusWord::Mastered,

@@ -7,7 +7,8 @@ use assessment::{Deduction, DeductionCause};
 use documents::MasteryRule;
 use model::Role;
 use model::ids::RevisionId;
-use model::training::progress::{Concern, Course, Habits, Mastery, Progress, ScoredAttempt};
+use model::training::progress::{Course, Habits, Mastery, Progress, ScoredAttempt};
+use model::training::risk::Concern;
 use time::Duration;
 
 use super::{
@@ -53,7 +54,7 @@ fn habits() -> HabitsView {
 
 pub(super) fn learning_page(attempts: usize) -> LearningPage {
     let (course, rule) = by_curve();
-    let step = Progress::of(&course, &practised(attempts), samples::NOW).steps.swap_remove(0);
+    let step = Progress::of(&course, &practised(attempts)).steps.swap_remove(0);
     let Mastery::Curve(curve) = rule else { unreachable!("the sample's rule is a curve") };
     LearningPage {
         shell: samples::shell(Role::Trainee),
@@ -90,7 +91,7 @@ pub(super) fn cohort_progress_page() -> CohortProgressPage {
         ("Bruno Ferrari", samples::history(&[("feel-the-layers", 22.0); 5], 3)),
         ("Dorothea Achterberg-Nakamura", vec![]),
     ];
-    let judged = people.map(|(name, attempts)| (name, Progress::of(&course, &attempts, samples::NOW)));
+    let judged = people.map(|(name, attempts)| (name, Progress::of(&course, &attempts)));
     let row = |(name, progress): &(&str, Progress)| HeatRow {
         name: (*name).to_owned(),
         href: "/trainees/1".to_owned(),
@@ -101,7 +102,12 @@ pub(super) fn cohort_progress_page() -> CohortProgressPage {
             .map(|(step, of)| make_heat_cell(format!("/trainees/1/exercises/{}", of.exercise), step, 60.0))
             .collect(),
     };
-    let stuck = Concern::Stuck { title: "Feel the layers".to_owned(), fails: 5, last_score: 22.0 };
+    let stuck = Concern::Failing {
+        exercise: "feel-the-layers".to_owned(),
+        title: "Feel the layers".to_owned(),
+        fails: 5,
+        last_score: 22.0,
+    };
     let exercise = |(i, title): (usize, &str)| Hardness {
         title: title.to_owned(),
         href: "/cohorts/1/exercises/feel-the-layers".to_owned(),

@@ -171,7 +171,7 @@ async fn courses_of_person(
     let reader = state.db.reader();
     let attempts = practice::list_trainee_practice(reader, school, person).await?;
     let judged = |(curriculum, course)| {
-        let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
+        let progress = Progress::of(&course, &attempts);
         (curriculum, course, progress)
     };
     Ok(teaching::taught_curricula(state, school).await?.into_iter().map(judged).collect())

@@ -1,6 +1,7 @@
 //! `/`: the home page of each role.
 
 use acts::error::Error;
+use acts::training::risks;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Response};
 use model::{CurrentPerson, Role};
@@ -12,6 +13,7 @@ use routes_base::auth::{Csrf, Visitor};
 use routes_base::error::PageError;
 use store::training::reports;
 use store::training::reports::NamedItem;
+use store::training::risks::RiskScope;
 
 use crate::operations::admin;
 use crate::training::trainees::TraineePageQuery;
@@ -40,12 +42,13 @@ async fn make_instructor_home(state: &AppState, shell: Shell, person: &CurrentPe
     let taught = standing::judged_courses(&courses);
     let mut cards = Vec::new();
     let (mut help, mut due, mut helped) = (Vec::new(), Vec::new(), 0);
+    let at_risk = risks::list_people_at_risk(state, person, RiskScope::Teacher(person.id)).await?;
     for practised in standing::practice_of_cohorts(state, person).await? {
         let (cohort, now) = (&practised.cohort, state.clock.now());
         let standing = practised.standing(&taught, now);
         let assigned = standing.assignments(state, person.school_id).await?;
         due.extend(gradebook::list_pressing_assignments(&assigned, &cohort.name, now));
-        let everybody = standing.concerned(&assigned, now);
+        let everybody = standing.concerned(&at_risk);
         let need_help = standing::sort_help(&everybody);
         helped += need_help.len();
         cards.push(CohortCard {

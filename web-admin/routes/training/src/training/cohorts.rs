@@ -1,6 +1,7 @@
 //! `/cohorts` and `/cohorts/{id}`.
 
 use acts::error::Error;
+use acts::training::risks;
 use axum::extract::{Query, State};
 use model::ids::CohortId;
 use model::training::progress::Progress;
@@ -16,6 +17,7 @@ use routes_base::error::PageError;
 use serde::Deserialize;
 use store::training::reports;
 use store::training::reports::NamedItem;
+use store::training::risks::RiskScope;
 
 use super::standing::TaughtCourse;
 use super::{gradebook, standing};
@@ -71,8 +73,6 @@ pub(crate) async fn list_cohorts(
 pub(crate) struct CohortQuery {
     /// A course, by its id.
     course: String,
-    /// `help`: only those who may need it.
-    show: String,
     q: String,
     page: Option<u32>,
 }
@@ -80,8 +80,8 @@ pub(crate) struct CohortQuery {
 impl CohortQuery {
     /// What is looked for among its people.
     fn into_list(self, course: &str) -> ListQuery {
-        let Self { show, q, page, .. } = self;
-        let kept = [("course", course.to_owned()), ("show", show)];
+        let Self { q, page, .. } = self;
+        let kept = [("course", course.to_owned())];
         ListQuery { q, page, kept: kept.into_iter().filter(|(_, value)| !value.is_empty()).collect() }
     }
 }
@@ -103,23 +103,21 @@ pub(crate) async fn show_cohort(
     let assigned = standing.assignments(&state, school).await?;
     let cohort = &practised.cohort;
     let instructors = reports::members(reader, school, id, Role::Instructor).await?;
-    let everybody = standing.concerned(&assigned, now);
+    let at_risk = risks::list_people_at_risk(&state, &person, RiskScope::Cohort(id)).await?;
+    let everybody = standing.concerned(&at_risk);
     let help = standing::sort_help(&everybody);
     let asked = courses.iter().position(|taught| taught.id == query.course);
     let chosen = asked.or_else(|| standing.find_begun_course(courses.len()));
     let in_course = chosen.map(|course| standing.in_course(course)).unwrap_or_default();
     let progress: Vec<&Progress> = in_course.iter().map(|(_, progress)| *progress).collect();
     let figures = CohortFigures { trainees: everybody.len(), ..CohortFigures::new(&progress, help.len()) };
-    let listed = match query.show.as_str() {
-        "help" => help.clone(),
-        _ => everybody.iter().collect(),
-    };
     let course_id = chosen.map_or("", |course| courses[course].id.as_str());
-    let (listed, list) = ListPart::of(query.into_list(course_id), listed, |one| one.name());
+    let (listed, list) = ListPart::of(query.into_list(course_id), everybody.iter().collect(), |one| one.name());
     let shown = help.iter().take(CohortPage::HELP_SHOWN);
     Ok(CohortPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
         href: cohort_href(cohort),
+        risk_href: format!("/at-risk?cohort={id}"),
         due_lines: gradebook::list_assignments_of_cohort(&assigned, &cohort.name),
         name: cohort.name.clone(),
         instructors: instructors.into_iter().map(|i| i.name).collect(),
@@ -134,7 +132,7 @@ pub(crate) async fn show_cohort(
 }
 
 /// The courses of a school to choose from.
-fn list_course_options(courses: &[TaughtCourse], chosen: Option<usize>) -> Vec<SelectOption> {
+pub(super) fn list_course_options(courses: &[TaughtCourse], chosen: Option<usize>) -> Vec<SelectOption> {
     let option = |(at, taught): (usize, &TaughtCourse)| SelectOption {
         value: taught.id.clone(),
         label: taught.title.clone(),

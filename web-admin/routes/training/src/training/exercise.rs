@@ -100,9 +100,8 @@ async fn visited_exercise(state: &AppState, person: &CurrentPerson) -> Result<Ve
         return Ok(courses.into_iter().map(|taught| (taught, None)).collect());
     }
     let attempts = practice::list_trainee_practice(state.db.reader(), person.school_id, person.id).await?;
-    let now = state.clock.now().to_utc();
     let judged = |taught: TaughtCourse| {
-        let progress = Progress::of(&taught.course, &attempts, now);
+        let progress = Progress::of(&taught.course, &attempts);
         (taught, Some(progress))
     };
     Ok(courses.into_iter().map(judged).collect())

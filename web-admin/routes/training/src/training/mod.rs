@@ -13,8 +13,10 @@ mod learning_records;
 pub(crate) mod news;
 mod outcomes;
 pub(crate) mod progress;
+mod risk;
 pub(crate) mod rows;
 pub(crate) mod standing;
+mod terms;
 pub(crate) mod trainees;
 mod transcript;
 
@@ -40,6 +42,12 @@ pub(crate) fn course_routes() -> Routes {
         .route("/assignments", get(assignments::list_assignments).merge(post(assignments::make_assignment)))
         .route("/assignments/{id}", get(assignments::show_assignment))
         .route("/assignments/{id}/extend", post(assignments::extend_assignment))
+        .route("/at-risk", get(risk::show_at_risk).merge(post(risk::record_support)))
+        .route("/admin/at-risk", get(risk::show_rules).merge(post(risk::set_rules)))
+        .route("/admin/terms", get(terms::show_terms).merge(post(terms::add_term)))
+        .route("/admin/terms/{term}/remove", post(terms::remove_term))
+        .route("/cohorts/{id}/programme", get(terms::show_programme))
+        .route("/cohorts/{id}/term", post(terms::set_cohort_term))
         .route("/assignments/{id}/withdraw", post(assignments::withdraw_assignment))
         .merge(learning_records::record_routes())
         .merge(outcomes::outcome_routes())

@@ -1,12 +1,15 @@
 //! Progress of trainees in the courses of their school.
 
+use std::collections::BTreeMap;
+
 use acts::error::Error;
 use acts::training::assignments as teaching;
-use acts::training::assignments::{CohortStandings, PractisedTrainee, TraineeStandings};
+use acts::training::assignments::{CohortStandings, PractisedTrainee};
 use acts::training::badges;
 use model::ids::{CohortId, PersonId, SchoolId};
-use model::training::assignment::{AttemptHistory, TaughtCourse as JudgedCourse, find_not_started};
-use model::training::progress::{Concern, Course, Progress, ScoredAttempt};
+use model::training::assignment::{AttemptHistory, TaughtCourse as JudgedCourse};
+use model::training::progress::{Course, Progress, ScoredAttempt};
+use model::training::risk::{Concern, PersonAtRisk};
 use model::{CurrentPerson, Moment, Needed, PersonKey, Role};
 use pages::training::cohort::{NamedTrainee, TraineeRow};
 use pages::training::trainee::CourseFacts;
@@ -63,14 +66,9 @@ pub(crate) fn judged_courses(courses: &[TaughtCourse]) -> Vec<JudgedCourse> {
 
 /// Returns a trainee's progress in every course, most recently practised first, each with the
 /// course's index.
-pub(crate) fn progress_in_courses(
-    courses: &[TaughtCourse],
-    attempts: &[ScoredAttempt],
-    state: &AppState,
-) -> Vec<(usize, Progress)> {
-    let now = state.clock.now().to_utc();
+pub(crate) fn progress_in_courses(courses: &[TaughtCourse], attempts: &[ScoredAttempt]) -> Vec<(usize, Progress)> {
     let mut progress: Vec<(usize, Progress)> =
-        courses.iter().enumerate().map(|(i, taught)| (i, Progress::of(&taught.course, attempts, now))).collect();
+        courses.iter().enumerate().map(|(i, taught)| (i, Progress::of(&taught.course, attempts))).collect();
     progress.sort_by_key(|(i, p)| (std::cmp::Reverse(p.last_at), *i));
     progress
 }
@@ -173,20 +171,15 @@ impl CohortStanding<'_> {
         (0..courses).min_by_key(|course| std::cmp::Reverse(begun(course)))
     }
 
-    /// Everybody with the reasons for which they may need help: those of the course that they are on, or that something is due.
-    pub fn concerned<'b>(&'b self, assigned: &'b CohortStandings, now: Moment) -> Vec<ConcernedTrainee<'b>> {
-        let concerned = |(of, standings): (&'b PractisedTrainee<'_>, &'b TraineeStandings)| {
-            let main = of.history.main_course();
-            let begun = main.map(|course| of.history.in_course(course)).filter(|main| main.last_at.is_some());
-            let concerns = match begun {
-                Some(main) => main.concerns.clone(),
-                None => {
-                    find_not_started(standings.with_cohort.iter().chain(&standings.alone), now).into_iter().collect()
-                }
-            };
-            ConcernedTrainee { of, concerns }
+    /// Everybody, with the reasons for which they are at risk.
+    pub fn concerned<'b>(&'b self, at_risk: &'b [PersonAtRisk]) -> Vec<ConcernedTrainee<'b>> {
+        let places: BTreeMap<PersonId, usize> =
+            at_risk.iter().enumerate().map(|(place, of)| (of.trainee.id, place)).collect();
+        let concerned = |of: &'b PractisedTrainee<'_>| {
+            let place = places.get(&of.trainee.id).copied();
+            ConcernedTrainee { of, place, concerns: place.map_or(&[], |place| &at_risk[place].concerns) }
         };
-        self.trainees.iter().zip(&assigned.trainees).map(concerned).collect()
+        self.trainees.iter().map(concerned).collect()
     }
 
     /// Returns the trainees' progress with their assignments.
@@ -198,8 +191,10 @@ impl CohortStanding<'_> {
 /// A trainee, and why they may need help.
 pub(crate) struct ConcernedTrainee<'a> {
     of: &'a PractisedTrainee<'a>,
+    /// Their place in the list of people at risk.
+    place: Option<usize>,
     /// The most pressing first.
-    pub concerns: Vec<Concern>,
+    concerns: &'a [Concern],
 }
 
 impl ConcernedTrainee<'_> {
@@ -214,13 +209,13 @@ impl ConcernedTrainee<'_> {
         let who =
             NamedTrainee { href: format!("/trainees/{}", self.of.trainee.id), name: self.of.trainee.name.clone() };
         let progress = self.of.history.in_course(course);
-        Some(TraineeRow::new(who, &courses[course].facts(None), progress, &self.concerns))
+        Some(TraineeRow::new(who, &courses[course].facts(None), progress, self.concerns))
     }
 }
 
-/// Those who may need help, the most reasons first.
+/// Those who are at risk, in the order of the list of people at risk.
 pub(crate) fn sort_help<'a, 'b>(all: &'a [ConcernedTrainee<'b>]) -> Vec<&'a ConcernedTrainee<'b>> {
-    let mut help: Vec<_> = all.iter().filter(|one| !one.concerns.is_empty()).collect();
-    help.sort_by_key(|one| std::cmp::Reverse(one.concerns.len()));
+    let mut help: Vec<_> = all.iter().filter(|one| one.place.is_some()).collect();
+    help.sort_by_key(|one| one.place);
     help
 }

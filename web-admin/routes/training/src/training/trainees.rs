@@ -2,16 +2,20 @@
 
 use acts::error::Error;
 use acts::training::assignments as teaching;
+use acts::training::risks;
 use assessment::Deduction;
 use axum::extract::{Query, State};
 use model::ids::PersonId;
 use model::training::assignment::{AssignmentStanding, AttemptHistory};
 use model::training::membership::MembershipRequest;
 use model::training::progress::{Habits, Progress, ScoredAttempt};
+use model::training::support_note::SupportKind;
 use model::{CurrentPerson, Moment, Needed, PersonKey, Role};
 use pages::people::listed::PageNumbers;
 use pages::training::assignments::AssignmentRow;
+use pages::training::concern::say_concern;
 use pages::training::progress::HabitsView;
+use pages::training::risk::SupportNoteRow;
 use pages::training::trainee::{CourseView, TraineePage, needed_in_words};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
@@ -22,7 +26,8 @@ use serde::Deserialize;
 use store::stations::sign_in_codes;
 use store::training::cohorts::Cohort;
 use store::training::reports::{ListStretch, ListedAttempt, NamedItem};
-use store::training::{cohorts, outcomes, practice, reports};
+use store::training::risks::RiskScope;
+use store::training::{cohorts, outcomes, practice, reports, support_notes};
 
 use super::standing::TaughtCourse;
 use super::{news, rows, standing};
@@ -31,6 +36,8 @@ use super::{news, rows, standing};
 const RECENT: ListStretch = ListStretch { limit: 20, offset: 0 };
 /// Number of assignments on a trainee's home page.
 const SHOWN_DUE: usize = 3;
+/// Records of support on the page.
+const SHOWN_NOTES: u32 = 20;
 /// Attempts per page of the list.
 const PER_PAGE: u32 = 25;
 
@@ -109,7 +116,7 @@ pub(crate) async fn make_trainee_page(
     let key = PersonKey { school_id: school, person_id: trainee.id };
     let courses = standing::taught_courses(state, school).await?;
     let record = TraineeRecord::read(state, key, own, query).await?;
-    let mut progress = standing::progress_in_courses(&courses, &record.practised, state);
+    let mut progress = standing::progress_in_courses(&courses, &record.practised);
     let href = format!("/trainees/{}", trainee.id);
     let (needed, proved) = match progress.iter().any(|(_, progress)| progress.complete()) {
         true => standing::proved_attempts(state, school, trainee.id, &record.practised).await?,
@@ -119,19 +126,23 @@ pub(crate) async fn make_trainee_page(
     let view = |(i, progress)| {
         let taught: &TaughtCourse = &courses[i];
         let view = CourseView::new(&taught.facts(Some(&href)), &progress, i);
-        match view.complete && !Progress::of(&taught.course, &proved, now.to_utc()).complete() {
+        match view.complete && !Progress::of(&taught.course, &proved).complete() {
             true => CourseView { certificate: None, unproved: Some(needed_in_words(needed)), ..view },
             false => view,
         }
     };
     let judged = standing::judged_courses(&courses);
     let due = teaching::standings_by(state, key, &AttemptHistory::new(&judged, &record.practised, now)).await?;
+    let support = find_support(state, visitor, trainee.id).await?;
     // Courses with attempts come first; without any attempt the school's first course leads.
     let begun = progress.iter().filter(|(_, progress)| progress.attempts() > 0).count();
     let others = progress.split_off(begun.max(1).min(progress.len()));
     Ok(TraineePage {
         shell,
         news: if own { news::list_news(state, visitor).await? } else { Vec::new() },
+        concerns: support.concerns,
+        notes: support.notes,
+        support_href: support.href,
         due: due.into_iter().filter(AssignmentStanding::is_open).take(SHOWN_DUE).map(AssignmentRow::own).collect(),
         transcript: format!("{href}/transcript"),
         outcomes: record.has_outcomes.then(|| format!("{href}/outcomes")),
@@ -161,6 +172,30 @@ pub(crate) fn habits_of_attempts(latest: &[ListedAttempt]) -> HabitsView {
 fn number_pages(entries: u32, query: TraineePageQuery) -> PageNumbers {
     let last = entries.div_ceil(PER_PAGE).max(1);
     PageNumbers { page: query.page.unwrap_or(1).clamp(1, last), last, entries }
+}
+
+/// What was done for a trainee, and why they are at risk.
+#[derive(Default)]
+struct Support {
+    concerns: Vec<(&'static str, String)>,
+    notes: Vec<SupportNoteRow>,
+    href: Option<String>,
+}
+
+/// Returns everything to those who teach the trainee, and the messages to the trainee.
+async fn find_support(state: &AppState, visitor: &CurrentPerson, trainee: PersonId) -> Result<Support, Error> {
+    let key = PersonKey { school_id: visitor.school_id, person_id: trainee };
+    let notes = support_notes::list_support_notes(state.db.reader(), key, SHOWN_NOTES).await?;
+    if trainee == visitor.id {
+        let messages = notes.into_iter().filter(|note| note.kind == SupportKind::Message);
+        return Ok(Support { notes: messages.map(SupportNoteRow::new).collect(), ..Support::default() });
+    }
+    let found = risks::list_people_at_risk(state, visitor, RiskScope::Trainee(trainee)).await?;
+    Ok(Support {
+        concerns: found.iter().flat_map(|of| of.concerns.iter().map(say_concern)).collect(),
+        notes: notes.into_iter().map(SupportNoteRow::new).collect(),
+        href: Some(format!("/at-risk?trainee={trainee}")),
+    })
 }
 
 #[cfg(test)]

@@ -53,7 +53,7 @@ async fn make_transcript(
     let trainee = reports::trainee(reader, person, id).await?.ok_or(Error::NotFound)?;
     let courses = standing::taught_courses(state, school).await?;
     let attempts = practice::list_trainee_practice(reader, school, id).await?;
-    let progress = standing::progress_in_courses(&courses, &attempts, state);
+    let progress = standing::progress_in_courses(&courses, &attempts);
     let line = |(at, progress): &(usize, _)| TranscriptCourse::new(&courses[*at].title, &courses[*at].course, progress);
     let own = trainee.id == person.id;
     Ok(TranscriptPage {

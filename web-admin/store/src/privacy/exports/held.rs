@@ -26,7 +26,7 @@ const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
 }
 
 /// Records about the person, including those made by others.
-const ABOUT: [RecordKind; 27] = [
+const ABOUT: [RecordKind; 28] = [
     kind(
         "entrustments",
         "SELECT o.code, o.title, e.level, e.note, p.display_name AS decided_by, e.decided_at FROM entrustments e
@@ -136,6 +136,11 @@ const ABOUT: [RecordKind; 27] = [
          WHERE school_id = $1 AND person_id = $2 ORDER BY made_at, id",
     ),
     kind(
+        "support_notes",
+        "SELECT n.kind, n.subject, n.body, n.mailed AS is_mailed, p.display_name AS made_by, n.made_at FROM support_notes n
+         JOIN people p ON p.id = n.by_id WHERE n.school_id = $1 AND n.person_id = $2 ORDER BY n.made_at, n.id",
+    ),
+    kind(
         "letters",
         "SELECT kind, assignment_id, tries, next_run_at, sent_at, error FROM mails
          WHERE school_id = $1 AND person_id = $2 ORDER BY id",
@@ -170,7 +175,7 @@ const ABOUT: [RecordKind; 27] = [
 ];
 
 /// Records of the person's actions on the data of other people or of the school.
-const DONE: [RecordKind; 20] = [
+const DONE: [RecordKind; 21] = [
     kind(
         "comments_made",
         "SELECT id, session_id, answers, kind, from_s, to_s, body, made_at, withdrawn_at FROM comments
@@ -246,6 +251,11 @@ const DONE: [RecordKind; 20] = [
     kind(
         "study_participants_added",
         "SELECT study_id, person_id, added_at FROM study_participants WHERE school_id = $1 AND added_by = $2",
+    ),
+    kind(
+        "support_notes_made",
+        "SELECT person_id, kind, subject, body, mailed AS is_mailed, made_at FROM support_notes
+         WHERE school_id = $1 AND by_id = $2 ORDER BY made_at, id",
     ),
     kind("rosters_sent", "SELECT id, file_name, made_at FROM rosters WHERE school_id = $1 AND made_by = $2"),
     kind("pairing_codes_made", "SELECT expires_at FROM pairing_codes WHERE school_id = $1 AND made_by = $2"),

@@ -166,7 +166,7 @@ async fn earned_by_trainee(
     let attempts = practice::list_trainee_practice(reader, school, trainee.id).await?;
     let (needed, proved) = standing::proved_attempts(state, school, trainee.id, &attempts).await?;
     let now = state.clock.now();
-    let progress = Progress::of(&course, &proved, now.to_utc());
+    let progress = Progress::of(&course, &proved);
     if !progress.complete() {
         let why = tr!(
             "a certificate is issued once every exercise of the course is mastered; the school requires {needed}",

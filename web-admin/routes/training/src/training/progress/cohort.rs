@@ -3,13 +3,16 @@
 use std::collections::BTreeMap;
 
 use acts::error::Error;
+use acts::training::risks;
 use assessment::statistics::wilson;
 use axum::extract::{Query, State};
 use axum::response::Response;
 use model::ids::{CohortId, PersonId};
 use model::training::progress::{Progress, ScoredAttempt};
+use model::training::risk::{Concern, PersonAtRisk};
 use model::{CurrentPerson, Role};
 use pages::school_time::to_school_time;
+use pages::training::concern::say_concern;
 use pages::training::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, make_heat_cell};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
@@ -19,6 +22,7 @@ use routes_base::error::PageError;
 use routes_base::export::{CsvCell, download_csv, trainee_cells};
 use serde::Deserialize;
 use store::training::reports::NamedItem;
+use store::training::risks::RiskScope;
 use store::training::{practice, reports};
 use time::format_description::well_known::Iso8601;
 use time::{Date, Duration};
@@ -57,14 +61,13 @@ async fn find_cohort_progress(state: &AppState, person: &CurrentPerson, id: Coho
 type JudgedTrainee<'a> = (&'a NamedItem<PersonId>, Progress);
 
 impl CohortProgress {
-    fn judged(&self, state: &AppState, taught: &TaughtCourse) -> Vec<JudgedTrainee<'_>> {
-        let now = state.clock.now().to_utc();
-        self.trainees.iter().map(|(trainee, attempts)| (trainee, Progress::of(&taught.course, attempts, now))).collect()
+    fn judged(&self, taught: &TaughtCourse) -> Vec<JudgedTrainee<'_>> {
+        self.trainees.iter().map(|(trainee, attempts)| (trainee, Progress::of(&taught.course, attempts))).collect()
     }
 
     /// Returns the courses that at least one trainee has begun.
-    fn begun(&self, state: &AppState) -> Vec<(&TaughtCourse, Vec<JudgedTrainee<'_>>)> {
-        let judged = self.courses.iter().map(|taught| (taught, self.judged(state, taught)));
+    fn begun(&self) -> Vec<(&TaughtCourse, Vec<JudgedTrainee<'_>>)> {
+        let judged = self.courses.iter().map(|taught| (taught, self.judged(taught)));
         judged.filter(|(_, judged)| judged.iter().any(|(_, p)| p.attempts() > 0)).collect()
     }
 }
@@ -82,13 +85,14 @@ pub(super) async fn show_cohort_progress(
 ) -> Result<CohortProgressPage, PageError> {
     let found = find_cohort_progress(&state, &person, id).await?;
     let day = Date::parse(&query.day, &Iso8601::DATE).ok();
-    let begun = found.begun(&state);
+    let begun = found.begun();
+    let at_risk = risks::list_people_at_risk(&state, &person, RiskScope::Cohort(id)).await?;
     let today = to_school_time(state.clock.now().to_utc()).date();
     Ok(CohortProgressPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
         cohort: (found.cohort.name.clone(), cohorts::cohort_href(&found.cohort)),
         courses: begun.iter().map(|(taught, judged)| heat_of_course(&found.cohort, taught, judged)).collect(),
-        worries: begun.iter().flat_map(|(taught, judged)| list_worries(taught, judged)).collect(),
+        worries: at_risk.iter().flat_map(list_worries).collect(),
         days: count_by_day(&found, today),
         day: day.map(|date| (date, attempts_on(&found, date))),
     })
@@ -153,21 +157,14 @@ fn hardness_of_step(
     }
 }
 
-/// Returns the concerns about trainees, each with the page that it was derived from.
-fn list_worries(taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> Vec<Worry> {
-    let mut worries = Vec::new();
-    for (trainee, progress) in judged {
-        for concern in &progress.concerns {
-            let Some(title) = concern.exercise() else { continue };
-            let step = taught.course.steps.iter().find(|step| step.title == title);
-            worries.push(Worry {
-                name: trainee.name.clone(),
-                href: step.map_or_else(|| format!("/trainees/{}", trainee.id), |s| curve_href(trainee, &s.exercise)),
-                concern: pages::training::concern::say_concern(concern),
-            });
-        }
-    }
-    worries
+/// Returns the concerns about a trainee that come from attempts, each with the page of these.
+fn list_worries(of: &PersonAtRisk) -> Vec<Worry> {
+    let (name, id) = (&of.trainee.name, of.trainee.id);
+    let worry = |concern: &Concern| {
+        let href = format!("/trainees/{id}/exercises/{}", concern.exercise()?);
+        Some(Worry { name: name.clone(), href, concern: say_concern(concern) })
+    };
+    of.concerns.iter().filter_map(worry).collect()
 }
 
 /// Returns the numbers of passed and failed attempts on each of the last days.
@@ -193,7 +190,7 @@ pub(super) async fn export_cohort_progress(
     let found = find_cohort_progress(&state, &person, id).await?;
     let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, id).await?;
     let mut rows = Vec::new();
-    for (taught, judged) in found.begun(&state) {
+    for (taught, judged) in found.begun() {
         for (trainee, progress) in &judged {
             let identity = trainee_cells(trainee.id, &pseudonyms);
             let steps = 0..progress.steps.len();
