@@ -14,7 +14,7 @@ use crate::school::{self, ADMINISTRATOR, COHORTS, LEARNERS};
 
 /// The catalogue: the first two outcomes have a course that leads to them.
 const CATALOGUE: &str = "code,title,description
-EPA 1,Punctures the lower back under supervision,\"Positions the patient, finds the level, and reaches the target without touching a vessel.\"
+EPA 1,Punctures the lower back,\"Positions the patient, finds the level, and reaches the target without touching a vessel.\"
 EPA 2,Gains access to the kidney,\"Plans the way, punctures the lower pole, and confirms the position.\"
 EPA 3,Obtains informed consent,\"Explains benefit, risks and alternatives, and documents the decision.\"
 ";

@@ -106,7 +106,7 @@ async fn pages_transcript_and_export_show_the_level_in_force() {
             assert!(text.contains(words) && text.contains("EPA 3"), "{page}: {text}");
         }
         let cohort = world.teacher.get(&format!("/cohorts/{}/outcomes", world.cohort)).await.text();
-        assert!(cohort.contains(words) && cohort.contains("0 of 6 exercises"), "{cohort}");
+        assert!(cohort.contains(words) && cohort.contains("0 of 7 exercises"), "{cohort}");
     }
     let text = ada.get(&pages[0]).await.text();
     assert!(text.contains("2 decisions") && text.contains("Ten &#60;alone&#62;"), "{text}");
