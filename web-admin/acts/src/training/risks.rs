@@ -1,4 +1,4 @@
-//! People at risk: who they are, the school's rules, and what was done.
+//! People at risk: who they are, the school's rules, and the support records.
 
 use std::ops::RangeInclusive;
 
@@ -80,7 +80,7 @@ pub struct SupportOutcome {
     pub mailed: usize,
 }
 
-/// Records what was done for people, and sends a message to them: as a notice, and as a mail to
+/// Adds a support record for people, and sends a message to them: as a notice, and as a mail to
 /// those who have an address.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! What was done for a trainee at risk: a message, a conversation, or a note.
+//! Support of a trainee at risk: a message, a conversation, or a note.
 
 use crate::Moment;
 use crate::ids::{PersonId, SupportNoteId};
@@ -83,7 +83,7 @@ fn refuse_subject() -> String {
     tr!("subject: a message needs one, on one line, of at most 200 characters").to_owned()
 }
 
-/// A record of what was done for a person.
+/// A support record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct SupportNote {

@@ -2,10 +2,10 @@
 
 use time::{Duration, OffsetDateTime};
 
-use crate::Moment;
 use crate::ids::{CohortId, TermId};
 use crate::surveys::groups::LEAST;
 use crate::training::progress::{Course, Progress, ScoredAttempt, StepState};
+use crate::{Moment, count_u32};
 
 /// Weeks of a term that are shown.
 pub const MOST_WEEKS: u32 = 26;
@@ -49,7 +49,7 @@ impl CohortTerm {
     #[must_use]
     pub fn week(&self, now: Moment) -> u32 {
         let week = (now.to_utc() - self.starts_at.to_utc()).whole_weeks() + 1;
-        u32::try_from(week).unwrap_or(1).clamp(1, MOST_WEEKS)
+        count_u32(week.clamp(1, i64::from(MOST_WEEKS)))
     }
 
     /// Returns the cohort of a year earlier, the closest of those whose term began ten to fourteen
@@ -100,7 +100,7 @@ impl TermFigures {
             for (step, counts) in Progress::of(course, &attempts).steps.iter().zip(&mut figures.to_mastery) {
                 let StepState::Mastered { on } = step.state else { continue };
                 counts.push(step.attempts.iter().filter(|attempt| attempt.at <= on).count() as f64);
-                let week = usize::try_from((on - span.starts_at).whole_weeks()).unwrap_or(0);
+                let week = count_u32((on - span.starts_at).whole_weeks().max(0)) as usize;
                 if let Some(count) = mastered_in.get_mut(week) {
                     *count += 1;
                 }

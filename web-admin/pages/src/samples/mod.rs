@@ -7,14 +7,12 @@ pub(crate) mod untranslated_text;
 
 use assessment::{Deduction, DeductionCause, Direction, Metric};
 use documents::{Exercise, ExerciseBundle, HardFail, Required, RubricLine};
-use model::ids::{CohortId, PersonId, SessionId, SupportNoteId};
+use model::ids::{CohortId, PersonId, SessionId};
 use model::letters::notice::{Notice, NoticeKind};
 use model::training::assignment::AssignmentTally;
 use model::training::due::local;
 use model::training::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use model::training::progress::{Course, CourseStep, Mastery, Progress, ScoredAttempt};
-use model::training::risk::Concern;
-use model::training::support_note::{SupportKind, SupportNote};
 use model::{Moment, Role, Uncounted};
 use time::macros::datetime;
 use time::{Duration, OffsetDateTime};
@@ -36,6 +34,7 @@ use crate::training::trainee::{CourseFacts, CourseView, OwnAttemptRow, TraineePa
 use crate::{NavPlace, Shell, StatusWord};
 
 mod insertion;
+mod support;
 mod tissue;
 
 pub(crate) use insertion::curve;
@@ -399,8 +398,8 @@ pub(crate) fn trainee_page(own: bool) -> TraineePage {
         name: "Ana Lindqvist".to_owned(),
         own,
         due: vec![],
-        concerns: if own { vec![] } else { vec![say_concern(&Concern::Inactive { days: 16 })] },
-        notes: vec![SupportNoteRow::new(message())],
+        concerns: if own { vec![] } else { support::concerns_of("Ana Lindqvist").iter().map(say_concern).collect() },
+        notes: vec![SupportNoteRow::new(support::message())],
         support_href: (!own).then(|| "/at-risk?trainee=1".to_owned()),
         cohorts: vec!["Spring 2026".to_owned()],
         courses: vec![CourseView::new(&facts(&course), &progress, 0)],
@@ -412,19 +411,6 @@ pub(crate) fn trainee_page(own: bool) -> TraineePage {
         attempts: attempts(),
         pages: PageNumbers { page: 1, last: 2, entries: 34 },
         sign_in_code: own.then_some(None),
-    }
-}
-
-fn message() -> SupportNote {
-    SupportNote {
-        id: SupportNoteId::nil(),
-        person_id: PersonId::from_u128(4),
-        by: "Dr Peter Osei".to_owned(),
-        kind: SupportKind::Message,
-        subject: Some("Practice on Thursday".to_owned()),
-        body: "Station 2 is free from 14:00.".to_owned(),
-        mailed: true,
-        made_at: Moment::from(NOW),
     }
 }
 
@@ -453,18 +439,7 @@ pub(crate) fn cohort_page() -> CohortPage {
     let standing = people.map(|(name, attempts)| (name.to_owned(), Progress::of(&course, &attempts)));
     let row = |(name, progress): &(String, Progress)| {
         let who = NamedTrainee { href: "/trainees/1".to_owned(), name: name.clone() };
-        let failing = Concern::Failing {
-            exercise: "reach-the-muscle".to_owned(),
-            title: "Reach the muscle".to_owned(),
-            fails: 3,
-            last_score: 41.0,
-        };
-        let concerns = match name.as_str() {
-            "Ana Lindqvist" => vec![Concern::Inactive { days: 16 }],
-            "Bruno Ferrari" => vec![failing],
-            _ => vec![],
-        };
-        TraineeRow::new(who, &facts(&course), progress, &concerns)
+        TraineeRow::new(who, &facts(&course), progress, &support::concerns_of(name))
     };
     let rows: Vec<TraineeRow> = standing.iter().map(row).collect();
     let help: Vec<TraineeRow> = rows.iter().filter(|row| !row.concerns.is_empty()).cloned().collect();

@@ -234,7 +234,7 @@ mod tests {
         let cohorts = vec![compared("A, 2026", figures(8, 0.5)), compared("A, 2025", figures(7, 0.4))];
         let html = samples::keep_page("programme", &page(cohorts));
         assert_eq!(html.matches("polyline class=\"series").count(), 4, "two lines at two widths");
-        assert!(html.contains("median 6.5 (4.8 to 8.3), n = 8") && html.contains("50\u{a0}%"), "{html}");
+        assert!(html.contains("median 6.5 (4.8 to 8.2), n = 8") && html.contains("50\u{a0}%"), "{html}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The list of people at risk with what was done for them, and the school's rules.
+//! The list of people at risk with their support records, and the school's rules.
 
 use askama::Template;
 use askama_web::WebTemplate;
@@ -52,11 +52,11 @@ pub struct AtRiskRow {
     pub more: usize,
     /// Sum of the weights of the rules.
     pub weight: u32,
-    /// The latest record of what was done.
+    /// The latest support record.
     pub last: Option<SupportNoteRow>,
 }
 
-/// A record of what was done.
+/// A support record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SupportNoteRow {
     /// What, by whom and when.

@@ -1,4 +1,4 @@
-//! Records of what was done for trainees at risk.
+//! Support records of trainees at risk.
 
 use model::ids::{PersonId, SupportNoteId};
 use model::training::risk::TraineeAddress;

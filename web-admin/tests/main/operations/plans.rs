@@ -39,10 +39,11 @@ pub const BIG: [&str; 26] = [
 pub const LISTED: [&str; 2] = ["assignments", "segment_tasks"];
 
 /// What may read everything: beginnings of statements, each with the reason.
-pub const WHOLE: [(&str, &str); 25] = [
+pub const WHOLE: [(&str, &str); 26] = [
     ("SELECT p.id, coalesce(v.user_name, p.email)", "a directory lists a school’s people, page by page"),
     ("SELECT c.id, c.name, g.external_id FROM cohorts", "the groups of a directory, all of them"),
     ("WITH RECURSIVE", "the generator of invented practice"),
+    ("UPDATE people SET practised_at", "the generator of invented practice, and one person after an attempt"),
     ("INSERT INTO tallies", "sums a school up anew, after the generator"),
     ("DELETE FROM tallies", "the same"),
     ("INSERT INTO scores (id, school_id, session_id, score", "the generator of invented practice"),

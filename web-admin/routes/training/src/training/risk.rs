@@ -1,4 +1,4 @@
-//! `/at-risk`: people at risk, and what was done; `/admin/at-risk`: the school's rules.
+//! `/at-risk`: people at risk, and support records; `/admin/at-risk`: the school's rules.
 
 use acts::error::Error;
 use acts::training::risks as acting;
@@ -146,7 +146,7 @@ async fn make_page(
     })
 }
 
-/// Records what was done for the people selected, or sends them a message.
+/// Adds a support record for the people selected, or sends them a message.
 pub(super) async fn record_support(
     State(state): State<AppState>,
     Teacher(person): Teacher,

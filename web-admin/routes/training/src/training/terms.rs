@@ -90,7 +90,7 @@ pub(super) async fn set_cohort_term(
     Ok(Redirect::to(&format!("/cohorts/{id}/programme")))
 }
 
-/// What is compared.
+/// The requested comparison.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct ProgrammeQuery {
@@ -169,7 +169,7 @@ async fn list_term_options(
     Ok(std::iter::once(none).chain(known.into_iter().map(option)).collect())
 }
 
-/// What is compared, and for whom.
+/// A comparison and its reader.
 struct Asked<'a> {
     state: &'a AppState,
     by: &'a CurrentPerson,

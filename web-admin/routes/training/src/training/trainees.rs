@@ -174,7 +174,7 @@ fn number_pages(entries: u32, query: TraineePageQuery) -> PageNumbers {
     PageNumbers { page: query.page.unwrap_or(1).clamp(1, last), last, entries }
 }
 
-/// What was done for a trainee, and why they are at risk.
+/// Support records of a trainee, and the reasons for risk.
 #[derive(Default)]
 struct Support {
     concerns: Vec<(&'static str, String)>,
