@@ -111,9 +111,8 @@ async fn evidence_by_course(state: &AppState, whom: PersonKey) -> Result<BTreeMa
     let supervised = supervisions::list_trainee_supervisions(reader, whom.school_id, whom.person_id).await?;
     let supervised: BTreeSet<SessionId> = supervised.into_iter().collect();
     let ratings = outcomes::count_ratings(reader, whom).await?;
-    let now = state.clock.now().to_utc();
     let evidence = |taught: &standing::TaughtCourse| {
-        let progress = Progress::of(&taught.course, &attempts, now);
+        let progress = Progress::of(&taught.course, &attempts);
         let attempts = progress.steps.iter().flat_map(|step| &step.attempts);
         let is_of_course = |exercise: &str| taught.course.steps.iter().any(|step| step.exercise == exercise);
         CourseEvidence {
