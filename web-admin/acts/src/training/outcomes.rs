@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use model::ids::OutcomeId;
 use model::training::outcome::{LONGEST_NOTE, MOST_OUTCOMES, OutcomeText, check_length, read_catalogue, read_levels};
-use model::{CurrentPerson, PersonKey, Role};
+use model::{CurrentPerson, PersonKey, Role, count_i64};
 use serde_json::json;
 use store::Connection;
 use store::audit::AuditEntry;
@@ -159,7 +159,7 @@ pub async fn set_levels(service: &Service, by: &CurrentPerson, text: &str) -> Re
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
     let highest = outcomes::find_highest_level(&mut *tx, by.school_id).await?;
-    if i64::try_from(names.len()).unwrap_or(i64::MAX) < highest {
+    if count_i64(names.len()) < highest {
         return Err(Error::Unprocessable(tr!(
             "levels: {count} names; level {highest} is entrusted already",
             count = names.len(),
@@ -223,5 +223,5 @@ pub async fn entrust_level(
 
 async fn count_levels(tx: &mut Connection, by: &CurrentPerson) -> Result<i64, Error> {
     let set = outcomes::list_levels(tx, by.school_id).await?.len();
-    Ok(i64::try_from(if set == 0 { DEFAULT_LEVELS } else { set }).unwrap_or(i64::MAX))
+    Ok(count_i64(if set == 0 { DEFAULT_LEVELS } else { set }))
 }

@@ -154,7 +154,7 @@ mod tests {
             imported: Some("3 outcomes added.".to_owned()),
         };
         let html = samples::keep_page("outcomes", &page);
-        for wanted in ["EPA &#60;3&#62;", "Lower back", "Retired", "line 3", "A\nB"] {
+        for wanted in ["EPA &#60;3&#62;", "Lower back", "Retired", "Line 3", "A\nB"] {
             assert!(html.contains(wanted), "{wanted} is missing in {html}");
         }
     }

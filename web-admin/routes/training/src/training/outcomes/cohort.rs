@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use acts::error::Error;
 use axum::extract::{Query, State};
-use model::Moment;
 use model::ids::{CohortId, OutcomeId, PersonId, SchoolId};
+use model::{Moment, count_i64};
 use pages::form::SelectOption;
 use pages::people::listed::{ListPart, ListQuery};
 use pages::training::outcomes::{
@@ -54,7 +54,7 @@ pub(super) async fn show_cohort_outcomes(
     let levels = name_levels(outcomes::list_levels(reader, school).await.map_err(Error::from)?);
     // By default the level below the highest: acting without supervision on the usual scale.
     let chosen = query.level.unwrap_or(levels.len().saturating_sub(1)).clamp(1, levels.len());
-    let least = i64::try_from(chosen).unwrap_or(i64::MAX);
+    let least = count_i64(chosen);
     let (trainees, evidence) = read_evidence(&state, cohort.clone(), &taught, school).await?;
     let days: Vec<Moment> = (0..DAYS).rev().map(|n| state.clock.now().plus_s(-n * INTERVAL_S)).collect();
     let all = trainees.len();
@@ -62,7 +62,7 @@ pub(super) async fn show_cohort_outcomes(
     let (part, list) = ListPart::of(ListQuery { q: query.q, page: query.page, kept }, trainees, |one| &one.name);
     let row = |trainee: NamedItem<PersonId>| CohortOutcomesRow {
         href: format!("/trainees/{}/outcomes", trainee.id),
-        cells: taught.iter().map(|outcome| cell(&decisions, &evidence, (outcome.id, trainee.id))).collect(),
+        cells: taught.iter().map(|outcome| cell(&decisions, &evidence, outcome.id, trainee.id)).collect(),
         name: trainee.name,
     };
     let option = |(at, name): (usize, &String)| SelectOption {
@@ -108,9 +108,10 @@ async fn read_evidence(
 }
 
 /// Returns level and evidence of an outcome for a trainee.
-fn cell(decisions: &[Entrustment], evidence: &Evidence, of: (OutcomeId, PersonId)) -> LevelCell {
-    let last = decisions.iter().rfind(|decision| (decision.outcome_id, decision.person_id) == of);
-    let (mastered, exercises) = evidence.get(&of).copied().unwrap_or_default();
+fn cell(decisions: &[Entrustment], evidence: &Evidence, outcome: OutcomeId, trainee: PersonId) -> LevelCell {
+    let is_of_both = |decision: &&Entrustment| decision.outcome_id == outcome && decision.person_id == trainee;
+    let last = decisions.iter().rfind(is_of_both);
+    let (mastered, exercises) = evidence.get(&(outcome, trainee)).copied().unwrap_or_default();
     let level = last.and_then(|decision| Some((decision.level?, decision.decided_at.to_utc())));
     LevelCell { level, mastered, exercises }
 }
