@@ -13,7 +13,7 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 65] = [
+pub const SAID_HERE: [&str; 66] = [
     "/account/calendar/revoke",
     "/account/cohorts/{cohort}",
     "/account/identities/{id}/remove",
@@ -30,6 +30,7 @@ pub const SAID_HERE: [&str; 65] = [
     "/admin/learning-records/disable",
     "/admin/learning-records/retry",
     "/admin/origins",
+    "/admin/outcomes",
     "/admin/outcomes/levels",
     "/admin/outcomes/{id}",
     "/admin/platforms",

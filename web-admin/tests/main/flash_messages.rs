@@ -6,7 +6,7 @@ use pages::flash_message::SAID_HERE;
 use crate::people::{post, school};
 
 /// Forms that lead to a page which says itself what came of them, or shows it.
-const SAID_THERE: [&str; 76] = [
+const SAID_THERE: [&str; 78] = [
     "/account/calendar",
     "/account/identities/join/{}",
     "/account/password",
@@ -19,6 +19,7 @@ const SAID_THERE: [&str; 76] = [
     "/account/second-factor/recovery-codes",
     "/account/tokens",
     "/admin/certificate-needs",
+    "/admin/outcomes/file",
     "/admin/pairing-codes",
     "/admin/platforms/register",
     "/admin/provisioning",
@@ -29,6 +30,7 @@ const SAID_THERE: [&str; 76] = [
     "/admin/settings/logo/remove",
     "/admin/settings/test-letter",
     "/admin/sign-in/{}/try",
+    "/at-risk",
     "/curricula/{}/draft",
     "/drafts",
     "/drafts/{}",
