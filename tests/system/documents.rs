@@ -366,3 +366,79 @@ fn accessibility_report_answers_every_criterion() {
     );
     assert!(page.contains(&total), "the page does not say: {total}");
 }
+
+/// Families of questions of HECVAT 4.1.4 and the number of questions in each.
+const QUESTIONS: [(&str, usize); 35] = [
+    ("GNRL", 9),
+    ("COMP", 5),
+    ("REQU", 8),
+    ("DOCU", 7),
+    ("ITAC", 18),
+    ("THRD", 5),
+    ("CONS", 9),
+    ("APPL", 14),
+    ("AAAI", 18),
+    ("CHNG", 16),
+    ("DATA", 23),
+    ("DCTR", 16),
+    ("FIDP", 11),
+    ("PPPR", 15),
+    ("HFIH", 4),
+    ("VULN", 6),
+    ("HIPA", 29),
+    ("PCID", 12),
+    ("OPEM", 10),
+    ("PRGN", 5),
+    ("PCOM", 4),
+    ("PDOC", 3),
+    ("PTHP", 2),
+    ("PCHG", 2),
+    ("PDAT", 8),
+    ("PRPO", 13),
+    ("INTL", 5),
+    ("DRPV", 15),
+    ("DPAI", 8),
+    ("AIQU", 2),
+    ("AIGN", 5),
+    ("AIPL", 5),
+    ("AISC", 5),
+    ("AIML", 8),
+    ("AILM", 7),
+];
+
+/// The questions that a cell such as `DATA-01, DATA-05 to DATA-09` names.
+fn questions_in(cell: &str) -> Vec<(String, usize)> {
+    let question = |text: &str| {
+        let (family, number) = text.trim().split_once('-')?;
+        Some((family.to_owned(), number.parse::<usize>().ok()?))
+    };
+    let range = |part: &str| {
+        let (first, last) = part.split_once(" to ").unwrap_or((part, part));
+        let ((family, from), (_, to)) = (question(first)?, question(last)?);
+        Some((from..=to).map(move |number| (family.clone(), number)))
+    };
+    cell.split(',').filter_map(range).flatten().collect()
+}
+
+#[test]
+fn hecvat_page_answers_every_question_once() {
+    assert_eq!(questions_in("A-01, B-02 to B-03").len(), 3);
+    let page = std::fs::read_to_string(root().join("docs/adopt/hecvat.md")).expect("a page");
+    let rows: Vec<Vec<&str>> = page
+        .lines()
+        .filter(|line| line.starts_with("| "))
+        .map(|line| line.split('|').map(str::trim).collect())
+        .collect();
+    let mut answered = BTreeMap::new();
+    for row in rows.iter().filter(|row| row[1] != "questions") {
+        assert!(["yes", "no", "n. a.", "operator"].contains(&row[2]), "{}: {}", row[1], row[2]);
+        for question in questions_in(row[1]) {
+            *answered.entry(question).or_insert(0) += 1;
+        }
+    }
+    let asked: BTreeMap<(String, usize), i32> = QUESTIONS
+        .iter()
+        .flat_map(|(family, count)| (1..=*count).map(move |number| (((*family).to_owned(), number), 1)))
+        .collect();
+    assert_eq!(answered, asked);
+}
