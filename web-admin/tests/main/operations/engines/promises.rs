@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::BothEngines;
 
 /// A school with an attempt, and a row of each table that never changes.
-const ROWS: [&str; 18] = [
+const ROWS: [&str; 20] = [
     "INSERT INTO schools (id, name, created_at) VALUES (#1, 'North', 0)",
     "INSERT INTO people (id, school_id, email, display_name, pseudonym, password_hash, created_at)
      VALUES (#1, #1, 'ada@example.org', 'Ada', 'p-1', '', 0)",
@@ -31,6 +31,9 @@ const ROWS: [&str; 18] = [
      VALUES (#1, #1, #1, 'Round', FALSE, #1, 0)",
     "INSERT INTO ratings (id, school_id, round_id, session_id, rater_id, answers, finished_at)
      VALUES (#1, #1, #1, #2, #1, '[3, \"very steady\", null]', 0)",
+    "INSERT INTO outcomes (id, school_id, code, title, made_at) VALUES (#1, #1, 'EPA 1', 'Puncture', 0)",
+    "INSERT INTO entrustments (id, school_id, outcome_id, person_id, level, note, decided_by, decided_at)
+     VALUES (#1, #1, #1, #1, 3, 'steady', #1, 0)",
     "INSERT INTO segment_tasks (id, school_id, title, cohort_id, time_zone, made_by, made_at)
      VALUES (#1, #1, 'Pops', #1, 'UTC', #1, 0)",
     "INSERT INTO segment_traces (id, school_id, task_id, session_id, position) VALUES (#1, #1, #1, #2, 1)",
@@ -39,7 +42,7 @@ const ROWS: [&str; 18] = [
 ];
 
 /// What is refused, and in which words.
-const FORBIDDEN: [(&str, &str); 24] = [
+const FORBIDDEN: [(&str, &str); 26] = [
     ("UPDATE exercise_revisions SET title = 'x'", "a published exercise revision never changes"),
     ("DELETE FROM exercise_revisions", "a published exercise revision is never deleted"),
     ("UPDATE exercise_meshes SET name = 'x'", "a published mesh never changes"),
@@ -63,6 +66,8 @@ const FORBIDDEN: [(&str, &str); 24] = [
     ("UPDATE ratings SET answers = '[3, \"very steady\"]'", "a finished rating never changes"),
     ("UPDATE ratings SET answers = '[\"[erased]\", \"very steady\", null]'", "a finished rating never changes"),
     ("DELETE FROM ratings", "a rating is never deleted: the round is taken back"),
+    ("UPDATE entrustments SET level = 5", "an entrustment never changes: a later one follows it"),
+    ("DELETE FROM entrustments", "an entrustment is never deleted"),
     ("UPDATE segment_marks SET marks = '[1.0]'", "sent marks never change"),
     ("UPDATE audit_log SET actor = 'x'", "the audit log is append-only"),
     ("DELETE FROM audit_log", "the audit log is append-only"),
@@ -73,7 +78,8 @@ const FORBIDDEN: [(&str, &str); 24] = [
 ];
 
 /// What may change in rows that never change otherwise: texts that were erased.
-const ERASURES: [&str; 3] = [
+const ERASURES: [&str; 4] = [
+    "UPDATE entrustments SET note = ''",
     "UPDATE score_overrides SET reason = '[erased]'",
     "UPDATE regrade_reasons SET reason = '[erased]'",
     "UPDATE ratings SET answers = '[3, \"[erased]\", null]'",
