@@ -101,7 +101,7 @@ pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> any
     study::hold_study(&past, school, &trainees).await?;
     assignments::assign_demo_tasks(&past, now).await?;
     outcomes::decide_on_outcomes(&past, now).await?;
-    assignments::begin_demo_term(&past).await?;
+    assignments::begin_demo_term(&state.at(from)).await?;
     assignments::support_demo_trainee(&past, now).await?;
     raters::mark_pops(&past, now).await?;
     assignments::remind_demo_people(&past, now).await?;
