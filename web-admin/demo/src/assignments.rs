@@ -90,7 +90,11 @@ pub async fn remind_demo_people(state: &AppState, now: Moment) -> anyhow::Result
     Ok(outbox::work_off_letters(&now).await?)
 }
 
-async fn find_demo_person(state: &AppState, name: &str) -> anyhow::Result<people::Person> {
+/// Returns a person of the demonstration by name.
+///
+/// # Errors
+/// If they are missing, or the database fails.
+pub(crate) async fn find_demo_person(state: &AppState, name: &str) -> anyhow::Result<people::Person> {
     people::find_person_by_email(state.db.reader(), &school::email_of(name))
         .await?
         .context("somebody of the demonstration is missing")

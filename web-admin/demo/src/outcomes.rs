@@ -4,13 +4,13 @@
 use acts::training::outcomes::{Decision, OutcomeSettings, change_outcome, entrust_level, import_catalogue};
 use anyhow::Context;
 use model::training::outcome::OutcomeText;
-use model::{CurrentPerson, Moment, PersonKey};
+use model::{Moment, PersonKey};
 use routes_base::AppState;
-use store::people::{self, Person};
 use store::training::{curricula, outcomes};
 
 use crate::DAY_S;
-use crate::school::{self, ADMINISTRATOR, COHORTS, LEARNERS};
+use crate::assignments::find_demo_person;
+use crate::school::{ADMINISTRATOR, COHORTS, LEARNERS};
 
 /// The catalogue: the first two outcomes have a course that leads to them.
 const CATALOGUE: &str = "code,title,description
@@ -31,7 +31,7 @@ const DECISIONS: [(usize, i64, i64, &str); 4] = [
 /// # Errors
 /// Fails if the people are missing, or the database fails.
 pub async fn decide_on_outcomes(state: &AppState, now: Moment) -> anyhow::Result<()> {
-    let head = find_demo_person(state, ADMINISTRATOR).await?;
+    let head = find_demo_person(state, ADMINISTRATOR).await?.into_current().context("an administrator")?;
     import_catalogue(state, &head, CATALOGUE.as_bytes()).await?;
     let courses = curricula::list_taught_curricula(state.db.reader(), head.school_id).await?;
     let named =
@@ -51,15 +51,11 @@ pub async fn decide_on_outcomes(state: &AppState, now: Moment) -> anyhow::Result
     for (learner, days, level, note) in DECISIONS {
         let learner = &LEARNERS[learner];
         let instructor = find_demo_person(state, COHORTS[learner.cohort].instructor).await?;
+        let instructor = instructor.into_current().context("an instructor")?;
         let trainee = find_demo_person(state, learner.name).await?;
         let whom = PersonKey { school_id: trainee.school_id, person_id: trainee.id };
         let then = state.at(now.plus_s(-days * DAY_S));
         entrust_level(&then, &instructor, whom, Decision { outcome_id, level: Some(level), note }).await?;
     }
     Ok(())
-}
-
-async fn find_demo_person(state: &AppState, name: &str) -> anyhow::Result<CurrentPerson> {
-    let found = people::find_person_by_email(state.db.reader(), &school::email_of(name)).await?;
-    found.and_then(Person::into_current).with_context(|| format!("{name} is missing"))
 }
