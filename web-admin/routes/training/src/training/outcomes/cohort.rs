@@ -60,9 +60,13 @@ pub(super) async fn show_cohort_outcomes(
     let all = trainees.len();
     let kept = vec![("level", chosen.to_string())];
     let (part, list) = ListPart::of(ListQuery { q: query.q, page: query.page, kept }, trainees, |one| &one.name);
+    // Decisions are in order of time, so that the last of each trainee and outcome stays.
+    let last: BTreeMap<(OutcomeId, PersonId), &Entrustment> =
+        decisions.iter().map(|decision| ((decision.outcome_id, decision.person_id), decision)).collect();
+    let cell_of = |key| cell(last.get(&key).copied(), evidence.get(&key));
     let row = |trainee: NamedItem<PersonId>| CohortOutcomesRow {
         href: format!("/trainees/{}/outcomes", trainee.id),
-        cells: taught.iter().map(|outcome| cell(&decisions, &evidence, outcome.id, trainee.id)).collect(),
+        cells: taught.iter().map(|outcome| cell_of((outcome.id, trainee.id))).collect(),
         name: trainee.name,
     };
     let option = |(at, name): (usize, &String)| SelectOption {
@@ -108,10 +112,8 @@ async fn read_evidence(
 }
 
 /// Returns level and evidence of an outcome for a trainee.
-fn cell(decisions: &[Entrustment], evidence: &Evidence, outcome: OutcomeId, trainee: PersonId) -> LevelCell {
-    let is_of_both = |decision: &&Entrustment| decision.outcome_id == outcome && decision.person_id == trainee;
-    let last = decisions.iter().rfind(is_of_both);
-    let (mastered, exercises) = evidence.get(&(outcome, trainee)).copied().unwrap_or_default();
+fn cell(last: Option<&Entrustment>, evidence: Option<&(usize, usize)>) -> LevelCell {
+    let (mastered, exercises) = evidence.copied().unwrap_or_default();
     let level = last.and_then(|decision| Some((decision.level?, decision.decided_at.to_utc())));
     LevelCell { level, mastered, exercises }
 }
