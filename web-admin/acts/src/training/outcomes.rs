@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use model::ids::OutcomeId;
+use model::ids::{OutcomeId, PersonId};
 use model::training::outcome::{LONGEST_NOTE, MOST_OUTCOMES, OutcomeText, check_length, read_catalogue, read_levels};
 use model::{CurrentPerson, PersonKey, Role, count_i64};
 use serde_json::json;
@@ -174,6 +174,13 @@ pub async fn set_levels(service: &Service, by: &CurrentPerson, text: &str) -> Re
     Ok(tx.commit().await?)
 }
 
+/// Returns whether a person decides on levels of others, if they see them: staff, but not about
+/// themselves.
+#[must_use]
+pub fn may_decide(by: &CurrentPerson, trainee: PersonId) -> bool {
+    matches!(by.role, Role::Instructor | Role::Administrator) && by.id != trainee
+}
+
 /// A decision to entrust.
 #[derive(Clone, Copy, Debug)]
 pub struct Decision<'a> {
@@ -198,7 +205,7 @@ pub async fn entrust_level(
     whom: PersonKey,
     decision: Decision<'_>,
 ) -> Result<(), Error> {
-    if !matches!(by.role, Role::Instructor | Role::Administrator) || by.id == whom.person_id {
+    if !may_decide(by, whom.person_id) {
         return Err(Error::Forbidden(tr!("only an instructor of the trainee decides on a level")));
     }
     let note = decision.note.trim();

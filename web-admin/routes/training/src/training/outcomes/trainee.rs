@@ -7,7 +7,7 @@ use acts::training::outcomes::{self as deeds, Decision};
 use axum::extract::State;
 use model::ids::{OutcomeId, PersonId, SessionId};
 use model::training::progress::Progress;
-use model::{CurrentPerson, PersonKey, Role};
+use model::{CurrentPerson, PersonKey};
 use pages::training::outcomes::{CourseEvidence, DecisionRow, OutcomeView, TraineeOutcomesPage, name_levels};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
@@ -62,13 +62,9 @@ async fn make_page(
         own,
         outcomes: list_shown(state, person, &decisions).await?.into_iter().map(view).collect(),
         levels: name_levels(outcomes::list_levels(reader, school).await?),
-        may_decide: may_decide(person, id),
+        may_decide: deeds::may_decide(person, id),
         refused: None,
     })
-}
-
-fn may_decide(person: &CurrentPerson, trainee: PersonId) -> bool {
-    matches!(person.role, Role::Instructor | Role::Administrator) && person.id != trainee
 }
 
 /// Returns the outcomes to which a course leads, and those of which a level was decided.
