@@ -39,7 +39,10 @@ pub enum UserCommand {
 #[derive(Debug, Args)]
 pub struct AddArgs {
     #[command(flatten)]
-    who: WhoArgs,
+    storage: StorageArgs,
+    /// Email address of the account
+    #[arg(long)]
+    email: String,
     /// Display name
     #[arg(long)]
     name: String,
@@ -78,6 +81,9 @@ pub struct WhoArgs {
     /// Email address of the account
     #[arg(long)]
     email: String,
+    /// School of the account; required if several have the address
+    #[arg(long)]
+    school: Option<String>,
 }
 
 /// Options of `web-admin user token`.
@@ -91,7 +97,7 @@ pub struct TokenArgs {
     /// Name of a station, whose token uploads for the trainees named by pseudonym in its recordings
     #[arg(long, conflicts_with = "email")]
     station: Option<String>,
-    /// The station's school [default: the only one there is]
+    /// School of the station or the person [default: the only one there is]
     #[arg(long)]
     school: Option<String>,
     /// Name of a person's token
@@ -116,17 +122,17 @@ pub(super) async fn run_user(command: &UserCommand) -> Result<(), CommandFailure
 }
 
 async fn add_person(args: &AddArgs) -> Result<(), CommandFailure> {
-    check_email(&args.who.email)?;
+    check_email(&args.email)?;
     for (option, name) in
         [("--name", Some(&args.name)), ("--school", args.school.as_ref()), ("--cohort", args.cohort.as_ref())]
     {
         check_name(option, name.map(String::as_str))?;
     }
-    let own = [args.name.as_str(), &args.who.email, args.school.as_deref().unwrap_or_default()];
+    let own = [args.name.as_str(), &args.email, args.school.as_deref().unwrap_or_default()];
     let (password, told) = read_password(args.password.as_deref(), &own)?;
-    let state = args.who.storage.open().await?;
+    let state = args.storage.open().await?;
     let new = RegisteredPerson {
-        email: &args.who.email,
+        email: &args.email,
         name: &args.name,
         role: args.role,
         school: args.school.as_deref(),
@@ -144,7 +150,7 @@ async fn add_person(args: &AddArgs) -> Result<(), CommandFailure> {
 
 async fn reset_person_password(args: &ResetArgs) -> Result<(), CommandFailure> {
     let state = args.who.storage.open().await?;
-    let person = find_account(&state, &args.who.email).await?;
+    let person = find_account(&state, &args.who.email, args.who.school.as_deref()).await?;
     let school = schools::find_school_name(state.db.reader(), person.school_id).await?;
     let (password, told) = read_password(args.password.as_deref(), &[&person.display_name, &person.email, &school])?;
     let until = admin_commands::reset_password(&state, &person, &password).await?;
@@ -161,7 +167,7 @@ fn good_until(until: Moment) -> String {
 
 async fn disable_person(args: &WhoArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
-    let person = find_account(&state, &args.email).await?;
+    let person = find_account(&state, &args.email, args.school.as_deref()).await?;
     match admin_commands::disable_person(&state, &person).await? {
         Some(revoked) => say_line(format_args!("{} is disabled; {revoked} tokens revoked", person.email)),
         None => say_line(format_args!("{} is already disabled", person.email)),
@@ -171,7 +177,7 @@ async fn disable_person(args: &WhoArgs) -> Result<(), CommandFailure> {
 
 async fn reset_second_factor(args: &WhoArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
-    let person = find_account(&state, &args.email).await?;
+    let person = find_account(&state, &args.email, args.school.as_deref()).await?;
     let key = PersonKey { school_id: person.school_id, person_id: person.id };
     let had_one = second_factor::reset(&state, key, Actor::CommandLine).await.map_err(anyhow::Error::from)?;
     let told = if had_one { "no longer has a second factor; notified by email" } else { "had no second factor" };
@@ -183,7 +189,7 @@ async fn make_person_token(args: &TokenArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
     let token = match (&args.email, &args.station) {
         (Some(email), _) => {
-            let person = find_account(&state, email).await?;
+            let person = find_account(&state, email, args.school.as_deref()).await?;
             admin_commands::give_token(&state, &person, TokenRequest { name: &args.name, days: args.days }).await?
         }
         (None, station) => {
@@ -197,9 +203,27 @@ async fn make_person_token(args: &TokenArgs) -> Result<(), CommandFailure> {
     Ok(())
 }
 
-async fn find_account(state: &AppState, email: &str) -> Result<Person, CommandFailure> {
-    let found = people::find_person_by_email(state.db.reader(), email).await?;
-    found.ok_or_else(|| CommandFailure::Usage(format!("--email: \"{email}\"; no person has this address")))
+/// Returns the account of an address, at the named school if several have it.
+async fn find_account(state: &AppState, email: &str, school: Option<&str>) -> Result<Person, CommandFailure> {
+    let mut found = Vec::new();
+    for person in people::list_people_by_email(state.db.reader(), email).await? {
+        let name = schools::find_school_name(state.db.reader(), person.school_id).await?;
+        if school.is_none_or(|school| school == name) {
+            found.push((person, name));
+        }
+    }
+    let names: Vec<_> = found.iter().map(|(_, name)| format!("\"{name}\"")).collect();
+    let at = school.map(|school| format!(" at the school \"{school}\"")).unwrap_or_default();
+    match <[_; 1]>::try_from(found) {
+        Ok([(person, _)]) => Ok(person),
+        Err(_) if names.is_empty() => {
+            Err(CommandFailure::Usage(format!("--email: \"{email}\"; no person has this address{at}")))
+        }
+        Err(_) => {
+            let why = format!("--school: required; {} have a person with the address \"{email}\"", names.join(" and "));
+            Err(CommandFailure::Usage(why))
+        }
+    }
 }
 
 /// Returns the password to set, and a line to print it if it was generated. `own` are details of

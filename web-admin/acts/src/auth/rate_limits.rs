@@ -96,46 +96,67 @@ fn pair(address: IpAddr, email: &str) -> String {
     format!("{address} {}", normalize_email(email))
 }
 
-fn known_key(address: IpAddr, email: &str) -> [u8; 32] {
-    secret::token_sha256(&format!("known {}", pair(address, email)))
+fn known_key(address: IpAddr, account: PersonId) -> [u8; 32] {
+    secret::token_sha256(&format!("known {address} {account}"))
+}
+
+/// The accounts that an attempt to sign in may reach.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SignInReach {
+    /// Accounts whose password may be compared.
+    pub accounts: Vec<PersonId>,
+    /// The correct password of one of them came from the address within the last 90 days.
+    pub is_known: bool,
 }
 
 /// Counts an attempt to sign in, whether the password is right or wrong. Were right passwords
 /// exempt, the limit would reveal them.
 ///
 /// An attacker uses up their own attempts, and at most those of all unknown addresses: the owner
-/// can still sign in from an address that they have used before.
-///
+/// can still sign in from an address that they have used before. `accounts` are those with the email
+/// address, one per school at most. Where an address is known to some of them only, an account at one
+/// school must not give more attempts at the others: after too many, only those to which it is known
+/// are reached.
 ///
 /// # Errors
 /// Fails if no attempt is left, with the time until the next one.
-pub async fn take_sign_in(service: &Service, address: IpAddr, email: &str) -> Result<(), Error> {
-    let mut used = vec![
-        Brake::new(ADDRESS, &format!("address {address}")),
-        Brake::new(PAIR, &format!("pair {}", pair(address, email))),
-    ];
-    if !is_known(service, address, email).await? {
-        used.push(Brake::new(STRANGERS, &format!("strangers {}", normalize_email(email))));
+pub async fn take_sign_in(
+    service: &Service,
+    address: IpAddr,
+    email: &str,
+    accounts: Vec<PersonId>,
+) -> Result<SignInReach, Error> {
+    let mut known = Vec::new();
+    for &account in &accounts {
+        let until = rate_limits::find_brake(service.db.reader(), &known_key(address, account)).await?;
+        known.extend(until.filter(|&until| until > service.clock.now()).map(|_| account));
     }
-    press_all(service, &used).await
+    let is_known = !known.is_empty();
+    let own = || {
+        vec![
+            Brake::new(ADDRESS, &format!("address {address}")),
+            Brake::new(PAIR, &format!("pair {}", pair(address, email))),
+        ]
+    };
+    if !is_known || known.len() < accounts.len() {
+        let mut all = own();
+        all.push(Brake::new(STRANGERS, &format!("strangers {}", normalize_email(email))));
+        match press_all(service, &all).await {
+            Err(Error::TooMany { .. }) if is_known => {}
+            pressed => return pressed.map(|()| SignInReach { accounts, is_known }),
+        }
+    }
+    press_all(service, &own()).await?;
+    Ok(SignInReach { accounts: known, is_known })
 }
 
-/// Returns whether the correct password of an account came from an address within the last 90 days.
+/// Records that the correct password of an account came from an address.
 ///
 /// # Errors
 /// Fails if the database fails.
-pub async fn is_known(service: &Service, address: IpAddr, email: &str) -> Result<bool, Error> {
-    let until = rate_limits::find_brake(service.db.reader(), &known_key(address, email)).await?;
-    Ok(until.is_some_and(|until| until > service.clock.now()))
-}
-
-/// Records that the correct password came from an address.
-///
-/// # Errors
-/// Fails if the database fails.
-pub async fn welcome(service: &Service, address: IpAddr, email: &str) -> Result<(), Error> {
+pub async fn welcome(service: &Service, address: IpAddr, account: PersonId) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
-    rate_limits::put_brake(&mut tx, &known_key(address, email), service.clock.now().plus_s(KNOWN_S)).await?;
+    rate_limits::put_brake(&mut tx, &known_key(address, account), service.clock.now().plus_s(KNOWN_S)).await?;
     Ok(tx.commit().await?)
 }
 

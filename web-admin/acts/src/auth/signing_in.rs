@@ -28,17 +28,20 @@ pub async fn note_way_in(service: &Service, person: PersonId, action: &str) -> R
 pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, action: &str) -> Result<(), Error> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
-    let person = people::find_person_by_email(&mut *tx, email).await?;
-    match &person {
-        Some(person) => {
-            AuditEntry::new(person.school_id, Actor::Stranger, action, person.id).append(&mut tx, now).await?;
-        }
-        None => rate_limits::count_unknown_sign_in(&mut tx, now).await?,
+    let people = people::list_people_by_email(&mut *tx, email).await?;
+    for person in &people {
+        AuditEntry::new(person.school_id, Actor::Stranger, action, person.id).append(&mut tx, now).await?;
+    }
+    if people.is_empty() {
+        rate_limits::count_unknown_sign_in(&mut tx, now).await?;
     }
     tx.commit().await?;
     // The field may hold a password by mistake, so only its hash is logged.
     let hash = HEXLOWER.encode(&secret::token_sha256(&normalize_email(email)));
-    let object = person.map_or_else(|| format!("address {}", &hash[..16]), |person| person.id.to_string());
+    let object = match &*people {
+        [] => format!("address {}", &hash[..16]),
+        people => people.iter().map(|person| person.id.to_string()).collect::<Vec<_>>().join(" "),
+    };
     tracing::warn!(%from, action, object, "sign-in failed");
     Ok(())
 }

@@ -43,7 +43,7 @@ pub struct NewAccount<'a> {
     pub cohort: Option<CohortId>,
 }
 
-/// Adds a person and queues their invitation. Returns `None` if the address is already in use.
+/// Adds a person and queues their invitation. Returns `None` if a person of the school has the address.
 ///
 /// # Errors
 /// Fails if the cohort does not belong to this school, or the database fails.
@@ -51,7 +51,7 @@ pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> R
     let (school_id, now) = (by.school_id, state.clock.now());
     let mut tx = state.db.write().await?;
     let Details { name, email, registrar_id } = new.details;
-    if people::find_person_by_email(&mut *tx, email).await?.is_some() {
+    if people::find_member_by_email(&mut *tx, school_id, email).await?.is_some() {
         return Ok(None);
     }
     let person = NewPerson { school_id, role: new.role, email, display_name: name, password_hash: "" };
@@ -78,7 +78,7 @@ pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> R
     Ok(Some(person.id))
 }
 
-/// Changes name, address and role. Returns false if the address belongs to another person.
+/// Changes name, address and role. Returns false if another person of the school has the address.
 pub async fn change(
     state: &Service,
     by: &CurrentPerson,
@@ -87,7 +87,8 @@ pub async fn change(
     role: Role,
 ) -> Result<bool, Error> {
     let mut tx = state.db.write().await?;
-    if people::find_person_by_email(&mut *tx, details.email).await?.is_some_and(|known| known.id != person.id) {
+    let holder = people::find_member_by_email(&mut *tx, by.school_id, details.email).await?;
+    if holder.is_some_and(|holder| holder.id != person.id) {
         return Ok(false);
     }
     directory::change_details(&mut tx, by.school_id, person.id, details).await?;
@@ -207,8 +208,9 @@ pub async fn use_initial_password(state: &Service, person: &Person) -> Result<St
 }
 
 /// Returns whether a password is the initial one that another person has set for this account.
-pub async fn is_initial_password(state: &Service, email: &str, typed: &str) -> Result<bool, Error> {
-    let known = people::find_credentials(state.db.reader(), email).await?.filter(|known| known.initial_until.is_some());
+pub async fn is_initial_password(state: &Service, person: PersonId, typed: &str) -> Result<bool, Error> {
+    let known = people::find_credentials(state.db.reader(), person).await?;
+    let known = known.filter(|known| known.initial_until.is_some());
     let Some(hash) = known.and_then(|known| known.password_hash) else { return Ok(false) };
     let typed = typed.to_owned();
     state.hash(move || secret::password_fits(&typed, &hash)).await
@@ -241,12 +243,12 @@ pub async fn ask_for_link(state: &Service, email: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Queues a link for every requested address that belongs to an account without a recent link, and
-/// deletes all requests.
+/// Queues a link for every account without a recent link that has a requested address, and deletes all
+/// requests.
 pub async fn answer_asked(state: &Service) -> Result<(), Error> {
     while let Some(email) = account_links::find_next_asked_link(state.db.reader()).await? {
         let mut tx = state.db.write().await?;
-        if let Some(person) = people::find_person_by_email(&mut *tx, &email).await? {
+        for person in people::list_people_by_email(&mut *tx, &email).await? {
             answer(&mut tx, state, &person).await?;
         }
         account_links::forget_asked(&mut tx, &email).await?;
@@ -288,8 +290,7 @@ pub async fn set_password_by_link(state: &Service, token: &str, password: &str) 
 
 /// Returns whether a password is the person's own. A wrong one is recorded in the audit log.
 pub async fn is_own_password(state: &Service, person: &CurrentPerson, typed: &str) -> Result<bool, Error> {
-    let Some(known) = people::find_person(state.db.reader(), person.id).await? else { return Ok(false) };
-    let known = people::find_credentials(state.db.reader(), &known.email).await?.and_then(|known| known.password_hash);
+    let known = people::find_credentials(state.db.reader(), person.id).await?.and_then(|known| known.password_hash);
     let Some(known) = known else { return Ok(false) };
     let typed = typed.to_owned();
     if state.hash(move || secret::password_fits(&typed, &known)).await? {

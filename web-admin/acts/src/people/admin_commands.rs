@@ -75,13 +75,13 @@ pub async fn add_person(service: &Service, new: RegisteredPerson<'_>) -> Result<
     let password_hash = secret::hash_password(new.password, service.config.password_cost)?;
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
-    if people::find_person_by_email(&mut *tx, new.email).await?.is_some() {
+    let school = choose_in(&mut tx, new.school, now).await?;
+    if people::find_member_by_email(&mut *tx, school.id, new.email).await?.is_some() {
         return Err(RegistryError::Usage(format!(
             "--email: \"{}\"; another person already has this address",
             new.email
         )));
     }
-    let school = choose_in(&mut tx, new.school, now).await?;
     let row = NewPerson {
         school_id: school.id,
         role: new.role,

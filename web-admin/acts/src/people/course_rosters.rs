@@ -159,9 +159,8 @@ pub(super) async fn compare(
     };
     let people = rosters::list_known_members(connection, school, &about).await?;
     let emails: BTreeSet<String> = roster.members.iter().filter_map(|member| member.email.clone()).collect();
-    let mut taken_emails = rosters::taken_elsewhere(&mut *connection, school, &emails).await?;
     let about = About { emails, ..About::default() };
-    let own = rosters::list_known_people(connection, school, &about).await?;
-    taken_emails.extend(own.into_iter().map(|person| person.email));
+    let holders = rosters::list_known_people(connection, school, &about).await?;
+    let taken_emails = holders.into_iter().map(|person| person.email).collect();
     Ok(roster.compare(KnownMembers { people: &people, taken_emails: &taken_emails }, wanted))
 }

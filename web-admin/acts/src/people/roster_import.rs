@@ -234,8 +234,7 @@ async fn look(
     roster.spell_cohorts(cohorts.into_iter().map(|cohort| cohort.name), &mut wanted.cohort);
     let about = about(&roster, &wanted);
     let known = rosters::list_known_people(connection, school, &about).await?;
-    let unusable = rosters::taken_elsewhere(connection, school, &about.emails).await?;
-    let difference = RosterDifference::of(&roster, &known, &unusable, &wanted);
+    let difference = RosterDifference::of(&roster, &known, &wanted);
     let digest = digest_of(&difference)?;
     let headings = table.headings;
     Ok(Some(RosterPreview {

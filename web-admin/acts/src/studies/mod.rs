@@ -244,10 +244,8 @@ pub async fn add_member(
 ) -> Result<(), Error> {
     let (study, now) = (open_study(study)?, state.clock.now());
     let mut tx = state.db.write().await?;
-    let person = people::find_person_by_email(&mut *tx, email).await?;
-    let person = person.filter(|person| {
-        person.school_id == by.school_id && person.disabled_at.is_none() && person.role != Role::Guest
-    });
+    let person = people::find_member_by_email(&mut *tx, by.school_id, email).await?;
+    let person = person.filter(|person| person.disabled_at.is_none() && person.role != Role::Guest);
     let Some(person) = person else {
         return Err(Error::Unprocessable(tr!("nobody in this school has the address “{email}”", email = email)));
     };

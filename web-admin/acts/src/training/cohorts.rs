@@ -42,8 +42,8 @@ pub async fn make_cohort(service: &Service, by: &CurrentPerson, name: &str) -> R
 /// same result as an unknown address.
 pub async fn add_member(service: &Service, by: &CurrentPerson, cohort: CohortId, email: &str) -> Result<bool, Error> {
     let mut tx = service.db.write().await?;
-    let known = people::find_person_by_email(&mut *tx, email).await?;
-    let known = known.filter(|known| known.school_id == by.school_id && known.role != Role::Administrator);
+    let known = people::find_member_by_email(&mut *tx, by.school_id, email).await?;
+    let known = known.filter(|known| known.role != Role::Administrator);
     let Some(known) = known else { return Ok(false) };
     let (school_id, deed) = (by.school_id, deed(service, by));
     let (done, action) = match by.role {

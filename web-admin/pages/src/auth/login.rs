@@ -17,6 +17,8 @@ pub struct LoginPage {
     pub error: Option<String>,
     /// Email address entered in the previous attempt.
     pub email: String,
+    /// Name of the school whose account is meant, or empty.
+    pub school: String,
     /// CSRF token.
     pub csrf: String,
     /// Path on this site to redirect to after sign-in.
@@ -69,6 +71,7 @@ mod tests {
         let page = LoginPage {
             error: Some("The address or the password is wrong.".to_owned()),
             email: "\"><script>".to_owned(),
+            school: "North".to_owned(),
             csrf: "token".to_owned(),
             next: "/sessions/1".to_owned(),
             providers: vec![ProviderButton {

@@ -199,16 +199,40 @@ pub async fn find_registrar_id(executor: impl Executor<'_>, school: SchoolId, id
     Ok(found.flatten())
 }
 
-/// Returns a person of any school by email address, in any spelling. An address that an earlier
-/// version stored without normalization takes precedence.
-pub async fn find_person_by_email(executor: impl Executor<'_>, email: &str) -> Result<Option<Person>> {
+/// Returns the people of all schools with an email address, in any spelling, the oldest account first. An
+/// address belongs to at most one account of a school.
+pub async fn list_people_by_email(executor: impl Executor<'_>, email: &str) -> Result<Vec<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
-         FROM people WHERE email IN ($1, $2, $3) ORDER BY email <> $1 LIMIT 1",
+         FROM people WHERE email IN ($1, $2, $3) ORDER BY created_at, id",
     )
     .bind(email.to_lowercase())
     .bind(normalize_email(email))
     .bind(email_in_ascii(&normalize_email(email)))
+    .fetch_all(executor)
+    .await
+}
+
+/// Returns the person of any school who has had an email address longest.
+pub async fn find_person_by_email(executor: impl Executor<'_>, email: &str) -> Result<Option<Person>> {
+    Ok(list_people_by_email(executor, email).await?.into_iter().next())
+}
+
+/// Returns a person of a school by email address, in any spelling. An address that an earlier
+/// version stored without normalization takes precedence.
+pub async fn find_member_by_email(
+    executor: impl Executor<'_>,
+    school: SchoolId,
+    email: &str,
+) -> Result<Option<Person>> {
+    sqlx::query_as(
+        "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
+         FROM people WHERE school_id = $4 AND email IN ($1, $2, $3) ORDER BY email <> $1 LIMIT 1",
+    )
+    .bind(email.to_lowercase())
+    .bind(normalize_email(email))
+    .bind(email_in_ascii(&normalize_email(email)))
+    .bind(school)
     .fetch_optional(executor)
     .await
 }
@@ -251,16 +275,35 @@ pub async fn find_recording_consent(
     .await
 }
 
-/// Returns the data for verifying a sign-in with an email address.
-pub async fn find_credentials(executor: impl Executor<'_>, email: &str) -> Result<Option<Credentials>> {
+/// Returns the data for verifying a sign-in with an email address: of each account that has it, or of the one at
+/// the named school; at most eight, the oldest first.
+pub async fn list_credentials(
+    executor: impl Executor<'_>,
+    email: &str,
+    school: Option<&str>,
+) -> Result<Vec<Credentials>> {
     sqlx::query_as(
-        "SELECT id, nullif(password_hash, '') AS password_hash, credential_version, disabled_at,
-           password_initial_until AS initial_until
-         FROM people WHERE email IN ($1, $2, $3) ORDER BY email <> $1 LIMIT 1",
+        "SELECT p.id, nullif(p.password_hash, '') AS password_hash, p.credential_version, p.disabled_at,
+           p.password_initial_until AS initial_until
+         FROM people p JOIN schools s ON s.id = p.school_id
+         WHERE p.email IN ($1, $2, $3) AND ($4 IS NULL OR s.name = $4) ORDER BY p.created_at, p.id LIMIT 8",
     )
     .bind(email.to_lowercase())
     .bind(normalize_email(email))
     .bind(email_in_ascii(&normalize_email(email)))
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// Returns the data for verifying the password of a person.
+pub async fn find_credentials(executor: impl Executor<'_>, person: PersonId) -> Result<Option<Credentials>> {
+    sqlx::query_as(
+        "SELECT id, nullif(password_hash, '') AS password_hash, credential_version, disabled_at,
+           password_initial_until AS initial_until
+         FROM people WHERE id = $1",
+    )
+    .bind(person)
     .fetch_optional(executor)
     .await
 }

@@ -282,22 +282,6 @@ pub async fn list_known_members(
     Ok(rows.into_iter().map(member).collect())
 }
 
-/// Returns those of the given addresses that people of other schools use, normalized.
-pub async fn taken_elsewhere(
-    executor: impl Executor<'_>,
-    school: SchoolId,
-    emails: &BTreeSet<String>,
-) -> Result<BTreeSet<String>> {
-    let taken: Vec<String> = sqlx::query_scalar(
-        "SELECT p.email FROM json_each($2) asked JOIN people p ON p.email = asked.value WHERE p.school_id <> $1",
-    )
-    .bind(school)
-    .bind(Json(emails))
-    .fetch_all(executor)
-    .await?;
-    Ok(taken.iter().map(|email| normalize_email(email)).collect())
-}
-
 /// Adds the person of a roster line, without a password.
 ///
 /// # Errors

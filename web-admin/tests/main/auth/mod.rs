@@ -7,5 +7,6 @@ pub(crate) mod lti;
 pub(crate) mod passkeys;
 pub(crate) mod school_boundaries;
 pub(crate) mod second_factors;
+pub(crate) mod shared_addresses;
 pub(crate) mod signing_in;
 pub(crate) mod tokens;

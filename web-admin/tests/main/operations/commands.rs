@@ -65,6 +65,10 @@ fn a_wrong_call_is_told_what_is_allowed() {
     done(data, &add("a@b.c", &["--school", "North"]));
     assert!(fails(data, &add("A@B.C", &["--school", "North"]), 2).contains("already"));
     done(data, &add("d@e.f", &["--school", "South"]));
+    done(data, &add("a@b.c", &["--school", "South"]));
+    let both = fails(data, &["user", "disable", "--email", "a@b.c"], 2);
+    assert!(both.contains("--school: required") && both.contains("North") && both.contains("South"), "{both}");
+    done(data, &["user", "disable", "--email", "a@b.c", "--school", "South"]);
     assert!(fails(data, &add("g@h.i", &[]), 2).contains("North, South"));
     let head = ["--school", "North", "--role", "administrator", "--cohort", "A"];
     assert!(fails(data, &add("g@h.i", &head), 2).contains("--cohort"));

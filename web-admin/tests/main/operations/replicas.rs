@@ -112,7 +112,9 @@ async fn who_guesses_has_no_more_tries_at_two_services_than_at_one() {
     let mut taken = 0;
     for n in 0..40 {
         let state = if n % 2 == 0 { &app.state } else { &other };
-        taken += u32::from(rate_limits::take_sign_in(state, [192, 0, 2, 1].into(), "ada@example.org").await.is_ok());
+        taken += u32::from(
+            rate_limits::take_sign_in(state, [192, 0, 2, 1].into(), "ada@example.org", Vec::new()).await.is_ok(),
+        );
     }
     assert!((10..12).contains(&taken), "{taken} of 40 were taken");
 }

@@ -2,7 +2,7 @@
 
 use model::auth::federation::{IdentityKind, IdentityOrigin, ProvenIdentity};
 use model::auth::sign_in_refusal::SignInRefusal;
-use model::ids::{IdentityId, PersonId};
+use model::ids::{IdentityId, PersonId, SchoolId};
 use model::letters::mail::MailKind;
 use model::people::email::make_absent_email;
 use model::people::roster::MemberIdentity;
@@ -52,7 +52,7 @@ pub async fn find_owner(
                 Some(matched)
             }
             Some(disabled) => Some(disabled),
-            None if source.creates_trainees && !is_address_taken(&mut tx, identity).await? => {
+            None if source.creates_trainees && !is_address_taken(&mut tx, source.school_id, identity).await? => {
                 Some(create(&mut tx, source, identity, now).await?)
             }
             None => None,
@@ -85,9 +85,9 @@ async fn match_person(
     }
 }
 
-async fn is_address_taken(tx: &mut Connection, identity: &ProvenIdentity) -> Result<bool, Error> {
+async fn is_address_taken(tx: &mut Connection, school: SchoolId, identity: &ProvenIdentity) -> Result<bool, Error> {
     match &identity.email {
-        Some(email) => Ok(people::find_person_by_email(tx, email).await?.is_some()),
+        Some(email) => Ok(people::find_member_by_email(tx, school, email).await?.is_some()),
         None => Ok(false),
     }
 }
@@ -128,7 +128,7 @@ async fn join(tx: &mut Connection, joining: &Joining<'_>, how: IdentityOrigin) -
     Ok(())
 }
 
-/// Creates an account for an identity. An address that another account has is not stored.
+/// Creates an account for an identity. An address that another account of the school has is not stored.
 async fn create(
     tx: &mut Connection,
     source: &IdentitySource,
@@ -137,7 +137,7 @@ async fn create(
 ) -> Result<Person, Error> {
     let school_id = source.school_id;
     let email = match &identity.email {
-        Some(email) if people::find_person_by_email(&mut *tx, email).await?.is_none() => email.clone(),
+        Some(email) if people::find_member_by_email(&mut *tx, school_id, email).await?.is_none() => email.clone(),
         _ => make_absent_email(new_id(at)),
     };
     let new =

@@ -81,7 +81,7 @@ impl DirectoryRequest<'_> {
             Some(known) => known,
             None => {
                 let email = wanted.email.clone().unwrap_or_else(|| make_absent_email(new_id(now)));
-                if people::find_person_by_email(&mut *tx, &email).await?.is_some() {
+                if people::find_member_by_email(&mut *tx, school_id, &email).await?.is_some() {
                     return Err(ProvisioningError::Scim(ScimError::taken("emails: an account has this address")));
                 }
                 let new = NewPerson {
@@ -168,7 +168,8 @@ impl DirectoryRequest<'_> {
             (None, None) => before.email.clone(),
             (None, Some(_)) => make_absent_email(new_id(now)),
         };
-        if people::find_person_by_email(&mut *tx, &email).await?.is_some_and(|known| known.id != id) {
+        let holder = people::find_member_by_email(&mut *tx, school_id, &email).await?;
+        if holder.is_some_and(|holder| holder.id != id) {
             return Err(ProvisioningError::Scim(ScimError::taken("emails: an account has this address")));
         }
         if let Some(number) = &wanted.external_id

@@ -127,11 +127,10 @@ impl RosterOutcome {
 }
 
 impl RosterDifference {
-    /// Compares a roster with the people of a school. `unusable` contains email addresses that
-    /// cannot be used at this school.
+    /// Compares a roster with the people of a school.
     #[must_use]
-    pub fn of(roster: &Roster, known: &[SchoolPerson], unusable: &BTreeSet<String>, wanted: &RosterRequest) -> Self {
-        let index = Index::new(known, unusable);
+    pub fn of(roster: &Roster, known: &[SchoolPerson], wanted: &RosterRequest) -> Self {
+        let index = Index::new(known);
         let mut lines = Vec::with_capacity(roster.rows.len());
         for row in &roster.rows {
             let line = row.line;
@@ -189,17 +188,15 @@ impl RosterDifference {
 struct Index<'a> {
     by_email: BTreeMap<String, &'a SchoolPerson>,
     by_number: BTreeMap<String, &'a SchoolPerson>,
-    unusable: &'a BTreeSet<String>,
 }
 
 impl<'a> Index<'a> {
-    fn new(known: &'a [SchoolPerson], unusable: &'a BTreeSet<String>) -> Self {
+    fn new(known: &'a [SchoolPerson]) -> Self {
         let numbered =
             known.iter().filter_map(|person| Some((look_alike_key(person.registrar_id.as_deref()?), person)));
         Self {
             by_email: known.iter().map(|person| (normalize_email(&person.email), person)).collect(),
             by_number: numbered.collect(),
-            unusable,
         }
     }
 
@@ -216,12 +213,8 @@ impl<'a> Index<'a> {
             if entry.standing == Some(AccountStanding::Gone) {
                 return RosterOutcome::Refused(Refusal::GoneElsewhere);
             }
-            let usable = !self.unusable.contains(&entry.email);
-            return if usable { RosterOutcome::New } else { RosterOutcome::Refused(Refusal::EmailUnusable) };
+            return RosterOutcome::New;
         };
-        if by_email.is_none() && self.unusable.contains(&entry.email) {
-            return RosterOutcome::Refused(Refusal::EmailUnusable);
-        }
         if person.role == Role::Administrator || entry.role.is_some_and(|role| role != person.role) {
             return RosterOutcome::Refused(Refusal::OtherRole(person.role));
         }

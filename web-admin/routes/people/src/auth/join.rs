@@ -77,7 +77,7 @@ async fn set_first_password(
     if let Err(refused) = passwords::check_typed(&form.password, &form.again, &own) {
         return Ok(FormAnswer::Refused(make_join_page(&csrf, token, link, Some(refused))));
     }
-    if accounts::is_initial_password(&state, &link.email, &form.password).await? {
+    if accounts::is_initial_password(&state, person, &form.password).await? {
         return Ok(FormAnswer::Refused(make_join_page(&csrf, token, link, Some(PasswordRefused::Initial))));
     }
     if !accounts::set_password_by_link(&state, &token, &form.password).await? {
@@ -111,7 +111,8 @@ async fn send_link(
     CsrfForm(form): CsrfForm<EmailForm>,
 ) -> Result<ForgottenPage, PageError> {
     let email = form.email.trim();
-    rate_limits::take_sign_in(&state, address, email).await?;
+    let people = people::list_people_by_email(state.db.reader(), email).await?;
+    rate_limits::take_sign_in(&state, address, email, people.iter().map(|person| person.id).collect()).await?;
     accounts::ask_for_link(&state, email).await?;
     Ok(ForgottenPage { csrf: csrf.token().to_owned(), asked: true })
 }

@@ -1,6 +1,7 @@
 //! The sign-in page, and signing out.
 
 use std::net::IpAddr;
+use std::thread;
 
 use acts::auth::rate_limits;
 use acts::auth::signing_in::{note_refused_sign_in, note_way_in};
@@ -58,7 +59,8 @@ async fn show_sign_in(
     }
     let Buttons { providers, folded } = federation::list_buttons(&state, query.school.as_deref()).await?;
     let (csrf, next) = (csrf.token().to_owned(), own_path(&query.next).to_owned());
-    Ok(LoginPage { error: None, email: String::new(), csrf, next, providers, folded }.into_response())
+    let school = query.school.unwrap_or_default();
+    Ok(LoginPage { error: None, email: String::new(), school, csrf, next, providers, folded }.into_response())
 }
 
 #[derive(Deserialize)]
@@ -67,6 +69,15 @@ pub(super) struct LoginForm {
     pub password: String,
     #[serde(default)]
     next: String,
+    /// Name of the school whose account is meant; empty if any with the address may be.
+    #[serde(default)]
+    pub school: String,
+}
+
+impl LoginForm {
+    fn school(&self) -> Option<&str> {
+        Some(&*self.school).filter(|school| !school.is_empty())
+    }
 }
 
 async fn sign_in(
@@ -85,7 +96,7 @@ async fn sign_in(
         }
         checked => checked?,
     };
-    rate_limits::welcome(&state, address, &form.email).await?;
+    rate_limits::welcome(&state, address, known.id).await?;
     let person = people::find_person(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
     if !providers::find_local_passwords(state.db.reader(), person.school_id).await?.allow(person.role) {
         let why = tr!("your school asks you to sign in with its own account").to_owned();
@@ -111,7 +122,7 @@ async fn leave_stale_form(
     form: &LoginForm,
 ) -> Result<Response, PageError> {
     if let Some(person) = person_of(state, session).await? {
-        let named = people::find_person_by_email(state.db.reader(), &form.email).await?;
+        let named = people::find_member_by_email(state.db.reader(), person.school_id, &form.email).await?;
         let is_theirs = named.is_some_and(|named| named.id == person.id);
         return if is_theirs {
             Ok(Redirect::to(own_path(&form.next)).into_response())
@@ -143,13 +154,19 @@ pub(super) async fn check_credentials(
     address: IpAddr,
     form: &LoginForm,
 ) -> Result<Credentials, Error> {
-    if let Err(refused) = rate_limits::take_sign_in(state, address, &form.email).await {
-        if matches!(refused, Error::TooMany { .. }) && state.rate_limit_log.is_worth_noting(address) {
-            note_refused_sign_in(state, &form.email, address, "sign_in.blocked").await?;
+    let accounts = people::list_credentials(state.db.reader(), &form.email, form.school()).await?;
+    let ids = accounts.iter().map(|account| account.id).collect();
+    let reach = match rate_limits::take_sign_in(state, address, &form.email, ids).await {
+        Err(refused) => {
+            if matches!(refused, Error::TooMany { .. }) && state.rate_limit_log.is_worth_noting(address) {
+                note_refused_sign_in(state, &form.email, address, "sign_in.blocked").await?;
+            }
+            return Err(refused);
         }
-        return Err(refused);
-    }
-    match check_password(state, address, form).await? {
+        Ok(reach) => reach,
+    };
+    let accounts = accounts.into_iter().filter(|account| reach.accounts.contains(&account.id)).collect();
+    match find_fitting(state, accounts, &form.password, reach.is_known).await? {
         Some(known) => Ok(known),
         None => {
             note_refused_sign_in(state, &form.email, address, "sign_in.failed").await?;
@@ -158,21 +175,33 @@ pub(super) async fn check_credentials(
     }
 }
 
-/// Returns the credentials if address and password match. Takes the same time for an unknown
-/// address as for a wrong password.
-async fn check_password(state: &AppState, address: IpAddr, form: &LoginForm) -> Result<Option<Credentials>, Error> {
-    let known = people::find_credentials(state.db.reader(), &form.email).await?;
-    let (password, cost) = (form.password.clone(), state.config.password_cost);
-    let hash = known.as_ref().and_then(|known| known.password_hash.clone());
-    let check = move || match hash {
-        Some(hash) => Ok(secret::password_fits(&password, &hash)),
-        None => secret::hash_password(&password, cost).map(|_| false),
+/// Returns the account that a password fits. Takes the same time for an unknown address as for a wrong password;
+/// the passwords of several accounts are compared at once, so that the time does not give their number.
+async fn find_fitting(
+    state: &AppState,
+    accounts: Vec<Credentials>,
+    password: &str,
+    is_known: bool,
+) -> Result<Option<Credentials>, Error> {
+    let (password, cost) = (password.to_owned(), state.config.password_cost);
+    let check = move || -> anyhow::Result<Option<Credentials>> {
+        if accounts.iter().all(|account| account.password_hash.is_none()) {
+            return Ok(secret::hash_password(&password, cost).map(|_| None)?);
+        }
+        let fits = |account: &Credentials| {
+            account.password_hash.as_deref().is_some_and(|hash| secret::password_fits(&password, hash))
+        };
+        let fitting: Vec<bool> = thread::scope(|scope| {
+            let checks: Vec<_> = accounts.iter().map(|account| scope.spawn(|| fits(account))).collect();
+            checks.into_iter().map(|check| check.join().is_ok_and(|fits| fits)).collect()
+        });
+        let mut fitting = accounts.into_iter().zip(fitting).filter(|(_, fits)| *fits).map(|(account, _)| account);
+        Ok(fitting.find(|account| account.disabled_at.is_none()))
     };
-    let fits = match rate_limits::is_known(state, address, &form.email).await? {
+    Ok(match is_known {
         true => state.hash(check).await??,
         false => state.hash_for_stranger(check).await??,
-    };
-    Ok(known.filter(|known| fits && known.disabled_at.is_none()))
+    })
 }
 
 /// Shows the sign-in page again with the reason for the refusal.
@@ -191,10 +220,11 @@ async fn show_sign_in_again(
 }
 
 async fn make_login_page(state: &AppState, csrf: &Csrf, form: &LoginForm, error: String) -> Result<LoginPage, Error> {
-    let Buttons { providers, folded } = federation::list_buttons(state, None).await?;
+    let Buttons { providers, folded } = federation::list_buttons(state, form.school()).await?;
     Ok(LoginPage {
         error: Some(error),
         email: form.email.clone(),
+        school: form.school.clone(),
         csrf: csrf.token().to_owned(),
         next: own_path(&form.next).to_owned(),
         providers,

@@ -270,7 +270,7 @@ async fn read_assignee(
             Ok((Some(id), None))
         }
         ("", email) => {
-            let known = people::find_person_by_email(state.db.reader(), email)
+            let known = people::find_member_by_email(state.db.reader(), person.school_id, email)
                 .await?
                 .filter(|known| known.role == Role::Trainee);
             let seen = match known {

@@ -16,6 +16,7 @@ use routes_base::AppState;
 use routes_base::auth::{Browser, CsrfForm, NoFields, begin_token};
 use routes_base::error::{PageError, finish_answer, status_of};
 use serde::{Deserialize, Serialize};
+use store::operations::schools;
 use tower_sessions::Session;
 
 use super::entering::enter_joined;
@@ -103,6 +104,8 @@ pub(super) async fn join_by_password(
     let Some((held, source)) = held_identity(&state, &browser.session).await? else {
         return Ok(Redirect::to("/login").into_response());
     };
+    let school = schools::find_school_name(state.db.reader(), source.school_id).await?;
+    let form = LoginForm { school, ..form };
     let known = match check_credentials(&state, browser.from, &form).await {
         Ok(known) if known.initial_until.is_none() => known,
         Ok(_) | Err(Error::Unauthorized) => {
@@ -117,7 +120,7 @@ pub(super) async fn join_by_password(
         }
         Err(error) => return Err(error.into()),
     };
-    rate_limits::welcome(&state, browser.from, &form.email).await?;
+    rate_limits::welcome(&state, browser.from, known.id).await?;
     identities::join_account(&state, &source, &held.identity, known.id).await?;
     enter_joined(&state, &browser, PersonKey { school_id: source.school_id, person_id: known.id }, &held).await
 }
