@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use model::ids::{PersonId, RosterId, SchoolId};
-use model::people::email::normalize_email;
 use model::people::roster::{KnownMember, RosterEntry, RosterMapping, RosterRequest, SchoolPerson};
 use model::{Moment, Role};
 use sqlx::FromRow;

@@ -163,6 +163,9 @@ async fn a_token_opens_one_school_and_nothing_else() {
     }
     assert_eq!(entra.send(Method::PUT, &path, &ada()).await.status, 404);
     assert_eq!(entra.0.get("/api/v1/sessions").await.status, 401, "no token of the API");
+    let mut namesake = ada();
+    namesake["emails"][0]["value"] = "abroad@uni.example".into();
+    assert_eq!(entra.send(Method::POST, "/Users", &namesake).await.status, 201, "an address of another school is free");
     let mut person = app.with_token(&abroad.token);
     assert_eq!(person.get("/scim/v2/Users").await.status, 401, "no token of a directory");
     let page = head.get(ADMIN).await.text();

@@ -139,8 +139,6 @@ pub enum Refusal {
     SameRegistrarId(u64),
     /// Another person of the school has this email address.
     EmailOfAnother,
-    /// The email address cannot be used at this school.
-    EmailUnusable,
     /// The person has another role here; a roster changes no roles.
     OtherRole(Role),
     /// The person does not learn in the course of the learning platform, or teaches there, too.

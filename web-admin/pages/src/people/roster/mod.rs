@@ -195,7 +195,7 @@ mod tests {
                     f@example.org,=1+1,,\nn@example.org,,,\nnew@example.org,N,,\nk@example.org,K,,asleep\nq@localhost,Q,,\n";
         let wanted =
             RosterRequest { cohort: Some("Spring".to_owned()), remove_missing: true, ..RosterRequest::default() };
-        RosterDifference::of(&read(file.as_bytes()).expect("a roster"), &[known, bo], &Default::default(), &wanted)
+        RosterDifference::of(&read(file.as_bytes()).expect("a roster"), &[known, bo], &wanted)
     }
 
     fn page(shown: RosterFilter) -> RosterPreviewPage {

@@ -186,7 +186,7 @@ async fn find_fitting(
     let (password, cost) = (password.to_owned(), state.config.password_cost);
     let check = move || -> anyhow::Result<Option<Credentials>> {
         if accounts.iter().all(|account| account.password_hash.is_none()) {
-            return Ok(secret::hash_password(&password, cost).map(|_| None)?);
+            return secret::hash_password(&password, cost).map(|_| None);
         }
         let fits = |account: &Credentials| {
             account.password_hash.as_deref().is_some_and(|hash| secret::password_fits(&password, hash))

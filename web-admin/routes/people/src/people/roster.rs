@@ -1,7 +1,5 @@
 //! `/people/roster`: uploads a list of people, previews and confirms its import.
 
-use std::collections::BTreeSet;
-
 use acts::error::Error;
 use acts::people::roster_import;
 use acts::people::roster_import::{RosterColumnsLook, RosterPreview};
@@ -163,7 +161,7 @@ fn make_columns_page(
 ) -> RosterColumnsPage {
     let RosterColumnsLook { file_name, table, doubts, .. } = look;
     let head = table.head(FIRST_LINES).people(&form.typed.mapping());
-    let lines = RosterDifference::of(&head, &[], &BTreeSet::new(), &RosterRequest::default()).lines;
+    let lines = RosterDifference::of(&head, &[], &RosterRequest::default()).lines;
     let column = |(index, heading): (usize, &String)| (heading.clone(), table.sample_of(index).map(str::to_owned));
     let columns = table.headings.iter().enumerate().map(column).collect();
     RosterColumnsPage { shell, id, file_name, columns, doubts, form, lines }

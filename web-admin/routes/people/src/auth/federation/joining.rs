@@ -99,13 +99,12 @@ pub(super) async fn show_unknown_person(
 pub(super) async fn join_by_password(
     State(state): State<AppState>,
     browser: Browser,
-    CsrfForm(form): CsrfForm<LoginForm>,
+    CsrfForm(mut form): CsrfForm<LoginForm>,
 ) -> Result<Response, PageError> {
     let Some((held, source)) = held_identity(&state, &browser.session).await? else {
         return Ok(Redirect::to("/login").into_response());
     };
-    let school = schools::find_school_name(state.db.reader(), source.school_id).await?;
-    let form = LoginForm { school, ..form };
+    form.school = schools::find_school_name(state.db.reader(), source.school_id).await?;
     let known = match check_credentials(&state, browser.from, &form).await {
         Ok(known) if known.initial_until.is_none() => known,
         Ok(_) | Err(Error::Unauthorized) => {
