@@ -45,18 +45,19 @@ pub async fn assign_demo_tasks(state: &AppState, now: Moment) -> anyhow::Result<
     Ok(deadlines::extend(state, &instructor, assignments::dated(listed), absent, 7).await?)
 }
 
-/// Puts the cohorts into a term that began with the first attempts.
+/// Puts the cohorts with the given names into a term that begins now.
 ///
 /// # Errors
 /// Fails if the people are missing, or the database fails.
-pub async fn begin_demo_term(state: &AppState) -> anyhow::Result<()> {
+pub async fn begin_demo_term(state: &AppState, names: &[&str]) -> anyhow::Result<()> {
     let administrator = find_demo_person(state, ADMINISTRATOR).await?.into_current().context("an administrator")?;
     let day = due::local(state.clock.now(), TIME_ZONE).machine;
     let day = day.get(..10).context("a date")?;
     terms::add_term(state, &administrator, &format!("Term from {day}"), day).await?;
     let reader = state.db.reader();
     let term = stored_terms::list_terms(reader, administrator.school_id).await?.first().context("the term")?.id;
-    for cohort in cohorts::list_cohorts(reader, administrator.school_id).await? {
+    let known = cohorts::list_cohorts(reader, administrator.school_id).await?;
+    for cohort in known.iter().filter(|cohort| names.contains(&&*cohort.name)) {
         terms::set_cohort_term(state, &administrator, cohort.id, Some(term)).await?;
     }
     Ok(())

@@ -34,7 +34,7 @@ pub use people::DemoAccount;
 use people::{Trainee, found_school};
 use routes_base::AppState;
 use rust_embed::RustEmbed;
-use school::LEARNERS;
+use school::{COHORT_BEFORE, COHORTS, LEARNERS, LEARNERS_BEFORE, Learner};
 use store::audit::Actor;
 use store::authoring::exercises;
 use store::training::practice;
@@ -45,6 +45,10 @@ const OPENING_S: i64 = 9 * 3600;
 const SLOT_S: i64 = 900;
 /// From four in the afternoon on, the day's attempts and the comments on them are complete.
 const CLOSING_S: i64 = 16 * 3600;
+/// Weeks from a day of the year before to the same weekday of this year.
+const WEEKS_OF_YEAR: i64 = 52;
+/// Greatest number of weeks that the cohort of the year before practises.
+const WEEKS_BEFORE: u32 = 6;
 /// The course that all trainees practise. The school teaches every shipped course.
 const COURSE: &str = "lower-back-basics";
 /// The course for those who have mastered the first one, on a whole patient.
@@ -82,18 +86,22 @@ struct Slot {
 pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Vec<DemoAccount>> {
     let now = state.clock.now();
     let from = end_of_practice(now).plus_s(-7 * DAY_S * i64::from(wanted.weeks));
-    let past = state.at(from);
-    let (school, trainees, accounts) = found_school(&past, &wanted.password).await?;
-    publish_curricula(&past).await?;
-    let slots = schedule_attempts(from, wanted.weeks);
-    let progress = simulation_progress_bar(experts::ATTEMPTS + validation::ATTEMPTS + slots.len());
+    let from_before = from.plus_s(-7 * DAY_S * WEEKS_OF_YEAR);
+    let (year_before, past) = (state.at(from_before), state.at(from));
+    let (school, trainees, accounts) = found_school(&year_before, &wanted.password).await?;
+    publish_curricula(&year_before).await?;
+    let former = people::found_cohort_before(&year_before, &wanted.password).await?;
+    let slots_before = schedule_attempts(from_before, wanted.weeks.min(WEEKS_BEFORE), &LEARNERS_BEFORE);
+    let slots = schedule_attempts(from, wanted.weeks, &LEARNERS);
+    let attempts = experts::ATTEMPTS + validation::ATTEMPTS + slots_before.len() + slots.len();
+    let progress = simulation_progress_bar(attempts);
+    assignments::begin_demo_term(&year_before, &[COHORT_BEFORE]).await?;
+    practise_all(&year_before, wanted.seed.wrapping_add(1), &former, &slots_before, &progress).await?;
+    people::let_cohort_leave(&year_before, &former).await?;
+    assignments::begin_demo_term(&past, &COHORTS.map(|cohort| cohort.name)).await?;
     experts::demonstrate(&past, school, wanted.seed, &progress).await?;
     validation::hold_validation_study(&past, school, wanted.seed, &progress).await?;
-    let mut tried = vec![0; trainees.len()];
-    for day in slots.chunk_by(|a, b| day_number(a.at) == day_number(b.at)) {
-        let tasks = plan_day(&past, wanted.seed, &trainees, day, &mut tried).await?;
-        practise(&past, school, tasks, &progress).await?;
-    }
+    practise_all(&past, wanted.seed, &trainees, &slots, &progress).await?;
     progress.finish_and_clear();
     lesson::teach_lesson(&past).await?;
     rubric::change_rubric(&past).await?;
@@ -101,7 +109,6 @@ pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> any
     study::hold_study(&past, school, &trainees).await?;
     assignments::assign_demo_tasks(&past, now).await?;
     outcomes::decide_on_outcomes(&past, now).await?;
-    assignments::begin_demo_term(&state.at(from)).await?;
     assignments::support_demo_trainee(&past, now).await?;
     raters::mark_pops(&past, now).await?;
     assignments::remind_demo_people(&past, now).await?;
@@ -127,15 +134,32 @@ fn end_of_practice(now: Moment) -> Moment {
     Moment::from_micros(day_number(now.plus_s(DAY_S - CLOSING_S)) * DAY_S * 1_000_000)
 }
 
+/// Performs the attempts of a group of trainees, day by day.
+async fn practise_all(
+    state: &AppState,
+    seed: u64,
+    trainees: &[Trainee],
+    slots: &[Slot],
+    progress: &ProgressBar,
+) -> anyhow::Result<()> {
+    let school = trainees.first().context("a trainee")?.school_id;
+    let mut tried = vec![0; trainees.len()];
+    for day in slots.chunk_by(|a, b| day_number(a.at) == day_number(b.at)) {
+        let tasks = plan_day(state, seed, trainees, day, &mut tried).await?;
+        practise(state, school, tasks, progress).await?;
+    }
+    Ok(())
+}
+
 /// Every attempt of weeks that begin at a midnight, in order of time.
-fn schedule_attempts(from: Moment, weeks: u32) -> Vec<Slot> {
+fn schedule_attempts(from: Moment, weeks: u32, learners: &[Learner]) -> Vec<Slot> {
     let mut slots = Vec::new();
     for day in 0..weeks * 7 {
         let midnight = from.plus_s(i64::from(day) * DAY_S);
         // The epoch was a Thursday.
         let weekday = (day_number(midnight) + 3).rem_euclid(7).unsigned_abs() as u8;
         let weeks_left = (weeks * 7 - 1 - day) / 7;
-        let coming = (0..LEARNERS.len()).filter(|&learner| LEARNERS[learner].comes(weekday, weeks_left));
+        let coming = (0..learners.len()).filter(|&learner| learners[learner].comes(weekday, weeks_left));
         slots.extend(coming.zip(0_i64..).map(|(learner, n)| Slot {
             learner,
             at: midnight.plus_s(OPENING_S + n * SLOT_S),
@@ -160,7 +184,7 @@ async fn plan_day(
         tried[slot.learner] += 1;
         let task = AttemptTask {
             bundle: next_exercise(state, trainee, n).await?,
-            skill: LEARNERS[slot.learner].skill(n, slot.weeks_left),
+            skill: trainee.learner.skill(n, slot.weeks_left),
             seed: seed.wrapping_mul(1_000_003) ^ ((slot.learner as u64) << 32) ^ u64::from(n),
             occasion: Occasion {
                 person: seed.wrapping_mul(1_000_003) ^ slot.learner as u64,
@@ -262,7 +286,7 @@ mod tests {
         let end = end_of_practice(afternoon);
         assert_eq!(end.to_string(), "2026-11-21T00:00:00Z");
         assert_eq!(end_of_practice(afternoon.plus_s(2 * 3600)).to_string(), "2026-11-22T00:00:00Z");
-        let slots = schedule_attempts(end.plus_s(-14 * DAY_S), 2);
+        let slots = schedule_attempts(end.plus_s(-14 * DAY_S), 2, &LEARNERS);
         assert!(slots.iter().all(|slot| slot.at < end));
         assert!(slots.is_sorted_by_key(|slot| slot.at));
         let last = slots.last().expect("somebody comes on Fridays");

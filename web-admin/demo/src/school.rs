@@ -28,6 +28,9 @@ pub const COHORTS: [DemoCohort; 2] = [
 /// reference corridor, and they rate attempts.
 pub const EXPERTS: [&str; 3] = ["Yusuf Demir", "Clara Bennett", "Priya Raman"];
 
+/// The cohort of the year before. The instructor of the first cohort taught it, too.
+pub const COHORT_BEFORE: &str = "Year 4 of the year before";
+
 /// Attendance and learning curve of a trainee.
 #[derive(Clone, Copy, Debug)]
 pub struct Learner {
@@ -68,6 +71,15 @@ pub const LEARNERS: [Learner; 14] = [
     Learner { days: &[1], ..steady_hand("Leila Rahimi", 1, 0.30, 0.10) },
     Learner { days: &[0, 3], ..steady_hand("Mateo Vargas", 1, 0.00, 0.03) },
     Learner { days: &[], ..steady_hand("Nina Castellano", 1, 0.30, 0.10) },
+];
+
+/// The trainees of [`COHORT_BEFORE`], who have left the school.
+pub const LEARNERS_BEFORE: [Learner; 5] = [
+    Learner { days: &[1, 3], ..steady_hand("Olivia Marchetti", 0, 0.15, 0.08) },
+    Learner { days: &[2], ..steady_hand("Pavel Dvorak", 0, 0.05, 0.05) },
+    Learner { days: &[0], ..steady_hand("Quentin Moreau", 0, 0.20, 0.08) },
+    Learner { days: &[4], ..steady_hand("Rosa Almeida", 0, 0.10, 0.06) },
+    Learner { days: &[3], ..steady_hand("Samir Rahman", 0, 0.00, 0.04) },
 ];
 
 impl Learner {
@@ -114,13 +126,19 @@ mod tests {
     #[test]
     fn every_address_is_plain_and_unique() {
         let instructors = COHORTS.iter().map(|cohort| cohort.instructor);
-        let names =
-            LEARNERS.iter().map(|learner| learner.name).chain(instructors).chain(EXPERTS).chain([ADMINISTRATOR]);
+        let names = LEARNERS
+            .iter()
+            .chain(&LEARNERS_BEFORE)
+            .map(|learner| learner.name)
+            .chain(instructors)
+            .chain(EXPERTS)
+            .chain([ADMINISTRATOR]);
         let mut addresses: Vec<_> = names.map(email_of).collect();
         assert!(addresses.iter().all(|address| address.is_ascii()), "{addresses:?}");
         addresses.sort();
         addresses.dedup();
-        assert_eq!(addresses.len(), LEARNERS.len() + COHORTS.len() + EXPERTS.len() + 1);
+        let learners = LEARNERS.len() + LEARNERS_BEFORE.len();
+        assert_eq!(addresses.len(), learners + COHORTS.len() + EXPERTS.len() + 1);
     }
 
     #[test]

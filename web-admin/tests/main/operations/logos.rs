@@ -1,24 +1,15 @@
 //! A school's logo. Fails when it is shown to another school, when anything of the file is kept but its pixels, and when what is no
 //! picture is taken.
 
-use axum::body::Body;
-use axum::http::{Request, header};
-
 use crate::people::school;
-use crate::support::client::{Answer, Client, csrf_in};
+use crate::support::client::{Answer, Client, SentFile, csrf_in};
 
 const PAGE: &str = "/admin/settings";
 
 async fn send_logo(head: &mut Client, file: &[u8]) -> Answer {
     let csrf = csrf_in(&head.get(PAGE).await.text());
-    let mut body = Vec::new();
-    let part = |name: &str| format!("--XX\r\nContent-Disposition: form-data; name=\"{name}\"");
-    body.extend(format!("{}\r\n\r\n{csrf}\r\n{}; filename=\"logo.png\"\r\n\r\n", part("csrf"), part("logo")).bytes());
-    body.extend(file);
-    body.extend(b"\r\n--XX--\r\n");
-    let request =
-        Request::post("/admin/settings/logo").header(header::CONTENT_TYPE, "multipart/form-data; boundary=XX");
-    head.send(request.body(Body::from(body)).unwrap()).await
+    let file = SentFile { field: "logo", name: "logo.png", bytes: file };
+    head.form_with_file("/admin/settings/logo", &[("csrf", &csrf)], file).await
 }
 
 /// 600 × 120 pixels, and who has drawn it.

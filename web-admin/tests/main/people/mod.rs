@@ -7,8 +7,6 @@ pub(crate) mod language;
 pub(crate) mod provisioning;
 pub(crate) mod rosters;
 
-use axum::body::Body;
-use axum::http::{Request, header};
 use model::ids::{PersonId, SchoolId};
 use model::{Moment, Role};
 use platform::clock::Clock;
@@ -16,7 +14,7 @@ use platform::config::{Config, MailTo};
 use store::people;
 use web_admin::outbox;
 
-use crate::support::client::{Answer, Client, csrf_in};
+use crate::support::client::{Answer, Client, SentFile, csrf_in};
 use crate::support::mail::MailServer;
 use crate::support::recordings::{Attempt, record};
 use crate::support::{App, PASSWORD};
@@ -38,15 +36,9 @@ async fn school_with(change: impl FnOnce(&mut Config)) -> (App, SchoolId, Client
 /// Sends a roster as a browser would.
 pub(crate) async fn send(client: &mut Client, file: &[u8], fields: &[(&str, &str)]) -> Answer {
     let csrf = csrf_in(&client.get("/people/roster").await.text());
-    let mut body = Vec::new();
-    for (name, value) in [("csrf", csrf.as_str())].iter().chain(fields) {
-        body.extend(format!("--XX\r\nContent-Disposition: form-data; name=\"{name}\"\r\n\r\n{value}\r\n").bytes());
-    }
-    body.extend(b"--XX\r\nContent-Disposition: form-data; name=\"file\"; filename=\"spring.csv\"\r\n\r\n");
-    body.extend(file);
-    body.extend(b"\r\n--XX--\r\n");
-    let request = Request::post("/people/roster").header(header::CONTENT_TYPE, "multipart/form-data; boundary=XX");
-    client.send(request.body(Body::from(body)).unwrap()).await
+    let fields = [&[("csrf", csrf.as_str())], fields].concat();
+    let file = SentFile { field: "file", name: "spring.csv", bytes: file };
+    client.form_with_file("/people/roster", &fields, file).await
 }
 
 fn digest_in(page: &str) -> String {

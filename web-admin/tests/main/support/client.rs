@@ -53,6 +53,16 @@ impl Answer {
     }
 }
 
+/// A file in a form.
+#[derive(Clone, Copy, Debug)]
+pub struct SentFile<'a> {
+    /// Field of the form.
+    pub field: &'a str,
+    /// Name of the file.
+    pub name: &'a str,
+    pub bytes: &'a [u8],
+}
+
 impl Client {
     pub fn new(router: Router) -> Self {
         Self { router, cookie: None, token: None }
@@ -111,6 +121,20 @@ impl Client {
             .body(Body::from(encoded(fields)))
             .unwrap();
         self.send(request).await
+    }
+
+    /// Sends a form with a file as a browser would.
+    pub async fn form_with_file(&mut self, path: &str, fields: &[(&str, &str)], file: SentFile<'_>) -> Answer {
+        let part = |name: &str| format!("--XX\r\nContent-Disposition: form-data; name=\"{name}\"");
+        let mut body = Vec::new();
+        for (name, value) in fields {
+            body.extend(format!("{}\r\n\r\n{value}\r\n", part(name)).bytes());
+        }
+        body.extend(format!("{}; filename=\"{}\"\r\n\r\n", part(file.field), file.name).bytes());
+        body.extend(file.bytes);
+        body.extend(b"\r\n--XX--\r\n");
+        let request = Request::post(path).header(header::CONTENT_TYPE, "multipart/form-data; boundary=XX");
+        self.send(request.body(Body::from(body)).unwrap()).await
     }
 
     pub async fn upload(&mut self, recording: &[u8]) -> Answer {

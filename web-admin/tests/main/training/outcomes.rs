@@ -1,14 +1,12 @@
 //! Outcomes of a school and entrusted levels. Fails when somebody other than the trainee's instructor decides, when a decision changes or
 //! is lost, when an import harms what is there, or when a page, the transcript and the data export show different levels.
 
-use axum::body::Body;
-use axum::http::{Request, header};
 use model::Role;
 use model::ids::{CohortId, PersonId, SchoolId};
 use store::training::{cohorts, outcomes};
 
 use crate::support::App;
-use crate::support::client::{Answer, Client, csrf_in};
+use crate::support::client::{Answer, Client, SentFile, csrf_in};
 
 const PAGE: &str = "/admin/outcomes";
 
@@ -59,12 +57,8 @@ impl World {
 
     async fn import(&mut self, file: &str) -> Answer {
         let csrf = csrf_in(&self.head.get(PAGE).await.text());
-        let part = |name: &str| format!("--XX\r\nContent-Disposition: form-data; name=\"{name}\"");
-        let (csrf_part, file_part) = (part("csrf"), part("file"));
-        let body = format!("{csrf_part}\r\n\r\n{csrf}\r\n{file_part}; filename=\"a.csv\"\r\n\r\n{file}\r\n--XX--\r\n");
-        let request = Request::post(format!("{PAGE}/file"));
-        let request = request.header(header::CONTENT_TYPE, "multipart/form-data; boundary=XX");
-        self.head.send(request.body(Body::from(body)).unwrap()).await
+        let file = SentFile { field: "file", name: "a.csv", bytes: file.as_bytes() };
+        self.head.form_with_file(&format!("{PAGE}/file"), &[("csrf", &csrf)], file).await
     }
 
     async fn codes(&self) -> Vec<String> {

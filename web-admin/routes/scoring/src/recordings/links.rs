@@ -76,7 +76,7 @@ pub(crate) async fn open_link(
 fn share_with_viewers(mut response: Response, origin: Option<&HeaderValue>) -> Response {
     let known = VIEWERS.iter().find(|(_, viewer, _)| origin.is_some_and(|origin| origin == viewer));
     let headers = response.headers_mut();
-    headers.insert(header::VARY, HeaderValue::from_static("origin"));
+    headers.append(header::VARY, HeaderValue::from_static("origin"));
     if let Some((_, viewer, _)) = known {
         let texts = [
             (header::ACCESS_CONTROL_ALLOW_ORIGIN, *viewer),
