@@ -406,39 +406,63 @@ const QUESTIONS: [(&str, usize); 35] = [
     ("AILM", 7),
 ];
 
-/// The questions that a cell such as `DATA-01, DATA-05 to DATA-09` names.
+/// An edition of the answers to HECVAT: its file in docs/adopt and its words for yes, no, not applicable and operator.
+struct Edition {
+    file: &'static str,
+    answers: [&'static str; 4],
+}
+
+const ENGLISH: Edition = Edition { file: "hecvat.md", answers: ["yes", "no", "n. a.", "operator"] };
+const GERMAN: Edition = Edition { file: "hecvat-de.md", answers: ["ja", "nein", "entfällt", "Betreiber"] };
+
+/// The questions that a cell such as `DATA-01, DATA-05 to DATA-09` names, with "to" or "bis".
 fn questions_in(cell: &str) -> Vec<(String, usize)> {
     let question = |text: &str| {
         let (family, number) = text.trim().split_once('-')?;
         Some((family.to_owned(), number.parse::<usize>().ok()?))
     };
     let range = |part: &str| {
-        let (first, last) = part.split_once(" to ").unwrap_or((part, part));
+        let ends = part.split_once(" to ").or_else(|| part.split_once(" bis "));
+        let (first, last) = ends.unwrap_or((part, part));
         let ((family, from), (_, to)) = (question(first)?, question(last)?);
         Some((from..=to).map(move |number| (family.clone(), number)))
     };
     cell.split(',').filter_map(range).flatten().collect()
 }
 
+/// The questions of an edition, as family and number, in the order of its rows, and the index of the answer to each.
+fn hecvat_answers(edition: &Edition) -> Vec<((String, usize), usize)> {
+    let page = std::fs::read_to_string(root().join("docs/adopt").join(edition.file)).expect("a page");
+    let mut answers = Vec::new();
+    for line in page.lines().filter(|line| line.starts_with("| ")) {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let questions = questions_in(cells[1]);
+        let answer = edition.answers.iter().position(|answer| *answer == cells[2]);
+        assert!(answer.is_some() || questions.is_empty(), "{}: {}: {}", edition.file, cells[1], cells[2]);
+        answers.extend(questions.into_iter().zip(std::iter::repeat(answer.unwrap_or_default())));
+    }
+    answers
+}
+
 #[test]
 fn hecvat_page_answers_every_question_once() {
     assert_eq!(questions_in("A-01, B-02 to B-03").len(), 3);
-    let page = std::fs::read_to_string(root().join("docs/adopt/hecvat.md")).expect("a page");
-    let rows: Vec<Vec<&str>> = page
-        .lines()
-        .filter(|line| line.starts_with("| "))
-        .map(|line| line.split('|').map(str::trim).collect())
-        .collect();
     let mut answered = BTreeMap::new();
-    for row in rows.iter().filter(|row| row[1] != "questions") {
-        assert!(["yes", "no", "n. a.", "operator"].contains(&row[2]), "{}: {}", row[1], row[2]);
-        for question in questions_in(row[1]) {
-            *answered.entry(question).or_insert(0) += 1;
-        }
+    for (question, _) in hecvat_answers(&ENGLISH) {
+        *answered.entry(question).or_insert(0) += 1;
     }
     let asked: BTreeMap<(String, usize), i32> = QUESTIONS
         .iter()
         .flat_map(|(family, count)| (1..=*count).map(move |number| (((*family).to_owned(), number), 1)))
         .collect();
     assert_eq!(answered, asked);
+}
+
+#[test]
+fn german_hecvat_page_gives_the_same_answers() {
+    assert_eq!(questions_in("A-01, B-02 bis B-03"), questions_in("A-01, B-02 to B-03"));
+    let [english, german] = [&ENGLISH, &GERMAN].map(hecvat_answers);
+    let different: Vec<_> = english.iter().zip(&german).filter(|(english, german)| english != german).collect();
+    assert!(different.is_empty(), "the editions differ in their questions or answers: {different:?}");
+    assert_eq!(english.len(), german.len(), "each edition has as many questions");
 }

@@ -46,7 +46,7 @@ impl School<'_> {
     }
 
     /// Ticks a box.
-    async fn tick(&self, css: &str) {
+    pub(super) async fn tick(&self, css: &str) {
         let found = self.browser.find(Locator::Css(css)).await.unwrap_or_else(|_| panic!("no box {css}"));
         found.click().await.expect("it is ticked");
     }

@@ -13,6 +13,7 @@ mod deploy;
 mod directory;
 mod documents;
 mod every_page;
+mod faculty;
 mod foreign_pages;
 mod guest;
 mod guest_journey;

@@ -89,6 +89,10 @@ async fn a_cohort_is_compared_with_the_year_before() {
     assert!(page.contains("Now · This term, n = 1") && page.contains("Before · Last year, n = 1"), "{page}");
     // The course of a year ago lasts longer than the one of now.
     assert!(page.contains(r#"data-label="Week">26<"#) && page.contains("polyline class=\"series s1\""), "{page}");
+    // The earlier cohort has no year before: it is compared with none until one is chosen.
+    let page = world.browser("admin").await.get(&format!("{}/programme", world.before)).await.text();
+    assert!(page.contains(r#"<option value="" selected>Choose</option>"#), "{page}");
+    assert!(!page.contains("Now · This term, n = 1"), "{page}");
 }
 
 #[tokio::test]

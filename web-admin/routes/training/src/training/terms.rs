@@ -17,6 +17,7 @@ use routes_base::auth::{Administrator, Csrf, CsrfForm, NoFields, Teacher, Visit}
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use serde::Deserialize;
+use store::training::reports::NamedItem;
 use store::training::{practice, reports, terms};
 
 use super::cohorts::{cohort_href, list_course_options};
@@ -112,7 +113,10 @@ pub(super) async fn show_programme(
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, &person, id).await.map_err(Error::from)?.ok_or(Error::NotFound)?;
     let courses = standing::taught_courses(&state, school).await?;
-    let course = courses.iter().position(|of| of.id == query.course).or_else(|| (!courses.is_empty()).then_some(0));
+    let course = match courses.iter().position(|of| of.id == query.course) {
+        None => find_begun_course(&state, &person, &courses, cohort.clone()).await?,
+        asked => asked,
+    };
     let mut in_terms = terms::list_cohort_terms(reader, school).await.map_err(Error::from)?;
     let own = in_terms.iter().position(|of| of.cohort_id == id).map(|at| in_terms.remove(at));
     let asked = query.with.parse::<CohortId>().ok();
@@ -132,7 +136,7 @@ pub(super) async fn show_programme(
         name: cohort.name,
         terms: list_term_options(&state, &person, own.as_ref()).await?,
         courses: list_course_options(&courses, course),
-        others: in_terms.iter().map(|of| other_option(of, other)).collect(),
+        others: list_other_options(&in_terms, other),
         pause_weeks,
         comparison,
     })
@@ -142,9 +146,28 @@ fn label_cohort(of: &CohortTerm) -> String {
     format!("{} · {}", of.cohort, of.term)
 }
 
-fn other_option(of: &CohortTerm, chosen: Option<&CohortTerm>) -> SelectOption {
-    let chosen = chosen.is_some_and(|chosen| chosen.cohort_id == of.cohort_id);
-    SelectOption { value: of.cohort_id.to_string(), label: label_cohort(of), chosen }
+/// Returns the index of the course that most of a cohort have begun; `None` without courses.
+async fn find_begun_course(
+    state: &AppState,
+    by: &CurrentPerson,
+    courses: &[TaughtCourse],
+    cohort: NamedItem<CohortId>,
+) -> Result<Option<usize>, Error> {
+    let practised = standing::practice_of_cohort(state, by.school_id, cohort).await?;
+    let judged = standing::judged_courses(courses);
+    Ok(practised.standing(&judged, state.clock.now()).find_begun_course(courses.len()))
+}
+
+/// Returns the cohorts to compare with. If none is compared, a request to choose comes first:
+/// otherwise the form would show the first cohort as if it were compared.
+fn list_other_options(in_terms: &[CohortTerm], chosen: Option<&CohortTerm>) -> Vec<SelectOption> {
+    let none = SelectOption { value: String::new(), label: tr!("Choose").to_owned(), chosen: true };
+    let option = |of: &CohortTerm| SelectOption {
+        value: of.cohort_id.to_string(),
+        label: label_cohort(of),
+        chosen: chosen.is_some_and(|chosen| chosen.cohort_id == of.cohort_id),
+    };
+    chosen.is_none().then_some(none).into_iter().chain(in_terms.iter().map(option)).collect()
 }
 
 /// Returns the terms that an administrator can choose for a cohort, none of them first.
