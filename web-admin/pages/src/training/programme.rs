@@ -86,7 +86,7 @@ impl CohortComparison {
     fn draw_attempts(&self) -> String {
         let rows = self.exercises.iter().enumerate().flat_map(|(index, title)| {
             let row =
-                move |of: &ComparedCohort| make_box_row(&format!("{title} · {}", of.label), &of.now.to_mastery[index]);
+                move |of: &ComparedCohort| make_box_row(&format!("{} · {title}", of.label), &of.now.to_mastery[index]);
             self.cohorts.iter().map(row)
         });
         draw_rows(
