@@ -5,7 +5,7 @@ use acts::error::Error;
 use acts::training::terms as acting;
 use axum::extract::{Query, State};
 use axum::response::Redirect;
-use model::ids::{CohortId, TermId};
+use model::ids::{CohortId, SchoolId, TermId};
 use model::training::term::{CohortTerm, MOST_WEEKS, TermFigures, TermSpan, USUAL_PAUSE_WEEKS};
 use model::{CurrentPerson, Role};
 use pages::form::{FilledForm, SelectOption};
@@ -17,6 +17,7 @@ use routes_base::auth::{Administrator, Csrf, CsrfForm, NoFields, Teacher, Visit}
 use routes_base::error::PageError;
 use routes_base::forms::{FormAnswer, split_refusal};
 use serde::Deserialize;
+use store::training::reports::NamedItem;
 use store::training::{practice, reports, terms};
 
 use super::cohorts::{cohort_href, list_course_options};
@@ -112,7 +113,10 @@ pub(super) async fn show_programme(
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, &person, id).await.map_err(Error::from)?.ok_or(Error::NotFound)?;
     let courses = standing::taught_courses(&state, school).await?;
-    let course = courses.iter().position(|of| of.id == query.course).or_else(|| (!courses.is_empty()).then_some(0));
+    let course = match courses.iter().position(|of| of.id == query.course) {
+        Some(asked) => Some(asked),
+        None => find_begun_course(&state, school, &cohort, &courses).await?,
+    };
     let mut in_terms = terms::list_cohort_terms(reader, school).await.map_err(Error::from)?;
     let own = in_terms.iter().position(|of| of.cohort_id == id).map(|at| in_terms.remove(at));
     let asked = query.with.parse::<CohortId>().ok();
@@ -136,6 +140,18 @@ pub(super) async fn show_programme(
         pause_weeks,
         comparison,
     })
+}
+
+/// Returns the course that most trainees of a cohort have begun, the first if none has.
+async fn find_begun_course(
+    state: &AppState,
+    school: SchoolId,
+    cohort: &NamedItem<CohortId>,
+    courses: &[TaughtCourse],
+) -> Result<Option<usize>, Error> {
+    let practised = standing::practice_of_cohort(state, school, cohort.clone()).await?;
+    let judged = standing::judged_courses(courses);
+    Ok(practised.standing(&judged, state.clock.now()).find_begun_course(courses.len()))
 }
 
 fn label_cohort(of: &CohortTerm) -> String {
