@@ -2,6 +2,7 @@
 //! need, at a desk and on a phone. Fails when a page breaks an accessibility rule (axe-core), scrolls sideways on a
 //! phone, asks for something its own security policy refuses, or does not show what the visitor came for.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -247,9 +248,11 @@ async fn the_school_in_a_browser() {
     press(&browser, "/admin/pairing-codes").await;
     inspect(&browser, "a pairing code").await;
     super::study_figures::of(&browser, &service.url, folder.path()).await;
+    let mut opened = BTreeSet::new();
     for role in ["trainee", "instructor", "administrator"] {
-        super::every_page::of(&browser, &service.url, (role, &account(role))).await;
+        opened.extend(super::every_page::of(&browser, &service.url, (role, &account(role))).await);
     }
+    super::every_page::compare(&opened);
     // What is asked after an attempt is asked while it is fresh: those of the demonstration are days old.
     super::journeys::upload_attempt(folder.path(), &service.url, &data.to_string_lossy(), &account("trainee"));
     super::surveys::trainee(&browser, &service.url, &account("trainee")).await;

@@ -46,6 +46,7 @@ def attack_grade_of_a_colleagues_trainee(world):
         f"/sessions/{session}/supervision": {"confirm": "yes"},
         f"/sessions/{session}/comments": {"kind": "praise", "from_s": "1", "body": "x"},
         f"/sessions/{session}/regrade": {"reason": "x"},
+        f"/sessions/{session}/exam-files": {},
     }.items():
         status(town.browser("colleague").press(path, fields), 404)
         if "comments" not in path:

@@ -108,6 +108,8 @@ ids! {
     OverrideId;
     /// A comment on an attempt, or a reply.
     CommentId;
+    /// An attempt that was frozen for an exam board.
+    ExamFileId;
     /// A published revision of an exercise, a course or an instrument.
     RevisionId;
     /// A draft of a document.

@@ -13,7 +13,7 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 66] = [
+pub const SAID_HERE: [&str; 67] = [
     "/account/calendar/revoke",
     "/account/cohorts/{cohort}",
     "/account/identities/{id}/remove",
@@ -72,6 +72,7 @@ pub const SAID_HERE: [&str; 66] = [
     "/sessions/{id}/comments",
     "/sessions/{id}/comments/{comment}/answers",
     "/sessions/{id}/comments/{comment}/withdraw",
+    "/sessions/{id}/exam-files",
     "/sessions/{id}/override",
     "/sessions/{id}/override/withdraw",
     "/sessions/{id}/regrade",
@@ -126,6 +127,7 @@ impl FlashMessage {
             "/sessions/{id}/comments" => tr!("Comment posted."),
             "/sessions/{id}/comments/{comment}/answers" => tr!("Answer posted."),
             "/sessions/{id}/comments/{comment}/withdraw" => tr!("Comment withdrawn."),
+            "/sessions/{id}/exam-files" => tr!("Frozen: the exam file is in the list."),
             "/sessions/{id}/override" => tr!("Score overridden."),
             "/sessions/{id}/override/withdraw" => tr!("Override withdrawn: the computed score counts again."),
             "/sessions/{id}/regrade" => tr!("Attempt re-graded."),

@@ -23,6 +23,43 @@ pub enum MailTo {
     Smtp(String),
 }
 
+impl MailTo {
+    /// Returns the host of the mail server; `None` if letters are written to a folder.
+    #[must_use]
+    pub fn server(&self) -> Option<String> {
+        match self {
+            Self::Folder(_) => None,
+            Self::Smtp(url) => Some(host_of(url)),
+        }
+    }
+}
+
+/// Returns the host in a URL, without the password that it may contain.
+fn host_of(url: &str) -> String {
+    let parsed = url.parse::<Uri>().ok();
+    parsed.as_ref().and_then(Uri::host).unwrap_or("?").to_owned()
+}
+
+/// Variables of the OpenTelemetry specification that name a collector of metrics or traces.
+const COLLECTORS: [&str; 3] =
+    ["OTEL_EXPORTER_OTLP_ENDPOINT", "OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", "OTEL_EXPORTER_OTLP_METRICS_ENDPOINT"];
+
+/// Returns the variables that name a collector, with their values.
+#[must_use]
+pub fn name_collectors() -> Vec<(&'static str, String)> {
+    let value = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());
+    COLLECTORS.into_iter().filter_map(|name| Some((name, value(name)?))).collect()
+}
+
+/// Returns the hosts of the collectors.
+#[must_use]
+pub fn list_collector_hosts() -> Vec<String> {
+    let mut hosts: Vec<String> = name_collectors().iter().map(|(_, url)| host_of(url)).collect();
+    hosts.sort();
+    hosts.dedup();
+    hosts
+}
+
 impl std::fmt::Debug for MailTo {
     /// Omits the URL, which may contain a password.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

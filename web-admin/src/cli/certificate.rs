@@ -105,7 +105,7 @@ fn lines_of_badge(badge: &Badge) -> Vec<String> {
 }
 
 /// Replaces control characters: a name may contain anything, also escape sequences of a terminal.
-fn on_one_line(text: &str) -> String {
+pub(super) fn on_one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '�' } else { c }).collect()
 }
 

@@ -19,6 +19,7 @@ mod bench;
 mod certificate;
 mod curricula;
 mod demo;
+mod exam;
 mod export;
 mod judge;
 mod moving;
@@ -81,6 +82,9 @@ enum WebAdminCommand {
     /// Checks certificates, and prints the key that signs them
     #[command(subcommand)]
     Certificate(certificate::CertificateCommand),
+    /// Checks exam files
+    #[command(subcommand)]
+    Exam(exam::ExamCommand),
     Export(export::ExportArgs),
     Bench(bench::BenchArgs),
     /// Runs one job on untrusted input for the service: scores or reads a recording, previews a
@@ -270,6 +274,7 @@ async fn run_command(command: WebAdminCommand) -> Result<(), CommandFailure> {
         WebAdminCommand::Move(args) => moving::run_move(&args).await,
         WebAdminCommand::Retain(args) => retain::run_retain(&args).await,
         WebAdminCommand::Certificate(command) => certificate::run_certificate(&command),
+        WebAdminCommand::Exam(command) => exam::run_exam(&command),
         WebAdminCommand::Bench(args) => bench::run_bench(&args).await,
         WebAdminCommand::Openapi => {
             let description = routes_api::description();

@@ -7,13 +7,9 @@
 mod collector;
 
 pub(crate) use collector::Telemetry;
-
-/// Variables of which at least one must name a collector.
-const ENDPOINTS: [&str; 3] =
-    ["OTEL_EXPORTER_OTLP_ENDPOINT", "OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", "OTEL_EXPORTER_OTLP_METRICS_ENDPOINT"];
+use platform::config;
 
 /// Returns the variables that name a collector, with their values.
 fn name_collectors() -> Vec<String> {
-    let value = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());
-    ENDPOINTS.into_iter().filter_map(|name| Some(format!("{name}={}", value(name)?))).collect()
+    config::name_collectors().into_iter().map(|(name, value)| format!("{name}={value}")).collect()
 }

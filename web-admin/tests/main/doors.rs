@@ -16,7 +16,7 @@ const SHOW_ATTEMPTS: [(&str, &[&str]); 6] = [
     ("upload", &["own"]),
 ];
 /// The other objects, by which no attempt is seen.
-const SHOW_NONE: [&str; 33] = [
+const SHOW_NONE: [&str; 34] = [
     "outcome",
     "asked",
     "asset",
@@ -27,6 +27,7 @@ const SHOW_NONE: [&str; 33] = [
     "delivery",
     "document",
     "draft",
+    "exam_file",
     "exercise",
     "export",
     "file",

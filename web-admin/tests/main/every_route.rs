@@ -27,6 +27,8 @@ use acts::authoring::instruments::publish;
 use acts::people::roster_import;
 use acts::recordings::uploads;
 use acts::recordings::uploads::Announced;
+use acts::scoring::exam_files;
+use acts::scoring::exam_files::ExamWords;
 use acts::scoring::regrading::exercise as regrading;
 use acts::surveys;
 use acts::training::{assignments, outcomes};
@@ -43,6 +45,7 @@ use model::{Role, SessionKey};
 use platform::clock::Clock;
 use sqlx::pool::PoolConnection;
 use store::authoring::{exercises, pictures};
+use store::recordings::sessions;
 use store::recordings::uploads::UploadOwner;
 use store::scoring::{ratings, segments};
 use store::surveys::instruments;
@@ -340,12 +343,16 @@ async fn objects(
         ("roster", roster.to_string()),
         ("assignment", assignment.to_string()),
     ]);
+    let attempt = sessions::find_session(reader, north, session).await.unwrap().unwrap();
+    let words = ExamWords { rule: |_| String::new(), needed: |_| "" };
+    let exam_file = exam_files::freeze_attempt(&app.state, &by, &attempt, words).await.unwrap();
+    let exam_file = [("exam_file", exam_file.to_string())];
     let survey = survey(app, teacher, known[0].id).await;
     let rated = round(app, [teacher, colleague], session).await;
     let task = task(app, teacher, known[0].id, session).await;
     let regraded = regraded(app, teacher).await;
     let ways = add_systems(app, own, teacher).await;
-    objects.into_iter().chain(survey).chain(rated).chain(task).chain(regraded).chain(ways).collect()
+    objects.into_iter().chain(exam_file).chain(survey).chain(rated).chain(task).chain(regraded).chain(ways).collect()
 }
 
 fn stranger(column: &'static str) -> Visitor {

@@ -14,6 +14,7 @@ use store::operations::schools;
 use store::people::directory;
 use store::privacy::texts::{ErasedRecording, TextOwner, TextSide};
 use store::privacy::{retention, texts};
+use store::scoring::exam_files;
 use store::training::{badges, learning_records, outcomes};
 
 use crate::error::Error;
@@ -123,6 +124,10 @@ async fn take_away(
         let letters = directory::list_letters_to(&mut *tx, person, erasure.school_id).await?;
         retention::forget_warning(tx, person.id).await?;
         outcomes::forget_notes(tx, key).await?;
+        let frozen = exam_files::empty_exam_files(tx, key).await?;
+        if frozen > 0 {
+            told["exam_files"] = frozen.into();
+        }
         directory::erase_person(tx, person, erasure.school_id, erasure.at).await?;
         learning_records::withdraw_consents(tx, key, erasure.at).await?;
         let sent = learning_records::mark_erased(tx, key).await?;

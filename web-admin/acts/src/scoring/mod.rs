@@ -1,5 +1,6 @@
 //! Scores recordings and stores the results.
 
+pub mod exam_files;
 pub mod ratings;
 pub mod regrading;
 pub mod reviewing;

@@ -1,4 +1,5 @@
 //! Consent, retention and erasure.
 
+pub mod recipient;
 pub mod retention;
 pub mod texts;

@@ -10,6 +10,8 @@ use ed25519_dalek::{Signature, Signer, SigningKey, Verifier, VerifyingKey};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
+/// Disclaimer of every signed statement about a person.
+pub const SCOPE: &str = "Simulated performance only; no statement about competence with patients.";
 /// Supported versions of the format.
 const KNOWN: std::ops::RangeInclusive<u32> = 1..=Statement::FORMAT;
 /// Start of the certificate in a page.

@@ -126,6 +126,7 @@ pub fn describe_act(action: &str) -> Option<&'static str> {
         "segments.extended" => tr!("extended a marking task"),
         "segments.marked" => tr!("marked a trace"),
         "segments.withdrawn" => tr!("withdrew a marking task"),
+        "session.frozen" => tr!("froze an attempt for an exam board"),
         "session.generated" => tr!("generated an attempt"),
         "session.refused" => tr!("could not score a recording"),
         "session.regraded" => tr!("regraded an attempt"),

@@ -3,5 +3,6 @@
 pub mod admin;
 pub mod backups;
 pub mod origins;
+pub mod papers;
 pub mod service;
 pub mod settings;

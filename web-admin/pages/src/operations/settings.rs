@@ -104,12 +104,19 @@ impl SettingsPage {
     /// Returns the options for requiring a second factor: value, label, and whether it is the
     /// current one.
     fn factor_choices(&self) -> Vec<(&'static str, &'static str, bool)> {
-        let words = |rule| match rule {
-            FactorRule::Nobody => tr!("nobody; everybody may set one up"),
-            FactorRule::Teachers => tr!("instructors and administrators"),
-            FactorRule::Everybody => tr!("everybody, including trainees"),
-        };
-        FactorRule::ALL.into_iter().map(|rule| (rule.word(), words(rule), rule == self.factor_rule)).collect()
+        FactorRule::ALL
+            .into_iter()
+            .map(|rule| (rule.word(), factor_rule_words(rule), rule == self.factor_rule))
+            .collect()
+    }
+}
+
+/// Names the people who need a second factor.
+pub(crate) fn factor_rule_words(rule: FactorRule) -> &'static str {
+    match rule {
+        FactorRule::Nobody => tr!("nobody; everybody may set one up"),
+        FactorRule::Teachers => tr!("instructors and administrators"),
+        FactorRule::Everybody => tr!("everybody, including trainees"),
     }
 }
 

@@ -8,6 +8,7 @@ use model::Uncounted;
 use time::OffsetDateTime;
 
 use crate::charts::{Drawing, moment_href};
+use crate::scoring::exam_files::ExamFiles;
 use crate::scoring::judgement::JudgementView;
 use crate::{Shell, StatusWord, charts, format};
 
@@ -50,6 +51,8 @@ pub struct SessionPage {
     pub surveys: Vec<(String, String, f64)>,
     /// Further facts: name and value.
     pub facts: Vec<(&'static str, String)>,
+    /// Exam files, for people who may freeze the attempt.
+    pub exam_files: Option<ExamFiles>,
 }
 
 impl SessionPage {
@@ -149,6 +152,19 @@ mod tests {
         let (counts, computed) = (html.find("<strong>72</strong>"), html.find("Computed from the recording: 81"));
         assert!(counts.is_some() && counts < computed, "{html}");
         assert!(html.contains("A second try") && !html.contains("<strong>81</strong>"));
+    }
+
+    #[test]
+    fn exam_files_lead_to_their_downloads() {
+        let html = samples::keep_page("session-exam-files", &samples::session_page());
+        let files = samples::exam_files();
+        for file in &files.files {
+            let href = format!("/sessions/{}/exam-files/{}", files.session, file.id);
+            assert_eq!(html.contains(&href), !file.is_erased, "{href}");
+        }
+        assert!(html.contains("Freeze for the exam board"));
+        let page = SessionPage { exam_files: None, ..samples::session_page() };
+        assert!(!samples::keep_page("session", &page).contains("exam-files"), "for a trainee");
     }
 
     #[test]

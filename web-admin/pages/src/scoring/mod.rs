@@ -1,5 +1,6 @@
 //! Scores and reviews.
 
+pub mod exam_files;
 pub mod experts;
 pub mod judgement;
 pub mod moments;

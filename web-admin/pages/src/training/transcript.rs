@@ -106,6 +106,8 @@ pub struct TranscriptCourse {
     pub rule: String,
     /// Since when it is mastered.
     pub mastered_on: Option<OffsetDateTime>,
+    /// SHA-256 of the revision to which this refers.
+    pub sha256: String,
     /// Its exercises.
     pub lines: Vec<TranscriptLine>,
 }
@@ -126,9 +128,9 @@ pub struct TranscriptLine {
 }
 
 impl TranscriptCourse {
-    /// Summarizes a trainee's progress in a course.
+    /// Summarizes a trainee's progress in a course, whose current revision has this SHA-256.
     #[must_use]
-    pub fn new(title: &str, course: &Course, progress: &Progress) -> Self {
+    pub fn new(title: &str, course: &Course, sha256: &str, progress: &Progress) -> Self {
         let lines = course.steps.iter().zip(&progress.steps).map(|(step, done)| TranscriptLine {
             title: step.title.clone(),
             mastered_on: match done.state {
@@ -143,13 +145,21 @@ impl TranscriptCourse {
             title: title.to_owned(),
             rule: rule_in_words(&course.rule),
             mastered_on: progress.completed_on(),
+            sha256: progress.earlier_in(course).map_or(sha256, |(earlier, _)| &earlier.sha256).to_owned(),
             lines: lines.collect(),
         }
     }
 
     /// Returns the date of mastery as a sentence.
     fn mastered_words(&self) -> Option<String> {
-        self.mastered_on.map(|on| tr!("Course mastered on {date}.", date = format::format_date(on)))
+        let revision = format::shorten_hash(&self.sha256);
+        self.mastered_on.map(|on| {
+            tr!(
+                "Course mastered on {date}, by its revision {revision}.",
+                date = format::format_date(on),
+                revision = revision
+            )
+        })
     }
 
     fn figures(&self) -> String {
@@ -213,7 +223,7 @@ mod tests {
     #[test]
     fn every_exercise_has_its_state_and_its_best() {
         let (course, progress) = (samples::course(), samples::progress());
-        let told = TranscriptCourse::new("Lower back", &course, &progress);
+        let told = TranscriptCourse::new("Lower back", &course, "5f1c0a9be2d45f1c0a9b", &progress);
         assert_eq!(told.lines.len(), course.steps.len());
         assert_eq!(told.mastered(), progress.mastered());
         let page = TranscriptPage {

@@ -3,11 +3,15 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use bytes::Bytes;
-use futures::StreamExt;
+use bytes::{Bytes, BytesMut};
 use futures::stream::BoxStream;
+use futures::{Stream, StreamExt};
+use tokio::io::AsyncReadExt;
 
 use super::{Bucket, StoreError};
+
+/// Bytes of a local file that are sent at once.
+const PIECE: usize = 1 << 16;
 
 /// A stored file.
 #[derive(Debug)]
@@ -35,6 +39,17 @@ impl StoredFile {
         Ok(object.map(Self::Remote))
     }
 
+    /// Streams the whole file.
+    ///
+    /// # Errors
+    /// Fails if the disk fails, or the store does not respond.
+    pub async fn read_whole(self) -> Result<BoxStream<'static, anyhow::Result<Bytes>>, StoreError> {
+        match self {
+            Self::Local(path) => Ok(read_pieces(tokio::fs::File::open(path).await?).boxed()),
+            Self::Remote(object) => object.read(0..object.size).await,
+        }
+    }
+
     /// Reads a small file as a whole.
     ///
     /// # Errors
@@ -52,6 +67,15 @@ impl StoredFile {
             }
         }
     }
+}
+
+/// Streams an open file.
+fn read_pieces(file: tokio::fs::File) -> impl Stream<Item = anyhow::Result<Bytes>> {
+    futures::stream::try_unfold(file, |mut file| async move {
+        let mut piece = BytesMut::with_capacity(PIECE);
+        let read = file.read_buf(&mut piece).await?;
+        Ok((read > 0).then(|| (piece.freeze(), file)))
+    })
 }
 
 impl StoredObject {

@@ -16,7 +16,7 @@ use crate::support::recordings::{Attempt, record};
 use crate::support::{App, PASSWORD};
 
 /// What refers to a person: table and column, and under which key it stands in the file.
-const HELD: [(&str, &str); 60] = [
+const HELD: [(&str, &str); 63] = [
     ("notices.person_id", "notices"),
     ("api_tokens.person_id", "access/tokens"),
     ("account_links.person_id", "password_links"),
@@ -36,6 +36,8 @@ const HELD: [(&str, &str); 60] = [
     ("drafts.saved_by", "drafts_saved"),
     ("entrustments.decided_by", "entrustments_decided"),
     ("entrustments.person_id", "entrustments"),
+    ("exam_files.made_by", "exam_files_made"),
+    ("exam_files.person_id", "exam_files"),
     ("expert_declarations.person_id", "consents"),
     ("expert_declarations.recorded_by", "consents_recorded"),
     ("expert_declarations.withdrawn_by", "consents_recorded"),
@@ -71,6 +73,7 @@ const HELD: [(&str, &str); 60] = [
     ("uploads.person_id", "unfinished_uploads"),
     // By an attempt of theirs.
     ("comments.session_id", "comments"),
+    ("exam_files.session_id", "exam_files"),
     ("metrics.session_id", "metrics"),
     ("ratings.session_id", "ratings"),
     ("recording_links.session_id", "recording_links"),

@@ -1,22 +1,25 @@
 //! The record of processing activities, in English and German. Fails when a table or an outgoing connection of the program is not in it, when
-//! it names one that is gone, or when the languages differ.
+//! it names one that is gone, when the languages differ, or when the page of papers shows other settings than those in force.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use model::privacy::recipient::Recipient;
+
+use crate::people::{post, school};
 use crate::support::App;
 
 const PAGES: [(&str, &str); 2] = [
     ("processing.md", include_str!("../../../../docs/adopt/processing.md")),
     ("verarbeitung.md", include_str!("../../../../docs/adopt/verarbeitung.md")),
 ];
-/// Signs of a connection in a source, the sources that have them, and words of the recipient on each page.
-const CONNECTIONS: [(&str, &[&str], [&str; 2]); 7] = [
-    ("lettre::", &["platform/src/mailer.rs"], ["mail server", "Mailserver"]),
+/// Signs of a connection in a source, the sources that have them, and the recipient.
+const CONNECTIONS: [(&str, &[&str], Recipient); 7] = [
+    ("lettre::", &["platform/src/mailer.rs"], Recipient::MailServer),
     (
         "outgoing::{",
         &["acts/src/auth/federation/tokens.rs", "acts/src/auth/federation/documents.rs"],
-        ["OpenID Connect", "OpenID Connect"],
+        Recipient::IdentityProvider,
     ),
     (
         "outgoing::{",
@@ -26,12 +29,12 @@ const CONNECTIONS: [(&str, &[&str], [&str; 2]); 7] = [
             "acts/src/auth/lti/members.rs",
             "acts/src/training/grade_delivery.rs",
         ],
-        ["(LTI)", "(LTI)"],
+        Recipient::LearningPlatform,
     ),
-    ("outgoing::{", &["acts/src/training/learning_records/sending.rs"], ["(xAPI)", "(xAPI)"]),
-    ("object_store::", &["platform/src/recording_store/bucket.rs"], ["object store", "Objektspeicher"]),
-    ("opentelemetry_otlp", &["src/telemetry/collector.rs"], ["(OTLP)", "(OTLP)"]),
-    ("UnixStream", &["platform/src/scanning.rs"], ["virus scanner", "Virenscanner"]),
+    ("outgoing::{", &["acts/src/training/learning_records/sending.rs"], Recipient::RecordStore),
+    ("object_store::", &["platform/src/recording_store/bucket.rs"], Recipient::ObjectStore),
+    ("opentelemetry_otlp", &["src/telemetry/collector.rs"], Recipient::Collector),
+    ("UnixStream", &["platform/src/scanning.rs"], Recipient::VirusScanner),
 ];
 /// Sources with a sign of a connection that send nothing to others.
 const SILENT: [(&str, &str); 2] = [
@@ -91,11 +94,11 @@ fn the_record_has_every_outgoing_connection() {
         let sign = signs.iter().find(|sign| text.contains(**sign));
         assert!(is_known || sign.is_none(), "{place} connects ({sign:?}): add its recipient to docs/adopt");
     }
-    for (sign, files, words) in CONNECTIONS {
+    for (sign, files, recipient) in CONNECTIONS {
         for file in files {
             assert!(std::fs::read_to_string(root.join(file)).unwrap().contains(sign), "{file} has no {sign}");
         }
-        for ((name, page), word) in PAGES.iter().zip(words) {
+        for ((name, page), word) in PAGES.iter().zip(recipient.words()) {
             let recipients = page.split("\n## ").nth(2).expect("the section of recipients");
             assert!(recipients.contains(word), "docs/adopt/{name}: {word}");
         }
@@ -109,4 +112,33 @@ fn the_record_is_the_same_in_both_languages() {
     let [english, german] =
         PAGES.map(|(_, page)| page.lines().filter(|line| line.starts_with('|') || line.starts_with("- ")).count());
     assert_eq!(english, german, "as many rows and facts");
+}
+
+#[tokio::test]
+async fn page_of_papers_shows_the_settings_in_force() {
+    let (_app, _, mut head) = school().await;
+    let papers = |page: String| {
+        assert!(page.contains("id=\"settings\""), "{page}");
+        page
+    };
+    let page = papers(head.get("/admin/papers").await.text());
+    assert!(page.contains("nobody is erased automatically") && page.contains("not stated yet"), "{page}");
+    assert_eq!(page.matches("Off</span>").count() - switches_off(&page), Recipient::ALL.len(), "{page}");
+    let rule = [("months", "24"), ("warn_days", "30"), ("recordings", "yes")];
+    assert_eq!(post(&mut head, "/admin/retention", "/admin/retention", &rule).await.status, 303);
+    let store =
+        [("endpoint", "https://records.example.org/xapi"), ("user_name", "u"), ("password", "p"), ("version", "2.0.0")];
+    let path = "/admin/learning-records";
+    assert_eq!(post(&mut head, path, path, &store).await.status, 303);
+    let page = papers(head.get("/admin/papers").await.text());
+    assert!(page.contains("after 24 months") && page.contains("records.example.org"), "{page}");
+    assert_eq!(page.matches("Off</span>").count() - switches_off(&page), Recipient::ALL.len() - 1, "{page}");
+    assert_eq!(post(&mut head, "/account", "/account/language", &[("language", "de")]).await.status, 303);
+    let page = papers(head.get("/admin/papers").await.text());
+    assert!(page.contains("Empfänger") && page.contains("verarbeitung.md") && !page.contains("Recipients"), "{page}");
+}
+
+/// Returns how often something is off among the settings of a school.
+fn switches_off(page: &str) -> usize {
+    page.split("id=\"section-1\"").next().map_or(0, |settings| settings.matches("Off</span>").count())
 }

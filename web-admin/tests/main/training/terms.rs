@@ -1,6 +1,7 @@
 //! Terms and the comparison of cohorts through the front door. Fails when somebody but an administrator names a term, when a cohort is compared
 //! with another week of the year before, and when figures of a few people whom a teacher does not teach are shown.
 
+use acts::authoring::publishing;
 use model::ids::SessionId;
 use model::{Moment, Role};
 use platform::clock::Clock;
@@ -9,7 +10,7 @@ use web_admin::worker;
 
 use crate::support::client::{Answer, Client, csrf_in};
 use crate::support::recordings::{Attempt, record};
-use crate::support::{App, Member};
+use crate::support::{App, Member, course_folder};
 
 struct World {
     app: App,
@@ -93,6 +94,34 @@ async fn a_cohort_is_compared_with_the_year_before() {
     let page = world.browser("admin").await.get(&format!("{}/programme", world.before)).await.text();
     assert!(page.contains(r#"<option value="" selected>Choose</option>"#), "{page}");
     assert!(!page.contains("Now · This term, n = 1"), "{page}");
+}
+
+/// A school may teach a course that comes first by its name and that nobody of the cohort has begun.
+#[tokio::test]
+async fn comparison_opens_with_the_course_that_most_have_begun() {
+    let world = world().await;
+    world.in_terms().await;
+    let school = world.app.school("North").await;
+    let folder = tempfile::tempdir().unwrap();
+    for (from, to) in [(course_folder(), "course"), (course_folder().join("../scenes"), "scenes")] {
+        std::fs::create_dir_all(folder.path().join(to)).unwrap();
+        for file in std::fs::read_dir(from).unwrap() {
+            let file = file.unwrap();
+            std::fs::copy(file.path(), folder.path().join(to).join(file.file_name())).unwrap();
+        }
+    }
+    let course = folder.path().join("course/course.toml");
+    let other = "id = \"a-first-course\"\ntitle = \"A first course\"\n[mastery]\nrule = \"passes\"\npasses = 1\nof = 1\n\
+                 [[exercise]]\nfile = \"2-stop-in-the-fat.toml\"\n";
+    std::fs::write(&course, other).unwrap();
+    let now = world.app.state.clock.now();
+    world.app.write(async |tx| publishing::course(tx, school, &course, now).await.unwrap()).await;
+    let mut teacher = world.browser("teacher").await;
+    let page = teacher.get(&format!("{}/programme", world.now)).await.text();
+    assert!(page.contains("<option value=\"lower-back-basics\" selected"), "{page}");
+    assert!(page.contains("<option value=\"a-first-course\">"), "{page}");
+    let page = teacher.get(&format!("{}/programme?course=a-first-course", world.now)).await.text();
+    assert!(page.contains("<option value=\"a-first-course\" selected"), "{page}");
 }
 
 #[tokio::test]

@@ -89,6 +89,12 @@ impl Rubric {
         exercise
     }
 
+    /// Returns the revision of the exercise that it is from.
+    #[must_use]
+    pub const fn revision(&self) -> RevisionId {
+        self.revision
+    }
+
     /// Returns the SHA-256 of the rubric.
     #[must_use]
     pub fn sha256(&self) -> String {

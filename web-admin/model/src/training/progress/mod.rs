@@ -209,6 +209,16 @@ impl Progress {
         }
     }
 
+    /// The revision of the course to which the mastery refers, and its mastery, if it is an earlier one.
+    #[must_use]
+    pub fn earlier_in<'own, 'course>(
+        &'own self,
+        course: &'course Course,
+    ) -> Option<(&'course EarlierCourse, &'own EarlierMastery)> {
+        let mastery = self.earlier.as_ref()?;
+        Some((&course.earlier[mastery.revision], mastery))
+    }
+
     fn masters_all(&self) -> bool {
         !self.steps.is_empty() && self.mastered() == self.steps.len()
     }

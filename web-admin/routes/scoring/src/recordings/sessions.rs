@@ -12,6 +12,7 @@ use model::letters::notice::NoticePlace;
 use model::{CurrentPerson, SessionKey, Uncounted};
 use pages::charts::Drawing;
 use pages::recordings::session::{Ruling, SessionOutcome, SessionPage, VerificationResult};
+use pages::scoring::exam_files::{ExamFileRow, ExamFiles};
 use pages::scoring::judgement::{GradedAttempt, JudgementView};
 use pages::training::addresses::exercise_href;
 use pages::{NavPlace, Shell, format};
@@ -23,7 +24,8 @@ use routes_base::{AppState, surveys};
 use store::authoring::exercises;
 use store::recordings::sessions;
 use store::recordings::sessions::{Session, SessionState};
-use store::scoring::{grades, scores, supervisions};
+use store::scoring::exam_files::ListedExamFile;
+use store::scoring::{exam_files, grades, scores, supervisions};
 use store::stations;
 use store::training::reports;
 
@@ -68,7 +70,30 @@ pub(crate) async fn show_session(
         supervised_by: supervisions::find_supervision(reader, key).await?.map(|there| there.by),
         surveys: surveys::list_surveys_after(&state, &person, &session).await?,
         facts: list_session_facts(&session),
+        exam_files: exam_files_of(&state, &person, &session).await?,
     })
+}
+
+/// Returns the exam files of an attempt, if the visitor teaches its trainee.
+async fn exam_files_of(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+) -> Result<Option<ExamFiles>, Error> {
+    if !person.role.teaches() || person.id == session.trainee_id {
+        return Ok(None);
+    }
+    let row = |file: ListedExamFile| ExamFileRow {
+        id: file.id,
+        by: file.by,
+        at: file.made_at.to_utc(),
+        bytes: file.bytes,
+        sha256: file.sha256,
+        is_erased: file.is_erased,
+    };
+    let files = exam_files::list_exam_files(state.db.reader(), session.key()).await?;
+    let is_scored = session.state == SessionState::Scored && session.recording_erased_at.is_none();
+    Ok(Some(ExamFiles { session: session.id, is_scored, files: files.into_iter().map(row).collect() }))
 }
 
 /// Returns the current title of the attempted exercise, or its id if it is no longer taught.

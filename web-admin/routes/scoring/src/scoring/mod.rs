@@ -2,6 +2,7 @@
 
 use routes_base::{Routes, get, post};
 
+mod exam_files;
 mod ratings;
 mod regrading;
 mod review;
@@ -12,6 +13,8 @@ mod supervision;
 pub(crate) fn grading_routes() -> Routes {
     Routes::new()
         .route("/sessions/{id}/grade", get(review::show_grade))
+        .route("/sessions/{id}/exam-files", post(exam_files::freeze))
+        .route("/sessions/{id}/exam-files/{file}", get(exam_files::download))
         .route("/sessions/{id}/override", post(review::put_override))
         .route("/sessions/{id}/override/withdraw", post(review::withdraw_override))
         .route("/sessions/{id}/review", post(review::mark_reviewed))

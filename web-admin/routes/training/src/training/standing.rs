@@ -28,6 +28,8 @@ pub(crate) struct TaughtCourse {
     pub title: String,
     /// Description of its content.
     pub description: String,
+    /// SHA-256 of its current revision.
+    pub sha256: String,
     /// Exercises and rule.
     pub course: Course,
     /// The pass mark of each exercise, 0–100, in the course's order.
@@ -51,12 +53,12 @@ pub(crate) async fn taught_courses(state: &AppState, school: SchoolId) -> Result
 }
 
 fn taught_course(curriculum: TaughtCurriculum, course: Course, exercises: &[ExerciseInShort]) -> TaughtCourse {
-    let TaughtCurriculum { curriculum_id: id, title, description, .. } = curriculum;
+    let TaughtCurriculum { curriculum_id: id, title, description, sha256, .. } = curriculum;
     let known = |id: &str| exercises.iter().find(|e| e.exercise_id == id);
     let of_each = || course.steps.iter().map(|step| known(&step.exercise));
     let pass_marks = of_each().map(|e| e.map_or(0.0, |e| e.pass_mark)).collect();
     let difficulties = of_each().map(|e| e.map_or(1, |e| e.difficulty)).collect();
-    TaughtCourse { id, title, description, course, pass_marks, difficulties }
+    TaughtCourse { id, title, description, sha256, course, pass_marks, difficulties }
 }
 
 /// Returns the part of each course that attempts are evaluated by.

@@ -54,7 +54,10 @@ async fn make_transcript(
     let courses = standing::taught_courses(state, school).await?;
     let attempts = practice::list_trainee_practice(reader, school, id).await?;
     let progress = standing::progress_in_courses(&courses, &attempts);
-    let line = |(at, progress): &(usize, _)| TranscriptCourse::new(&courses[*at].title, &courses[*at].course, progress);
+    let line = |(at, progress): &(usize, _)| {
+        let taught = &courses[*at];
+        TranscriptCourse::new(&taught.title, &taught.course, &taught.sha256, progress)
+    };
     let own = trainee.id == person.id;
     Ok(TranscriptPage {
         shell: Shell::new(person, csrf.token(), if own { NavPlace::Home } else { NavPlace::Cohorts }),

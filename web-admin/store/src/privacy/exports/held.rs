@@ -26,13 +26,19 @@ const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
 }
 
 /// Records about the person, including those made by others.
-const ABOUT: [RecordKind; 28] = [
+const ABOUT: [RecordKind; 29] = [
     kind(
         "entrustments",
         "SELECT o.code, o.title, e.level, e.note, p.display_name AS decided_by, e.decided_at FROM entrustments e
          JOIN outcomes o ON o.school_id = e.school_id AND o.id = e.outcome_id
          JOIN people p ON p.school_id = e.school_id AND p.id = e.decided_by
          WHERE e.school_id = $1 AND e.person_id = $2 ORDER BY e.decided_at, e.id",
+    ),
+    kind(
+        "exam_files",
+        "SELECT f.id, f.session_id, p.display_name AS made_by, f.made_at, f.sha256, f.bytes FROM exam_files f
+         JOIN people p ON p.school_id = f.school_id AND p.id = f.made_by
+         WHERE f.school_id = $1 AND f.person_id = $2 ORDER BY f.made_at, f.id",
     ),
     kind(
         "grades_for_platforms",
@@ -175,7 +181,7 @@ const ABOUT: [RecordKind; 28] = [
 ];
 
 /// Records of the person's actions on the data of other people or of the school.
-const DONE: [RecordKind; 21] = [
+const DONE: [RecordKind; 22] = [
     kind(
         "comments_made",
         "SELECT id, session_id, answers, kind, from_s, to_s, body, made_at, withdrawn_at FROM comments
@@ -202,6 +208,10 @@ const DONE: [RecordKind; 21] = [
         "entrustments_decided",
         "SELECT person_id, outcome_id, level, decided_at FROM entrustments WHERE school_id = $1 AND decided_by = $2
          ORDER BY decided_at, id",
+    ),
+    kind(
+        "exam_files_made",
+        "SELECT id, session_id, made_at, sha256 FROM exam_files WHERE school_id = $1 AND made_by = $2 ORDER BY made_at, id",
     ),
     kind(
         "consents_recorded",

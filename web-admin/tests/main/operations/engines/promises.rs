@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::BothEngines;
 
 /// A school with an attempt, and a row of each table that never changes.
-const ROWS: [&str; 20] = [
+const ROWS: [&str; 21] = [
     "INSERT INTO schools (id, name, created_at) VALUES (#1, 'North', 0)",
     "INSERT INTO people (id, school_id, email, display_name, pseudonym, password_hash, created_at)
      VALUES (#1, #1, 'ada@example.org', 'Ada', 'p-1', '', 0)",
@@ -34,6 +34,8 @@ const ROWS: [&str; 20] = [
     "INSERT INTO outcomes (id, school_id, code, title, made_at) VALUES (#1, #1, 'EPA 1', 'Puncture', 0)",
     "INSERT INTO entrustments (id, school_id, outcome_id, person_id, level, note, decided_by, decided_at)
      VALUES (#1, #1, #1, #1, 3, 'steady', #1, 0)",
+    "INSERT INTO exam_files (id, school_id, session_id, person_id, made_by, made_at, sha256, bytes, head)
+     VALUES (#1, #1, #2, #1, #1, 0, '0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef', 1, #hash)",
     "INSERT INTO segment_tasks (id, school_id, title, cohort_id, time_zone, made_by, made_at)
      VALUES (#1, #1, 'Pops', #1, 'UTC', #1, 0)",
     "INSERT INTO segment_traces (id, school_id, task_id, session_id, position) VALUES (#1, #1, #1, #2, 1)",
@@ -42,7 +44,7 @@ const ROWS: [&str; 20] = [
 ];
 
 /// What is refused, and in which words.
-const FORBIDDEN: [(&str, &str); 26] = [
+const FORBIDDEN: [(&str, &str); 29] = [
     ("UPDATE exercise_revisions SET title = 'x'", "a published exercise revision never changes"),
     ("DELETE FROM exercise_revisions", "a published exercise revision is never deleted"),
     ("UPDATE exercise_meshes SET name = 'x'", "a published mesh never changes"),
@@ -68,6 +70,9 @@ const FORBIDDEN: [(&str, &str); 26] = [
     ("DELETE FROM ratings", "a rating is never deleted: the round is taken back"),
     ("UPDATE entrustments SET level = 5", "an entrustment never changes: a later one follows it"),
     ("DELETE FROM entrustments", "an entrustment is never deleted"),
+    ("UPDATE exam_files SET head = #hash", "an exam file never changes: another one is frozen"),
+    ("UPDATE exam_files SET bytes = 2", "an exam file never changes: another one is frozen"),
+    ("DELETE FROM exam_files", "an exam file is never deleted"),
     ("UPDATE segment_marks SET marks = '[1.0]'", "sent marks never change"),
     ("UPDATE audit_log SET actor = 'x'", "the audit log is append-only"),
     ("DELETE FROM audit_log", "the audit log is append-only"),
@@ -78,8 +83,9 @@ const FORBIDDEN: [(&str, &str); 26] = [
 ];
 
 /// What may change in rows that never change otherwise: texts that were erased.
-const ERASURES: [&str; 4] = [
+const ERASURES: [&str; 5] = [
     "UPDATE entrustments SET note = ''",
+    "UPDATE exam_files SET head = substr(head, 1, 0)",
     "UPDATE score_overrides SET reason = '[erased]'",
     "UPDATE regrade_reasons SET reason = '[erased]'",
     "UPDATE ratings SET answers = '[3, \"[erased]\", null]'",

@@ -7,7 +7,7 @@ use askama::Template;
 use axum::extract::{Path, State};
 use axum::response::Response;
 use model::ids::{PersonId, SchoolId};
-use model::training::certificate::{Certificate, Statement, sign_statement};
+use model::training::certificate::{Certificate, SCOPE, Statement, sign_statement};
 use model::training::certificate_note::CertificateNote;
 use model::training::progress::{Course, Mastery, Progress, StepState};
 use model::training::signatory::Signatory;
@@ -30,9 +30,6 @@ use time::OffsetDateTime;
 use words::Language;
 
 use crate::training::standing;
-
-/// Disclaimer on every certificate.
-const SCOPE: &str = "Simulated performance only; no statement about competence with patients.";
 
 /// Issues a certificate if the whole course is mastered.
 pub(super) async fn issue_certificate(
@@ -214,8 +211,7 @@ struct MasteredRevision<'a> {
 
 impl<'a> MasteredRevision<'a> {
     fn of(course: &'a Course, progress: &Progress) -> Self {
-        if let Some(mastery) = &progress.earlier {
-            let earlier = &course.earlier[mastery.revision];
+        if let Some((earlier, mastery)) = progress.earlier_in(course) {
             let titles = earlier.steps.iter().map(|step| step.title.clone());
             let steps = titles.zip(mastery.exercises.iter().copied()).collect();
             return Self { sha256: Some(&earlier.sha256), rule: &earlier.rule, steps };
