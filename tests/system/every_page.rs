@@ -107,7 +107,8 @@ pub(super) async fn of(browser: &Client, url: &str, (role, email): (&str, &str))
 
 /// Pages of the service, by the list of its routes.
 pub(super) fn listed_pages() -> BTreeSet<String> {
-    let table = std::fs::read_to_string(root().join("web-admin/tests/main/every_route.txt")).expect("the list of routes");
+    let table =
+        std::fs::read_to_string(root().join("web-admin/tests/main/every_route.txt")).expect("the list of routes");
     let paths = table.lines().filter_map(|line| line.strip_prefix("GET ")?.split_whitespace().next());
     let named = |part: &str| if part.starts_with('{') { "{}".to_owned() } else { part.to_owned() };
     let shapes = paths.map(|path| shape(&path.split('/').map(named).collect::<Vec<_>>().join("/")));
