@@ -7,7 +7,7 @@ pub(crate) mod untranslated_text;
 
 use assessment::{Deduction, DeductionCause, Direction, Metric};
 use documents::{Exercise, ExerciseBundle, HardFail, Required, RubricLine};
-use model::ids::{CohortId, ExamFileId, PersonId, SessionId};
+use model::ids::{CohortId, PersonId, SessionId};
 use model::letters::notice::{Notice, NoticeKind};
 use model::training::assignment::AssignmentTally;
 use model::training::due::local;
@@ -23,7 +23,6 @@ use crate::form::SelectOption;
 use crate::letters::news::NewsItem;
 use crate::people::listed::{ListPart, ListQuery, PageNumbers};
 use crate::recordings::session::{Ruling, SessionOutcome, SessionPage, VerificationResult};
-use crate::scoring::exam_files::{ExamFileRow, ExamFiles};
 use crate::scoring::judgement::{GradedAttempt, JudgementView, MetricSpread, OthersSpreads};
 use crate::shell::ShellVisitor;
 use crate::training::assignments::DueLine;
@@ -34,10 +33,12 @@ use crate::training::risk::SupportNoteRow;
 use crate::training::trainee::{CourseFacts, CourseView, OwnAttemptRow, TraineePage};
 use crate::{NavPlace, Shell, StatusWord};
 
+mod exam_files;
 mod insertion;
 mod support;
 mod tissue;
 
+pub(crate) use exam_files::exam_files;
 pub(crate) use insertion::curve;
 
 /// Current time of the samples.
@@ -261,24 +262,11 @@ pub(crate) fn session_page() -> SessionPage {
             ("Duration", "26.0 s".to_owned()),
             ("Device", "operator:intermediate".to_owned()),
             ("Simulator", "0.1.0".to_owned()),
-            ("Seed", "1234".to_owned()),
             ("Recording", "1.4 MB, complete".to_owned()),
             ("Exercise revision", "5f1c0a9be2d4".to_owned()),
         ],
         exam_files: Some(exam_files()),
     }
-}
-
-pub(crate) fn exam_files() -> ExamFiles {
-    let file = |number: u128, is_erased| ExamFileRow {
-        id: ExamFileId::from_u128(number),
-        by: "Dr Osei".to_owned(),
-        at: NOW,
-        bytes: 1_410_048,
-        sha256: format!("{number:0>64}"),
-        is_erased,
-    };
-    ExamFiles { session: SessionId::from_u128(400), is_scored: true, files: vec![file(1, true), file(2, false)] }
 }
 
 /// Returns a course of four exercises, each requiring the previous one, mastered with three passes

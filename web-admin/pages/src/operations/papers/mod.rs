@@ -38,7 +38,7 @@ pub struct PapersPage {
 pub struct SchoolFacts {
     /// Name of the school.
     pub school: String,
-    /// Who answers for the data and where to ask; empty if the school has not said.
+    /// Who answers for the data and where to ask; empty if the school states nothing.
     pub data_notice: String,
     /// Months without activity after which a person is erased, and days of warning; `None` means
     /// never.
@@ -188,7 +188,7 @@ const RECIPIENT_COLUMNS: usize = 3;
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a setting in force is not on the page, or what is off is not said to be off.
+    //! Fails when a setting in force is missing from the page, or a disabled one is not shown as off.
 
     use model::Role;
     use words::Language;
