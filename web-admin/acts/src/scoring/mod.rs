@@ -1,5 +1,6 @@
 //! Scores recordings and stores the results.
 
+pub mod exams;
 pub mod ratings;
 pub mod regrading;
 pub mod reviewing;

@@ -1,5 +1,6 @@
 //! Scores and reviews.
 
+pub mod exams;
 pub mod experts;
 pub mod judgement;
 pub mod moments;

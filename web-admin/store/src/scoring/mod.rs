@@ -1,5 +1,6 @@
 //! Scores and reviews.
 
+pub mod exams;
 pub mod grades;
 pub mod jobs;
 pub mod ratings;

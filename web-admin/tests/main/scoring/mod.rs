@@ -1,6 +1,7 @@
 //! The server's own reading of a recording decides. Fails when the published exercise does not judge, when a forged
 //! force goes unnoticed, when a failure that may pass is final, or when a cut recording is not scored.
 
+pub(crate) mod exams;
 pub(crate) mod experts;
 pub(crate) mod fairness;
 pub(crate) mod ratings;
