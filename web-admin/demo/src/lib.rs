@@ -4,6 +4,7 @@
 mod assignments;
 mod attempt;
 mod crowd;
+mod exam;
 mod experts;
 mod lesson;
 mod outcomes;
@@ -106,6 +107,7 @@ pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> any
     lesson::teach_lesson(&past).await?;
     rubric::change_rubric(&past).await?;
     raters::hold_rating_round(&past).await?;
+    exam::hold_demo_exam(&past).await?;
     study::hold_study(&past, school, &trainees).await?;
     assignments::assign_demo_tasks(&past, now).await?;
     outcomes::decide_on_outcomes(&past, now).await?;

@@ -136,6 +136,10 @@ ids! {
     RoundId;
     /// One person's rating of one attempt in a round.
     RatingId;
+    /// An exam at one station.
+    ExamId;
+    /// A candidate's sitting of an exam.
+    SittingId;
     /// A re-grading of attempts with another rubric.
     RegradingId;
     /// A resumable upload.

@@ -13,7 +13,7 @@ pub struct FlashMessage(usize);
 
 /// Routes whose forms are confirmed by a flash message. Other forms confirm on the page they
 /// redirect to, or show their result.
-pub const SAID_HERE: [&str; 67] = [
+pub const SAID_HERE: [&str; 72] = [
     "/account/calendar/revoke",
     "/account/cohorts/{cohort}",
     "/account/identities/{id}/remove",
@@ -58,6 +58,11 @@ pub const SAID_HERE: [&str; 67] = [
     "/cohorts/{id}/people/{person}/remove",
     "/cohorts/{id}/term",
     "/drafts/{id}/discard",
+    "/exams",
+    "/exams/{id}/candidates/{person}",
+    "/exams/{id}/candidates/{person}/begin",
+    "/exams/{id}/close",
+    "/exams/{id}/second-ratings",
     "/expert-consent",
     "/news/read",
     "/people/{id}/consent",
@@ -117,6 +122,10 @@ impl FlashMessage {
             "/cohorts" => tr!("Cohort created."),
             "/cohorts/{id}/people/{person}/remove" => tr!("Removed from the cohort."),
             "/drafts/{id}/discard" => tr!("Draft discarded."),
+            "/exams" => tr!("Exam created."),
+            "/exams/{id}/candidates/{person}/begin" => tr!("The sitting has begun."),
+            "/exams/{id}/close" => tr!("Exam closed."),
+            "/exams/{id}/second-ratings" => tr!("Sent to the second rater."),
             "/news/read" => tr!("Everything marked as read."),
             "/people/{id}/consent" => tr!("Consent recorded."),
             "/people/{id}/consent/withdraw" => tr!("Withdrawal of consent recorded."),

@@ -102,8 +102,15 @@ pub fn format_date(at: impl Borrow<OffsetDateTime>) -> String {
 /// time zone.
 #[must_use]
 pub fn format_date_time(at: impl Borrow<OffsetDateTime>) -> String {
+    let at = *at.borrow();
+    tr!("{date}, {time}", date = format_date(at), time = format_clock(at))
+}
+
+/// Formats the time of day in the school's time zone: 09:05.
+#[must_use]
+pub fn format_clock(at: impl Borrow<OffsetDateTime>) -> String {
     let at = to_school_time(*at.borrow());
-    tr!("{date}, {time}", date = format_date(at), time = format!("{:02}:{:02}", at.hour(), at.minute()))
+    format!("{:02}:{:02}", at.hour(), at.minute())
 }
 
 /// Formats a day without its year: 2 Mar.

@@ -7,10 +7,11 @@ use crate::every_route::rows;
 
 /// The objects of addresses by which an attempt is seen, and which visitors see it by them. Whoever is no trainee's teacher sees attempts in a
 /// rating or a task, without a name; that a rater may know more is marked.
-const SHOW_ATTEMPTS: [(&str, &[&str]); 6] = [
+const SHOW_ATTEMPTS: [(&str, &[&str]); 7] = [
     ("session", &["own", "teacher", "admin"]),
     ("trainee", &["own", "teacher", "admin"]),
     ("cohort", &["teacher", "admin"]),
+    ("exam", &["teacher", "admin"]),
     ("rating", &["colleague"]),
     ("task", &["same", "teacher", "admin"]),
     ("upload", &["own"]),

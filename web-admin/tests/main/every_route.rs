@@ -47,7 +47,7 @@ use sqlx::pool::PoolConnection;
 use store::authoring::{exercises, pictures};
 use store::recordings::sessions;
 use store::recordings::uploads::UploadOwner;
-use store::scoring::{ratings, segments};
+use store::scoring::{exams, ratings, segments};
 use store::surveys::instruments;
 use store::training::assignments::NewAssignment;
 use store::training::cohorts::MembershipKey;
@@ -253,6 +253,25 @@ async fn round(app: &App, [teacher, colleague]: [&Member; 2], session: SessionId
     [("round", round.to_string()), ("rating", own[0].id.to_string())]
 }
 
+/// An exam of a teacher's cohort, with the sitting of a trainee.
+async fn exam(app: &App, [own, teacher, colleague]: [&Member; 3], cohort_id: CohortId) -> [(&'static str, String); 1] {
+    let (school, reader) = (teacher.person.school_id, app.state.db.reader());
+    let revision = instruments::find_current_instrument(reader, school, "sus").await.unwrap().unwrap();
+    let new = exams::NewExam {
+        title: "Station".to_owned(),
+        cohort_id,
+        exercise_id: "feel-the-layers".to_owned(),
+        revision_id: revision.id,
+        limit_min: 10,
+        second_rater_id: Some(colleague.person.id),
+    };
+    let by = teacher.person.clone().into_current().unwrap();
+    let id = acts::scoring::exams::make(&app.state, &by, &new).await.unwrap();
+    let exam = acts::scoring::exams::find(&app.state, &by, id).await.unwrap();
+    acts::scoring::exams::begin(&app.state, &by, &exam, own.person.id).await.unwrap();
+    [("exam", id.to_string())]
+}
+
 /// A task to mark pops for a cohort, and its trace.
 async fn task(app: &App, teacher: &Member, cohort_id: CohortId, session: SessionId) -> [(&'static str, String); 2] {
     let by = teacher.person.clone().into_current().unwrap();
@@ -350,9 +369,11 @@ async fn objects(
     let survey = survey(app, teacher, known[0].id).await;
     let rated = round(app, [teacher, colleague], session).await;
     let task = task(app, teacher, known[0].id, session).await;
+    let exam = exam(app, [own, teacher, colleague], known[0].id).await;
     let regraded = regraded(app, teacher).await;
     let ways = add_systems(app, own, teacher).await;
-    objects.into_iter().chain(exam_file).chain(survey).chain(rated).chain(task).chain(regraded).chain(ways).collect()
+    let objects = objects.into_iter().chain(exam_file).chain(survey).chain(rated).chain(task);
+    objects.chain(exam).chain(regraded).chain(ways).collect()
 }
 
 fn stranger(column: &'static str) -> Visitor {

@@ -65,7 +65,14 @@ fn shipped_instruments_have_two_languages_and_a_source() {
         ids.push(instrument.id);
     }
     ids.sort();
-    let shipped =
-        ["free-comment", "global-rating-puncture", "nasa-tlx", "nasa-tlx-weighted", "simulator-validity", "sus"];
+    let shipped = [
+        "free-comment",
+        "global-rating-puncture",
+        "nasa-tlx",
+        "nasa-tlx-weighted",
+        "puncture-checklist",
+        "simulator-validity",
+        "sus",
+    ];
     assert_eq!(ids, shipped);
 }

@@ -1,6 +1,7 @@
 //! Scores recordings and stores the results.
 
 pub mod exam_files;
+pub mod exams;
 pub mod ratings;
 pub mod regrading;
 pub mod reviewing;

@@ -1,7 +1,7 @@
 //! Blinded ratings: several raters rate the same attempts without seeing the trainee, the score or
 //! each other's ratings. Creates and withdraws rounds, saves and finishes ratings.
 
-use assessment::questionnaire::Refused;
+use assessment::questionnaire::{Answer, Refused};
 use documents::Instrument;
 use documents::instrument::ScaleKind;
 use model::CurrentPerson;
@@ -81,25 +81,39 @@ pub async fn attempt(state: &Service, rater: &CurrentPerson, id: RatingId) -> Re
     sessions::find_session(state.db.reader(), rating.school_id, rating.session_id).await?.ok_or(Error::NotFound)
 }
 
+/// Reads the answers to all items from form fields. Returns the rejected ones, by item index.
+pub(super) fn read_all_answers(
+    instrument: &Instrument,
+    given: &GivenAnswers,
+    answers: &mut [Option<Answer>],
+) -> Vec<(usize, Refused)> {
+    let all: Vec<usize> = (0..instrument.items.len()).collect();
+    read_answers_to_items(instrument, &all, given, answers)
+}
+
+/// Returns the indices of the items that are neither answered nor explicitly skipped, so that no
+/// rating is finished by oversight. Texts may stay empty.
+pub(super) fn list_unanswered(instrument: &Instrument, given: &GivenAnswers, answers: &[Option<Answer>]) -> Vec<usize> {
+    let items = instrument.items.iter().enumerate();
+    items
+        .filter(|(at, item)| {
+            let is_text = matches!(instrument.scale(item), Some(ScaleKind::Text { .. }) | None);
+            answers[*at].is_none() && !is_text && !given.is_left_out(item)
+        })
+        .map(|(at, _)| at)
+        .collect()
+}
+
 impl Rated {
     /// Reads answers from form fields. Returns the rejected ones, by item index.
     pub fn read(&mut self, given: &GivenAnswers) -> Vec<(usize, Refused)> {
-        let all: Vec<usize> = (0..self.instrument.items.len()).collect();
-        read_answers_to_items(&self.instrument, &all, given, &mut self.rating.answers)
+        read_all_answers(&self.instrument, given, &mut self.rating.answers)
     }
 
-    /// Returns the indices of the items that are neither answered nor explicitly skipped, so that
-    /// no rating is finished by oversight. Texts may stay empty.
+    /// Returns the indices of the items that are neither answered nor explicitly skipped.
     #[must_use]
     pub fn unanswered(&self, given: &GivenAnswers) -> Vec<usize> {
-        let items = self.instrument.items.iter().enumerate();
-        items
-            .filter(|(at, item)| {
-                let is_text = matches!(self.instrument.scale(item), Some(ScaleKind::Text { .. }) | None);
-                self.rating.answers.0[*at].is_none() && !is_text && !given.is_left_out(item)
-            })
-            .map(|(at, _)| at)
-            .collect()
+        list_unanswered(&self.instrument, given, &self.rating.answers)
     }
 
     /// Saves the answers so far.

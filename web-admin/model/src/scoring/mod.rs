@@ -1,6 +1,7 @@
 //! Scores and reviews.
 
 pub mod corridor;
+pub mod exam;
 pub mod exam_file;
 pub mod expert_comparison;
 pub mod judgement;

@@ -35,6 +35,18 @@ pub struct ScoreTable {
 }
 
 impl ScoreTable {
+    /// Computes the agreement on a score of the instrument, from one row per attempt with one score
+    /// per rater.
+    #[must_use]
+    pub fn new(instrument: &Instrument, key: &ScoreKey, rows: Vec<Vec<Option<f64>>>) -> Self {
+        Self {
+            title: key.title.in_language(words::current().code()).to_owned(),
+            range: questionnaire::score_range(instrument, key),
+            agreement: agreement_of_raters(&rows),
+            rows,
+        }
+    }
+
     /// Returns the number of attempts that all raters have scored, and of those with missing
     /// scores.
     #[must_use]
@@ -62,13 +74,7 @@ pub fn tables(
                 .and_then(|answers| questionnaire::score_response(instrument, key, answers).ok())
         };
         let row = |attempt: &SessionId| raters.iter().map(|rater| cell(*attempt, rater)).collect();
-        let rows: Vec<Vec<Option<f64>>> = attempts.iter().map(row).collect();
-        ScoreTable {
-            title: key.title.in_language(words::current().code()).to_owned(),
-            range: questionnaire::score_range(instrument, key),
-            agreement: agreement_of_raters(&rows),
-            rows,
-        }
+        ScoreTable::new(instrument, key, attempts.iter().map(row).collect())
     };
     instrument.scores.iter().map(score).collect()
 }

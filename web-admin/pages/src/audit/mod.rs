@@ -50,6 +50,7 @@ pub const AUDIT_THEMES: [AuditTheme; 6] = [
         key: "teaching",
         actions: &[
             "assignment",
+            "exam",
             "exercise",
             "curriculum",
             "draft",

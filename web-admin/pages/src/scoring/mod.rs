@@ -1,6 +1,7 @@
 //! Scores and reviews.
 
 pub mod exam_files;
+pub mod exams;
 pub mod experts;
 pub mod judgement;
 pub mod moments;

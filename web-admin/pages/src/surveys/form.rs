@@ -320,6 +320,31 @@ impl FormQuestion {
     }
 }
 
+impl FormQuestion {
+    /// Returns the answer in words: of a point at an end of a row, the meaning of that end. Empty
+    /// without an answer.
+    #[must_use]
+    pub fn say_answer(&self) -> String {
+        let chosen = |choices: &[AnswerChoice]| {
+            let labels: Vec<&str> =
+                choices.iter().filter(|choice| choice.checked).map(|choice| choice.label.as_str()).collect();
+            labels.join(", ")
+        };
+        match &self.field {
+            QuestionField::Row { points, ends: Some((first, last)), .. } => {
+                match points.iter().position(|point| point.checked) {
+                    Some(0) if !first.is_empty() => first.clone(),
+                    Some(at) if at + 1 == points.len() && !last.is_empty() => last.clone(),
+                    _ => chosen(points),
+                }
+            }
+            QuestionField::Row { points, .. } => chosen(points),
+            QuestionField::One(choices) | QuestionField::Several(choices) => chosen(choices),
+            QuestionField::Number { value, .. } | QuestionField::Text { value, .. } => value.clone(),
+        }
+    }
+}
+
 struct AskedText<'a> {
     instrument: &'a Instrument,
     item: &'a Item,
@@ -388,7 +413,16 @@ impl AskedText<'_> {
             checked: chosen.is_some_and(|chosen| (chosen - mark).abs() < 1e-9),
         };
         let class = if marks.len() > 11 { "marks" } else { "points" };
-        QuestionField::Row { class, points: marks.into_iter().map(point).collect(), ends }
+        let points: Vec<AnswerChoice> = marks.into_iter().map(point).collect();
+        match (ends, <[AnswerChoice; 2]>::try_from(points)) {
+            // Two points are nothing but their ends, as in a checklist.
+            (Some((low, high)), Ok([first, last])) if !low.is_empty() && !high.is_empty() => {
+                let named = [AnswerChoice { label: low, ..first }, AnswerChoice { label: high, ..last }];
+                QuestionField::One(named.into())
+            }
+            (ends, Ok(two)) => QuestionField::Row { class, points: two.into(), ends },
+            (ends, Err(points)) => QuestionField::Row { class, points, ends },
+        }
     }
 
     /// Turns points that have labels of their own into a list.

@@ -136,6 +136,7 @@ pub struct RoundPart {
 }
 
 /// Returns the people whom the result of a round concerns. Empty until all ratings are finished.
+/// Candidates of an exam are left out: they see their result when the exam is closed.
 pub async fn list_round_parts(executor: impl Executor<'_>, school: SchoolId, round: RoundId) -> Result<Vec<RoundPart>> {
     sqlx::query_as(
         "SELECT o.made_by AS person_id, NULL AS session_id FROM rating_rounds o
@@ -144,7 +145,8 @@ pub async fn list_round_parts(executor: impl Executor<'_>, school: SchoolId, rou
          UNION SELECT s.trainee_id, s.id FROM ratings r
          CROSS JOIN sessions s
          WHERE s.school_id = $1 AND s.id = r.session_id AND r.round_id = $2
-           AND NOT EXISTS (SELECT 1 FROM ratings q WHERE q.round_id = $2 AND q.finished_at IS NULL)",
+           AND NOT EXISTS (SELECT 1 FROM ratings q WHERE q.round_id = $2 AND q.finished_at IS NULL)
+           AND NOT EXISTS (SELECT 1 FROM exams x WHERE x.round_id = $2)",
     )
     .bind(school)
     .bind(round)

@@ -1,6 +1,7 @@
 //! Scores and reviews.
 
 pub mod exam_files;
+pub mod exams;
 pub mod grades;
 pub mod jobs;
 pub mod ratings;

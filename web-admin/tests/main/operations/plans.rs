@@ -6,7 +6,7 @@ use crate::support::App;
 use crate::support::statements::{StoredStatement, TwinPlace, stored_statements};
 
 /// Tables that grow with attempts, people, cohorts or acts. Unfinished uploads do not: they expire.
-pub const BIG: [&str; 26] = [
+pub const BIG: [&str; 27] = [
     "deliveries",
     "statements",
     "notices",
@@ -24,6 +24,7 @@ pub const BIG: [&str; 26] = [
     "reviews",
     "supervisions",
     "ratings",
+    "exam_sittings",
     "survey_responses",
     "practice",
     "practice_signs",

@@ -16,7 +16,7 @@ use crate::support::recordings::{Attempt, record};
 use crate::support::{App, PASSWORD};
 
 /// What refers to a person: table and column, and under which key it stands in the file.
-const HELD: [(&str, &str); 63] = [
+const HELD: [(&str, &str); 67] = [
     ("notices.person_id", "notices"),
     ("api_tokens.person_id", "access/tokens"),
     ("account_links.person_id", "password_links"),
@@ -38,6 +38,10 @@ const HELD: [(&str, &str); 63] = [
     ("entrustments.person_id", "entrustments"),
     ("exam_files.made_by", "exam_files_made"),
     ("exam_files.person_id", "exam_files"),
+    ("exam_sittings.examiner_id", "exam_sittings_held"),
+    ("exam_sittings.person_id", "exam_sittings"),
+    ("exams.made_by", "exams_made"),
+    ("exams.second_rater_id", "exams_made"),
     ("expert_declarations.person_id", "consents"),
     ("expert_declarations.recorded_by", "consents_recorded"),
     ("expert_declarations.withdrawn_by", "consents_recorded"),

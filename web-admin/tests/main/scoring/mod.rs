@@ -2,6 +2,7 @@
 //! force goes unnoticed, when a failure that may pass is final, or when a cut recording is not scored.
 
 pub(crate) mod exam_files;
+pub(crate) mod exams;
 pub(crate) mod experts;
 pub(crate) mod fairness;
 pub(crate) mod ratings;

@@ -3,6 +3,7 @@
 use routes_base::{Routes, get, post};
 
 mod exam_files;
+mod exams;
 mod ratings;
 mod regrading;
 mod review;
@@ -21,6 +22,7 @@ pub(crate) fn grading_routes() -> Routes {
         .route("/sessions/{id}/supervision", post(supervision::confirm_supervision))
         .route("/sessions/{id}/regrade", get(review::preview_regrade).merge(post(review::regrade_attempt)))
         .route("/review", get(review::show_queue))
+        .merge(exams::exam_routes())
         .merge(ratings::rating_routes())
         .merge(segments::segment_routes())
         .merge(regrading::regrading_routes())

@@ -26,13 +26,22 @@ const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
 }
 
 /// Records about the person, including those made by others.
-const ABOUT: [RecordKind; 29] = [
+const ABOUT: [RecordKind; 30] = [
     kind(
         "entrustments",
         "SELECT o.code, o.title, e.level, e.note, p.display_name AS decided_by, e.decided_at FROM entrustments e
          JOIN outcomes o ON o.school_id = e.school_id AND o.id = e.outcome_id
          JOIN people p ON p.school_id = e.school_id AND p.id = e.decided_by
          WHERE e.school_id = $1 AND e.person_id = $2 ORDER BY e.decided_at, e.id",
+    ),
+    // The result is the candidate's to see once the exam is closed.
+    kind(
+        "exam_sittings",
+        "SELECT e.title AS exam, e.exercise_id, p.display_name AS examiner, t.begun_at, t.finished_at,
+           CASE WHEN e.closed_at IS NULL THEN '[]' ELSE t.answers END AS answers_json FROM exam_sittings t
+         JOIN exams e ON e.school_id = t.school_id AND e.id = t.exam_id
+         JOIN people p ON p.school_id = t.school_id AND p.id = t.examiner_id
+         WHERE t.school_id = $1 AND t.person_id = $2 ORDER BY t.begun_at, t.id",
     ),
     kind(
         "exam_files",
@@ -181,7 +190,7 @@ const ABOUT: [RecordKind; 29] = [
 ];
 
 /// Records of the person's actions on the data of other people or of the school.
-const DONE: [RecordKind; 22] = [
+const DONE: [RecordKind; 24] = [
     kind(
         "comments_made",
         "SELECT id, session_id, answers, kind, from_s, to_s, body, made_at, withdrawn_at FROM comments
@@ -212,6 +221,16 @@ const DONE: [RecordKind; 22] = [
     kind(
         "exam_files_made",
         "SELECT id, session_id, made_at, sha256 FROM exam_files WHERE school_id = $1 AND made_by = $2 ORDER BY made_at, id",
+    ),
+    kind(
+        "exams_made",
+        "SELECT id, title, cohort_id, exercise_id, second_rater_id, made_at, closed_at FROM exams
+         WHERE school_id = $1 AND (made_by = $2 OR second_rater_id = $2) ORDER BY made_at",
+    ),
+    kind(
+        "exam_sittings_held",
+        "SELECT exam_id, person_id, begun_at, answers AS answers_json, finished_at FROM exam_sittings
+         WHERE school_id = $1 AND examiner_id = $2 ORDER BY begun_at, id",
     ),
     kind(
         "consents_recorded",

@@ -112,6 +112,7 @@ pub(super) async fn ratings(reader: &Pool, school: SchoolId, person: PersonId) -
          JOIN instrument_revisions i ON i.id = o.revision_id
          WHERE r.school_id = s.school_id AND r.session_id = s.id AND s.school_id = $1 AND s.trainee_id = $2
          AND r.finished_at IS NOT NULL
+         AND NOT EXISTS (SELECT 1 FROM exams x WHERE x.round_id = o.id AND x.closed_at IS NULL)
          ORDER BY s.started_at, s.id, o.made_at, r.id",
     )
     .bind(school)

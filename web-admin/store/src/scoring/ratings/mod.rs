@@ -7,7 +7,7 @@ use assessment::questionnaire::Answer;
 pub use candidates::{RateableAttempt, Rater, of_assignment, raters};
 use model::ids::{DatedId, PersonId, RatingId, RevisionId, RoundId, SchoolId, SessionId};
 use model::titles::StoredTitle;
-use model::{CurrentPerson, Moment, PersonKey, Role, count_u32};
+use model::{CurrentPerson, Moment, PersonKey, Role, SessionKey, count_u32};
 pub use results::{FinishedRating, RatingCell, cells, finished_of};
 use sqlx::FromRow;
 
@@ -101,17 +101,20 @@ pub async fn add(writer: &mut Connection, by: &CurrentPerson, new: &NewRound, no
     .await?;
     for session in &new.sessions {
         for rater in &new.raters {
-            add_rating(writer, by.school_id, round, *session, *rater).await?;
+            add_rating(writer, SessionKey { school_id: by.school_id, id: *session }, round, *rater).await?;
         }
     }
     Ok(round)
 }
 
-async fn add_rating(
+/// Adds a rating of another attempt to a round.
+///
+/// # Errors
+/// If the attempt, the round or the rater does not belong to the school, or the database fails.
+pub async fn add_rating(
     writer: &mut Connection,
-    school: SchoolId,
+    SessionKey { school_id: school, id: session }: SessionKey,
     round: RoundId,
-    session: SessionId,
     rater: PersonId,
 ) -> Result<()> {
     // A sequential id would reveal which ratings of other raters belong to the same attempt.

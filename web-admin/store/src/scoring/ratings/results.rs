@@ -77,7 +77,7 @@ pub struct FinishedRating {
 }
 
 /// Returns the finished ratings of an attempt, by round. Rounds in which the viewer has unfinished
-/// ratings are left out.
+/// ratings are left out, and second ratings of exams, which the page of the exam shows.
 pub async fn finished_of(
     executor: impl Executor<'_>,
     session: SessionKey,
@@ -89,6 +89,7 @@ pub async fn finished_of(
          WHERE r.school_id = $1 AND r.session_id = $2 AND r.finished_at IS NOT NULL AND NOT EXISTS (
            SELECT 1 FROM ratings own WHERE own.school_id = $1 AND own.rater_id = $3 AND own.round_id = r.round_id
              AND own.finished_at IS NULL)
+           AND NOT EXISTS (SELECT 1 FROM exams x WHERE x.round_id = o.id)
          ORDER BY o.made_at, o.id, r.id",
     )
     .bind(session.school_id)

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::BothEngines;
 
 /// A school with an attempt, and a row of each table that never changes.
-const ROWS: [&str; 21] = [
+const ROWS: [&str; 24] = [
     "INSERT INTO schools (id, name, created_at) VALUES (#1, 'North', 0)",
     "INSERT INTO people (id, school_id, email, display_name, pseudonym, password_hash, created_at)
      VALUES (#1, #1, 'ada@example.org', 'Ada', 'p-1', '', 0)",
@@ -31,6 +31,11 @@ const ROWS: [&str; 21] = [
      VALUES (#1, #1, #1, 'Round', FALSE, #1, 0)",
     "INSERT INTO ratings (id, school_id, round_id, session_id, rater_id, answers, finished_at)
      VALUES (#1, #1, #1, #2, #1, '[3, \"very steady\", null]', 0)",
+    "INSERT INTO exercises (school_id, exercise_id, revision_id) VALUES (#1, 'lumbar', #1)",
+    "INSERT INTO exams (id, school_id, title, cohort_id, exercise_id, revision_id, limit_min, made_by, made_at)
+     VALUES (#1, #1, 'Station', #1, 'lumbar', #1, 10, #1, 0)",
+    "INSERT INTO exam_sittings (id, school_id, exam_id, person_id, examiner_id, begun_at, answers, finished_at)
+     VALUES (#1, #1, #1, #1, #1, 0, '[1]', 0)",
     "INSERT INTO outcomes (id, school_id, code, title, made_at) VALUES (#1, #1, 'EPA 1', 'Puncture', 0)",
     "INSERT INTO entrustments (id, school_id, outcome_id, person_id, level, note, decided_by, decided_at)
      VALUES (#1, #1, #1, #1, 3, 'steady', #1, 0)",
@@ -44,7 +49,7 @@ const ROWS: [&str; 21] = [
 ];
 
 /// What is refused, and in which words.
-const FORBIDDEN: [(&str, &str); 29] = [
+const FORBIDDEN: [(&str, &str); 31] = [
     ("UPDATE exercise_revisions SET title = 'x'", "a published exercise revision never changes"),
     ("DELETE FROM exercise_revisions", "a published exercise revision is never deleted"),
     ("UPDATE exercise_meshes SET name = 'x'", "a published mesh never changes"),
@@ -68,6 +73,11 @@ const FORBIDDEN: [(&str, &str); 29] = [
     ("UPDATE ratings SET answers = '[3, \"very steady\"]'", "a finished rating never changes"),
     ("UPDATE ratings SET answers = '[\"[erased]\", \"very steady\", null]'", "a finished rating never changes"),
     ("DELETE FROM ratings", "a rating is never deleted: the round is taken back"),
+    (
+        "UPDATE exam_sittings SET answers = '[0]'",
+        "a sitting keeps its candidate, examiner and begin, and its answers once finished",
+    ),
+    ("DELETE FROM exam_sittings", "a sitting is never deleted"),
     ("UPDATE entrustments SET level = 5", "an entrustment never changes: a later one follows it"),
     ("DELETE FROM entrustments", "an entrustment is never deleted"),
     ("UPDATE exam_files SET head = #hash", "an exam file never changes: another one is frozen"),

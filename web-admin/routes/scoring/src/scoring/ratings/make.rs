@@ -6,6 +6,7 @@ use acts::error::Error;
 use acts::scoring::ratings;
 use acts::surveys;
 use axum::extract::{Query, State};
+use documents::Instrument;
 use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
 use model::scoring::review::ReviewFilter;
 use model::{CurrentPerson, single_line_text};
@@ -121,10 +122,20 @@ async fn scored_instruments(
         "" => PROPOSED,
         typed => typed,
     };
+    list_instrument_options(state, school, wanted, |instrument| !instrument.scores.is_empty()).await
+}
+
+/// Returns the instruments of a school that suit a purpose; one of them is selected.
+pub(in crate::scoring) async fn list_instrument_options(
+    state: &AppState,
+    school: SchoolId,
+    chosen: &str,
+    suits: fn(&Instrument) -> bool,
+) -> Result<Vec<SelectOption>, Error> {
     let mut choices = Vec::new();
     for known in surveys::list_titled_instruments(state, school).await? {
-        if !surveys::read(&known.bytes)?.scores.is_empty() {
-            let chosen = known.instrument_id == wanted;
+        if suits(&surveys::read(&known.bytes)?) {
+            let chosen = known.instrument_id == chosen;
             choices.push(SelectOption { value: known.instrument_id, label: known.title, chosen });
         }
     }

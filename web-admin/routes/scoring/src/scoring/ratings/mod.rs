@@ -22,8 +22,8 @@ use routes_base::{AppState, Routes, export, get, post};
 use store::scoring::ratings as stored;
 use store::scoring::ratings::{Rating, RatingCell, Round};
 
-mod make;
-mod rate;
+pub(super) mod make;
+pub(super) mod rate;
 
 pub(crate) fn rating_routes() -> Routes {
     Routes::new()
@@ -55,7 +55,7 @@ async fn list_ratings(
     Ok(RatingsPage { shell, rounds: rounds.into_iter().map(row).collect() })
 }
 
-fn round_href(round: RoundId) -> String {
+pub(super) fn round_href(round: RoundId) -> String {
     format!("/ratings/{round}")
 }
 

@@ -4,9 +4,11 @@
 use acts::error::Error;
 use acts::scoring::ratings;
 use acts::scoring::ratings::Rated;
+use assessment::questionnaire::Answer;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::IntoResponse;
+use documents::Instrument;
 use documents::instrument::Item;
 use model::CurrentPerson;
 use model::ids::RatingId;
@@ -56,30 +58,50 @@ async fn make_rate_page(
         exercise: attempts::title_of_exercise(state, &session).await?,
         drawing: curve.as_ref().map(|curve| Drawing::new(curve).leading_to("")),
         happened: NamedHappenings::new(curve.as_ref(), "", session.duration_s),
-        questions: if finished { Vec::new() } else { questions_of_rating(rated, refusals, given) },
+        questions: match finished {
+            true => Vec::new(),
+            false => {
+                let input = RaterInput { refusals, given };
+                list_rater_questions(&rated.instrument, &rated.rating.answers, input)
+            }
+        },
         own: own_ratings(&own, Some(rated.rating.id)),
         finished,
     })
 }
 
-fn questions_of_rating(rated: &Rated, refusals: &Refusals, given: &GivenAnswers) -> Vec<FormQuestion> {
+/// Input of a rater's form: refused answers, and the fields as submitted.
+#[derive(Clone, Copy)]
+pub(in crate::scoring) struct RaterInput<'a> {
+    /// Refused answers.
+    pub refusals: &'a Refusals,
+    /// Submitted fields.
+    pub given: &'a GivenAnswers,
+}
+
+/// Returns the questions of an instrument with the answers so far, which are as many as its items.
+pub(in crate::scoring) fn list_rater_questions(
+    instrument: &Instrument,
+    answers: &[Option<Answer>],
+    RaterInput { refusals, given }: RaterInput<'_>,
+) -> Vec<FormQuestion> {
     let question = |(at, item): (usize, &Item)| {
-        let (answer, refused) = (rated.rating.answers.0[at].as_ref(), refusals.at(at));
+        let (answer, refused) = (answers[at].as_ref(), refusals.at(at));
         let left_out = given.is_left_out(item);
         let offered = (answer.is_none() && (left_out || refused.is_some())).then_some(left_out);
         let given = GivenField { answer, refused, left_out: offered };
-        FormQuestion::new(&rated.instrument, item, rated.instrument.language_for(words::current().code()), &given)
+        FormQuestion::new(instrument, item, instrument.language_for(words::current().code()), &given)
     };
-    rated.instrument.items.iter().enumerate().map(question).collect()
+    instrument.items.iter().enumerate().map(question).collect()
 }
 
 /// The submitted form.
 #[derive(Deserialize)]
-pub(super) struct RateForm {
+pub(in crate::scoring) struct RateForm {
     #[serde(rename = "do", default)]
-    step: String,
+    pub(in crate::scoring) step: String,
     #[serde(flatten)]
-    given: GivenAnswers,
+    pub(in crate::scoring) given: GivenAnswers,
 }
 
 pub(super) async fn act_on_rating(
