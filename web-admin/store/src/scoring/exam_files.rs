@@ -106,7 +106,7 @@ pub async fn empty_exam_files(writer: &mut Connection, whom: PersonKey) -> Resul
 /// A finished rating with the name of its rater.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct NamedRating {
-    /// Title of the round.
+    /// Title of the round, or of the exam whose examiner rated.
     pub round: String,
     /// Revision of the instrument.
     pub revision_id: RevisionId,

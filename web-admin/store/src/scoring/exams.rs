@@ -261,6 +261,22 @@ pub async fn list_results(executor: impl Executor<'_>, candidate: PersonKey) -> 
     .await
 }
 
+/// Returns a candidate's finished sittings to which an attempt belongs, in order of begin.
+pub async fn list_sittings_of_attempt(
+    executor: impl Executor<'_>,
+    candidate: PersonKey,
+    session: SessionId,
+) -> Result<Vec<Sitting>> {
+    sqlx::query_as(sittings!(
+        "AND t.person_id = $2 AND s.id = $3 AND t.finished_at IS NOT NULL ORDER BY t.begun_at, t.id"
+    ))
+    .bind(candidate.school_id)
+    .bind(candidate.person_id)
+    .bind(session)
+    .fetch_all(executor)
+    .await
+}
+
 /// Begins a candidate's sitting. Returns `None` if it has already begun.
 pub async fn add_sitting(
     writer: &mut Connection,

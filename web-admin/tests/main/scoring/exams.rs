@@ -356,3 +356,21 @@ async fn refused_exam_keeps_its_input() {
         sqlx::query_scalar("SELECT count(*) FROM exams").fetch_one(school.app.state.db.reader()).await.unwrap();
     assert_eq!(made, 0);
 }
+
+#[tokio::test]
+async fn a_frozen_attempt_contains_the_rating_of_its_examiner() {
+    let mut school = School::new().await;
+    let exam = school.exam().await;
+    let session = school.examine_ada(&exam).await;
+    let page = format!("/sessions/{session}");
+    assert_eq!(press(&mut school.teacher, &format!("{page}/exam-files")).await.status, 303);
+    let (shown, files) = (school.teacher.get(&page).await.text(), format!("{page}/exam-files/"));
+    let file = shown.split(&files).nth(1).expect("a file").split('"').next().unwrap();
+    let tar = school.teacher.get(&format!("{files}{file}")).await.body;
+    let tar = String::from_utf8_lossy(&tar);
+    let ratings = tar.split("ratings.json").nth(1).expect("ratings");
+    assert!(
+        ratings.contains("\"round\": \"Epidural station\"") && ratings.contains("\"item\": \"entry\""),
+        "{ratings:.4000}"
+    );
+}

@@ -16,6 +16,7 @@ use store::operations::schools;
 use store::recordings::proofs;
 use store::recordings::sessions::Session;
 use store::scoring::exam_files::NamedRating;
+use store::scoring::exams::{self, Sitting};
 use store::scoring::scores::Score;
 use store::scoring::{exam_files, grades, regradings, reviews, scores, supervisions};
 use store::surveys::instruments;
@@ -177,11 +178,14 @@ impl Entries {
         Ok(courses)
     }
 
-    /// Adds the finished ratings with their instruments.
+    /// Adds the finished ratings, those of an exam's examiner included, with their instruments.
     async fn add_ratings(&mut self, service: &Service, session: &Session) -> Result<(), Error> {
         let reader = service.db.reader();
         let mut ratings = Vec::new();
-        for rating in exam_files::list_named_ratings(reader, session.key()).await? {
+        let candidate = PersonKey { school_id: session.school_id, person_id: session.trainee_id };
+        let sittings = exams::list_sittings_of_attempt(reader, candidate, session.id).await?;
+        let examined = sittings.into_iter().filter_map(rating_of_examiner);
+        for rating in examined.chain(exam_files::list_named_ratings(reader, session.key()).await?) {
             let revision = rating.revision_id;
             let found = instruments::find_instrument_revision(reader, session.school_id, revision).await?;
             let revision = found.ok_or(Error::NotFound)?;
@@ -234,6 +238,19 @@ fn judge_course<'a>(
         _ => None,
     };
     Some(JudgedCourse { sha256: &curriculum.sha256, rule: &course.rule, exercise_mastered, course_mastered })
+}
+
+/// Returns the examiner's rating in a sitting; `None` if it is not finished.
+fn rating_of_examiner(sitting: Sitting) -> Option<NamedRating> {
+    Some(NamedRating {
+        round: sitting.exam,
+        revision_id: sitting.revision_id,
+        rater: sitting.examiner,
+        may_know: true,
+        generated: false,
+        answers: sitting.answers,
+        finished_at: sitting.finished_at?,
+    })
 }
 
 fn rating_of(rating: &NamedRating, revision: &InstrumentRevision) -> Result<Value, Error> {
