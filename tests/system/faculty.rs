@@ -1,5 +1,5 @@
 //! A year of a faculty, through a real browser: an administrator imports outcomes and compares the cohorts of two terms, an instructor
-//! decides on a level and helps a trainee at risk, and the trainee subscribes to due dates and saves a transcript. Fails when one of
+//! decides on a level, helps a trainee at risk and holds an exam, and the trainee subscribes to due dates and saves a transcript. Fails when one of
 //! them cannot get from one step to the next, when a page does not show what was decided, sent or recorded, when a revoked calendar
 //! is still served, or when a page on the way breaks an accessibility rule.
 
@@ -99,6 +99,27 @@ impl School<'_> {
         trainee
     }
 
+    /// Examines a trainee at a station with a checklist, and closes the exam.
+    async fn examines(&self) {
+        self.open("/exams", "no exams").await;
+        self.type_into("#title", "Back station").await;
+        self.choose("#exercise", "feel-the-layers").await;
+        self.choose("#instrument", "puncture-checklist").await;
+        self.browser.execute("document.querySelector('#limit').value = '10'", Vec::new()).await.expect("a field");
+        self.send("/exams", "/exams/").await;
+        let exam = self.path().await;
+        follow(self.browser, &format!("{exam}/candidates/")).await;
+        self.send("/begin", "/candidates/").await;
+        contains(self.browser, "a sitting", &["min left", "examiner: ina"]).await;
+        let all_done = "document.querySelectorAll('main fieldset input[value=\"1\"]').forEach((box) => box.click())";
+        self.browser.execute(all_done, Vec::new()).await.expect("a checklist");
+        self.send(&self.path().await, "/exams/").await;
+        self.open(&exam, "an exam with a finished sitting").await;
+        self.tick("#sure").await;
+        self.send("/close", "/exams/").await;
+        contains(self.browser, "a closed exam", &["closed", "ina", "not received"]).await;
+    }
+
     /// Writes to a trainee at risk, and records a conversation.
     async fn helps(&self, trainee: &str) {
         let chosen = "#support input[aria-label='Nia']";
@@ -136,6 +157,12 @@ impl School<'_> {
         self.send("/revoke", "/account/calendar").await;
         let revoked = ureq::get(&feed).call();
         assert!(matches!(revoked, Err(ureq::Error::StatusCode(404))), "a revoked calendar is served: {revoked:?}");
+    }
+
+    /// Sees the own result of the closed exam.
+    async fn sees_result(&self) {
+        self.open("/exams", "a trainee's results").await;
+        contains(self.browser, "a trainee's results", &["back station", "the examiner’s answers"]).await;
     }
 
     /// Finds the level on the transcript, and saves it as a PDF.
@@ -181,7 +208,9 @@ async fn a_year_from_its_outcomes_to_a_transcript() {
     school.compares_terms().await;
     let trainee = school.decides(&outcome).await;
     school.helps(&trainee).await;
+    school.examines().await;
     school.subscribes().await;
+    school.sees_result().await;
     school.saves_transcript(&trainee).await;
     let complaints = complaints(&browser).await;
     browser.close().await.expect("the browser closes");
