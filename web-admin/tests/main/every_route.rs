@@ -299,6 +299,14 @@ async fn regraded(app: &App, teacher: &Member) -> [(&'static str, String); 2] {
     [("regrading", look.to_string()), ("revision", revision.id.to_string())]
 }
 
+async fn exam_file(app: &App, admin: &Member, key: SessionKey) -> [(&'static str, String); 1] {
+    let by = admin.person.clone().into_current().unwrap();
+    let attempt = sessions::find_session(app.state.db.reader(), key.school_id, key.id).await.unwrap().unwrap();
+    let words = ExamWords { rule: |_| String::new(), needed: |_| "" };
+    let made = exam_files::freeze_attempt(&app.state, &by, &attempt, words).await.unwrap();
+    [("exam_file", made.to_string())]
+}
+
 /// What paths and forms may name, made by a trainee, another who is asked for, their teacher, a colleague and the administrator.
 async fn objects(
     app: &App,
@@ -362,10 +370,7 @@ async fn objects(
         ("roster", roster.to_string()),
         ("assignment", assignment.to_string()),
     ]);
-    let attempt = sessions::find_session(reader, north, session).await.unwrap().unwrap();
-    let words = ExamWords { rule: |_| String::new(), needed: |_| "" };
-    let exam_file = exam_files::freeze_attempt(&app.state, &by, &attempt, words).await.unwrap();
-    let exam_file = [("exam_file", exam_file.to_string())];
+    let exam_file = exam_file(app, admin, key).await;
     let survey = survey(app, teacher, known[0].id).await;
     let rated = round(app, [teacher, colleague], session).await;
     let task = task(app, teacher, known[0].id, session).await;
