@@ -4,7 +4,7 @@
 use acts::operations::schools;
 use acts::training::{assignments, deadlines, risks, terms};
 use anyhow::Context;
-use model::ids::AssignmentId;
+use model::ids::{AssignmentId, CohortId, SchoolId};
 use model::training::assignment::AssignmentTask;
 use model::training::due;
 use model::training::support_note::{SupportKind, SupportText};
@@ -101,6 +101,16 @@ pub(crate) async fn find_demo_person(state: &AppState, name: &str) -> anyhow::Re
         .context("somebody of the demonstration is missing")
 }
 
+/// Returns the first of [`COHORTS`].
+///
+/// # Errors
+/// If it is missing, or the database fails.
+pub(crate) async fn find_first_cohort(state: &AppState, school: SchoolId) -> anyhow::Result<CohortId> {
+    let known = cohorts::list_cohorts(state.db.reader(), school).await?;
+    let first = known.into_iter().find(|cohort| cohort.name == COHORTS[0].name);
+    Ok(first.context("the first cohort")?.id)
+}
+
 /// Assigns a task to the first cohort at time `made`, due at 18:00 on the day of `due_at`.
 async fn make_demo_assignment(
     state: &AppState,
@@ -111,11 +121,9 @@ async fn make_demo_assignment(
 ) -> anyhow::Result<AssignmentId> {
     let day = due::local(due_at, TIME_ZONE).machine;
     let due = due::read(&format!("{}T18:00", day.get(..10).context("a date")?), TIME_ZONE)?;
-    let cohorts = cohorts::list_cohorts(state.db.reader(), by.school_id).await?;
-    let cohort = cohorts.into_iter().find(|cohort| cohort.name == COHORTS[0].name).context("the first cohort")?;
     let new = NewAssignment {
         task,
-        cohort_id: Some(cohort.id),
+        cohort_id: Some(find_first_cohort(state, by.school_id).await?),
         person_id: None,
         since_only: false,
         supervised: false,

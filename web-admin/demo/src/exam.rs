@@ -19,7 +19,7 @@ use store::surveys::instruments;
 use store::training::{practice, reports};
 
 use crate::DAY_S;
-use crate::assignments::find_demo_person;
+use crate::assignments::{find_demo_person, find_first_cohort};
 use crate::school::{COHORTS, EXPERTS};
 use crate::study::scatter_of_seed;
 
@@ -40,13 +40,13 @@ pub(super) async fn hold_demo_exam(state: &AppState) -> anyhow::Result<()> {
     let reader = state.db.reader();
     let examiner = find_demo_person(state, COHORTS[0].instructor).await?.into_current().context("an instructor")?;
     let second = find_demo_person(state, EXPERTS[0]).await?.into_current().context("an expert")?;
-    let cohort = reports::cohorts(reader, &examiner).await?.into_iter().next().context("a cohort")?;
-    let candidates = find_latest_attempts(state, &examiner, cohort.id).await?;
+    let cohort_id = find_first_cohort(state, examiner.school_id).await?;
+    let candidates = find_latest_attempts(state, &examiner, cohort_id).await?;
     let instrument = instruments::find_current_instrument(reader, examiner.school_id, "puncture-checklist").await?;
     let (Some(instrument), Some((_, first))) = (instrument, candidates.first()) else { return Ok(()) };
     let new = NewExam {
         title: "Station 1 (generated ratings)".to_owned(),
-        cohort_id: cohort.id,
+        cohort_id,
         exercise_id: first.exercise.to_string(),
         revision_id: instrument.id,
         limit_min: LIMIT_MIN,

@@ -19,6 +19,7 @@ use store::training::reports::ListedAttempt;
 use store::training::{practice, reports};
 
 use crate::DAY_S;
+use crate::assignments::find_first_cohort;
 use crate::experts::find_expert;
 use crate::school::{COHORTS, EXPERTS, LEARNERS};
 use crate::study::scatter_of_seed;
@@ -91,13 +92,12 @@ pub(super) async fn mark_pops(state: &AppState, now: Moment) -> anyhow::Result<(
     let asking = find_rater(state, COHORTS[0].instructor).await?;
     let shown = practice::list_trainee_practice(reader, asking.school_id, asking.id).await?;
     let sessions = shown.iter().filter(|attempt| attempt.passed).take(2).map(|attempt| attempt.session).collect();
-    let cohort = reports::cohorts(reader, &asking).await?.into_iter().next().context("a cohort")?;
     let time_zone = schools::find_time_zone(reader, asking.school_id).await?;
     let day = due::local(now.plus_s(DAY_S), &time_zone).machine;
     let due = due::read(&format!("{}T18:00", day.get(..10).context("a date")?), &time_zone)?;
     let new = NewTask {
         title: "Where are the pops?".to_owned(),
-        cohort_id: cohort.id,
+        cohort_id: find_first_cohort(state, asking.school_id).await?,
         due: Some((due.local, due.at)),
         time_zone,
         sessions,

@@ -21,7 +21,7 @@ use store::training::{practice, reports};
 use worker::outbox;
 
 use crate::people::Trainee;
-use crate::school::{self, COHORTS};
+use crate::school::{self, COHORT_BEFORE, COHORTS};
 
 /// Number of participants in each of the two groups.
 const PEOPLE: usize = 12;
@@ -166,7 +166,7 @@ async fn make_study_survey(
         generated: true,
         opens_at: state.clock.now().plus_s(-28 * 24 * 3600),
         closes_at: None,
-        cohorts: cohorts.iter().map(|cohort| cohort.id).collect(),
+        cohorts: cohorts.iter().filter(|cohort| cohort.name != COHORT_BEFORE).map(|cohort| cohort.id).collect(),
     };
     let id = surveys::make(state, owner, &wanted).await?;
     stored::find(reader, school, id).await?.context("the survey that was made")
