@@ -28,8 +28,8 @@ pub const COHORTS: [DemoCohort; 2] = [
 /// reference corridor, and they rate attempts.
 pub const EXPERTS: [&str; 3] = ["Yusuf Demir", "Clara Bennett", "Priya Raman"];
 
-/// The cohort of the year before. The instructor of the first cohort taught it, too.
-pub const COHORT_BEFORE: &str = "Year 4 of the year before";
+/// The cohort of the year before, last by name. The instructor of the first cohort taught it, too.
+pub const COHORT_BEFORE: &str = "Year 4, the year before";
 
 /// Attendance and learning curve of a trainee.
 #[derive(Clone, Copy, Debug)]
