@@ -70,7 +70,7 @@ pub async fn owner(browser: &Client, url: &str, email: &str) -> String {
     inspect(browser, "an instrument").await;
     follow(browser, "/surveys/instruments/simulator-validity/edit").await;
     inspect(browser, "the editor").await;
-    browser.goto(&format!("{url}/surveys/new")).await.expect("a form");
+    browser.goto(&format!("{url}/surveys/new?instrument=simulator-validity")).await.expect("a form");
     inspect(browser, "a new survey").await;
     let form = browser.form(Locator::Css("main form")).await.expect("a form");
     form.set_by_name("title", "What do you think?").await.expect("a title");
