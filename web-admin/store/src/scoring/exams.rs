@@ -110,6 +110,8 @@ pub struct Sitting {
     pub second_answers: Json<Vec<Option<Answer>>>,
     /// When the second rating was finished.
     pub second_finished_at: Option<Moment>,
+    /// Second rater of the exam.
+    pub second_rater_id: Option<PersonId>,
 }
 
 impl Sitting {
@@ -209,7 +211,7 @@ macro_rules! sittings {
                coalesce(s.state = 'scored', FALSE) AS is_scored, s.signed_by IS NOT NULL AS is_signed,
                r.id IS NOT NULL AS is_sent,
                CASE WHEN r.finished_at IS NULL THEN '[]' ELSE r.answers END AS second_answers,
-               r.finished_at AS second_finished_at
+               r.finished_at AS second_finished_at, e.second_rater_id
              FROM exam_sittings t
              JOIN exams e ON e.school_id = t.school_id AND e.id = t.exam_id
              JOIN people p ON p.school_id = t.school_id AND p.id = t.person_id

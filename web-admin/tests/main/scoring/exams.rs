@@ -370,3 +370,18 @@ async fn a_frozen_attempt_contains_the_rating_of_its_examiner() {
     let tar = String::from_utf8_lossy(&tar);
     assert!(tar.contains("\"round\": \"Epidural station\"") && tar.contains("\"item\": \"entry\""), "{tar}");
 }
+
+#[tokio::test]
+async fn second_rater_reads_no_exam_file_before_rating() {
+    let mut school = School::new().await;
+    let colleague = school.colleague.person.id.to_string();
+    let exam = school.try_exam(&[("second", &colleague)]).await.header("location").to_owned();
+    let session = school.examine_ada(&exam).await;
+    let (page, files) = (format!("/sessions/{session}"), format!("/sessions/{session}/exam-files"));
+    let mut colleague = school.app.signed_in("colleague@example.org").await;
+    assert_eq!(press(&mut colleague, &files).await.status, 409, "the second rating is not requested yet");
+    assert_eq!(press(&mut school.teacher, &files).await.status, 303);
+    let frozen = school.teacher.get(&page).await.link(&format!("{files}/"));
+    assert_eq!(colleague.get(&frozen).await.status, 409);
+    assert_eq!(school.teacher.get(&frozen).await.status, 200);
+}

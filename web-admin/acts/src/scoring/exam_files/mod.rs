@@ -12,13 +12,14 @@ use futures::{StreamExt, stream};
 use model::ids::ExamFileId;
 use model::scoring::exam_file::{ExamRecording, write_head, write_tail};
 use model::training::progress::Mastery;
-use model::{CurrentPerson, Needed, count_i64};
+use model::{CurrentPerson, Needed, PersonKey, count_i64};
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use store::audit::AuditEntry;
 use store::recordings::sessions::Session;
 use store::scoring::exam_files;
 use store::scoring::exam_files::NewExamFile;
+use store::scoring::exams::{self, Sitting};
 
 use crate::error::Error;
 use crate::recordings;
@@ -136,9 +137,14 @@ pub async fn open_exam_file(
     Ok(OpenedExamFile { bytes, chunks: around(head).chain(recording).chain(around(tail)).boxed() })
 }
 
-/// Hides the ratings of others from a person who has to rate the attempt first.
+/// Hides the ratings of others from a person who has to rate the attempt first: in a round, or as the second rater of
+/// an exam, also before the second rating is requested.
 async fn refuse_open_rating(service: &Service, by: &CurrentPerson, session: &Session) -> Result<(), Error> {
-    if exam_files::has_open_rating(service.db.reader(), session.key(), by.id).await? {
+    let reader = service.db.reader();
+    let candidate = PersonKey { school_id: session.school_id, person_id: session.trainee_id };
+    let sittings = exams::list_sittings_of_attempt(reader, candidate, session.id).await?;
+    let awaits = |sitting: &Sitting| sitting.second_rater_id == Some(by.id) && sitting.second_finished_at.is_none();
+    if sittings.iter().any(awaits) || exam_files::has_open_rating(reader, session.key(), by.id).await? {
         let why = tr!("an exam file contains all ratings: finish your own rating of this attempt first");
         return Err(Error::Conflict(why.to_owned()));
     }
