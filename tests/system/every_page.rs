@@ -86,7 +86,7 @@ async fn keyboard(browser: &Client, what: &str) {
     }
 }
 
-/// Signs somebody in and looks at every page that they come to by links, one of each shape; these shapes.
+/// Signs a user in and opens every page that links lead to, one of each shape; returns the shapes.
 pub(super) async fn of(browser: &Client, url: &str, (role, email): (&str, &str)) -> BTreeSet<String> {
     sign_in(browser, url, email).await;
     let mut waiting = VecDeque::from([("/".to_owned(), "nowhere".to_owned())]);

@@ -1,4 +1,4 @@
-//! An exam file, as somebody hands it to a verifier.
+//! An exam file, as a verifier receives it.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
