@@ -110,6 +110,34 @@ need_bridge() {
     need_python_packages "$(counterparts)/venv" tests/counterparts/requirements.txt
 }
 
+# What is built for Windows, and with which programs.
+# shellcheck disable=SC2034 # Some are used where this is sourced.
+windows_triple=x86_64-pc-windows-gnu
+windows_target=$(realpath -sm "${CARGO_TARGET_DIR:-target}")
+
+# Debian's Rust, with the sources of its standard library, and MinGW's compilers and linker.
+need_windows_toolchain() {
+    local package
+    # apt would remove these, which are older than what Stylet needs, in favour of rustc-web.
+    for package in rustc cargo rustup; do
+        ! dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' \
+            || die "Debian's package $package excludes rustc-web, which builds for Windows; remove it first"
+    done
+    need_packages gcc libc6-dev pkg-config rustc-web cargo-web rust-web-src gcc-mingw-w64-x86-64-posix g++-mingw-w64-x86-64-posix
+}
+
+# Debian's cargo with Debian's rustc, also where another Rust comes first: their versions do not mix.
+debian_cargo() {
+    RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 RUSTC_WORKSPACE_WRAPPER='' CARGO_TARGET_DIR=$windows_target /usr/bin/cargo "$@"
+}
+
+# A command of cargo's for Windows. Debian has a standard library for Linux alone, so that one is built from its sources.
+cargo_for_windows() {
+    local command=$1
+    shift
+    debian_cargo "$command" -Z build-std=std,panic_unwind --release --locked --target "$windows_triple" "$@"
+}
+
 need_rust() {
     local wanted found
     wanted=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)

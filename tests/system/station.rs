@@ -18,12 +18,12 @@ use tests::{Service, first_exercise, program, root, run_ok};
 use crate::visitor::{INITIAL, Visitor, choose_password};
 use crate::window::{Display, with_extension, within};
 
-const PASSWORD: &str = "a long enough password";
+pub const PASSWORD: &str = "a long enough password";
 /// Connections that the network breaks before it behaves.
 const CUTS: usize = 20;
 
 /// A school with an administrator and a trainee; the trainee's own token.
-fn found_school(data: &str) -> String {
+pub fn found_school(data: &str) -> String {
     run_ok("web-admin", &["migrate", "--data-dir", data]);
     for (role, email) in [("administrator", "head@example.org"), ("trainee", "ada@example.org")] {
         let add = ["user", "add", "--data-dir", data, "--school", "North", "--role", role];
@@ -47,20 +47,24 @@ fn at_home(home: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-fn code_on(page: &str) -> String {
+/// The code that a page shows.
+pub fn code_on(page: &str) -> String {
     let code = page.split("code-to-type\">").nth(1).and_then(|rest| rest.split('<').next());
     code.expect("a code on the page").to_owned()
 }
 
 /// A network in front of a service: until it has broken so often, it cuts each connection after a number of bytes, in a
 /// known sequence. One that ends by itself before that is no cut.
-struct Network {
-    address: String,
-    cuts: Arc<AtomicUsize>,
+pub struct Network {
+    /// Address with scheme.
+    pub address: String,
+    /// Connections cut so far.
+    pub cuts: Arc<AtomicUsize>,
 }
 
 impl Network {
-    fn before(service: &str) -> Self {
+    /// A network that breaks so often before it behaves.
+    pub fn before(service: &str, breaks: usize) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
         let address = format!("http://{}", listener.local_addr().expect("an address"));
         let service = service.trim_start_matches("http://").to_owned();
@@ -71,8 +75,7 @@ impl Network {
             for client in listener.incoming().flatten() {
                 // The generator of Numerical Recipes; the seed is of no importance. Few of these let a piece pass.
                 word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                let breaks = counted.load(SeqCst) < CUTS;
-                let allowance = if breaks { (word >> 8) as usize % 300_000 } else { usize::MAX };
+                let allowance = if counted.load(SeqCst) < breaks { (word >> 8) as usize % 300_000 } else { usize::MAX };
                 let server = TcpStream::connect(&service).expect("the service is there");
                 let counted = Arc::clone(&counted);
                 thread::spawn(move || carry(client, server, allowance, &counted));
@@ -130,7 +133,8 @@ fn falls_silent(service: &str, after: usize) -> String {
     address
 }
 
-fn get(url: &str, token: &str) -> Vec<u8> {
+/// The body of an answer.
+pub fn get(url: &str, token: &str) -> Vec<u8> {
     let answer = ureq::get(url).header("Authorization", format!("Bearer {token}")).call().expect("an answer");
     answer.into_body().read_to_vec().expect("a body")
 }
@@ -163,7 +167,7 @@ fn an_attempt_goes_home_over_a_network_that_breaks_twenty_times() {
     }
     let head = Visitor::signed_in(&service.url, "head@example.org", PASSWORD);
     let code = code_on(&head.press("/admin", "/admin/pairing-codes"));
-    let network = Network::before(&service.url);
+    let network = Network::before(&service.url, CUTS);
     let (paired, said) = stylet(&home, &["pair", "--server", &service.url, "--code", &code, "--name", "lab 2"]);
     assert!(paired && said.contains("\"lab 2\" of North"), "{said}");
     let ada = Visitor::signed_in(&service.url, "ada@example.org", PASSWORD);

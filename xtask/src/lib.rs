@@ -16,9 +16,17 @@ pub fn root() -> PathBuf {
 /// # Errors
 /// When `cargo metadata` refuses the workspace.
 pub fn read_metadata(features: &str) -> Result<cargo_metadata::Metadata, cargo_metadata::Error> {
-    let platform = format!("--filter-platform={}-unknown-linux-gnu", std::env::consts::ARCH);
+    read_metadata_for(&format!("{}-unknown-linux-gnu", std::env::consts::ARCH), features)
+}
+
+/// The same on another platform, by its target triple.
+///
+/// # Errors
+/// When `cargo metadata` refuses the workspace.
+pub fn read_metadata_for(target: &str, features: &str) -> Result<cargo_metadata::Metadata, cargo_metadata::Error> {
+    let (platform, features) = (format!("--filter-platform={target}"), format!("--features={features}"));
     cargo_metadata::MetadataCommand::new()
         .manifest_path(root().join("Cargo.toml"))
-        .other_options(["--locked".to_owned(), platform, format!("--features={features}")])
+        .other_options(["--locked".to_owned(), platform, features])
         .exec()
 }

@@ -20,7 +20,9 @@ impl Machine {
     #[must_use]
     pub fn this() -> Self {
         Self {
-            cpu: proc_field("/proc/cpuinfo", "model name").unwrap_or_else(|| "unknown".to_owned()),
+            cpu: proc_field("/proc/cpuinfo", "model name")
+                .or_else(|| std::env::var("PROCESSOR_IDENTIFIER").ok())
+                .unwrap_or_else(|| "unknown".to_owned()),
             threads: std::thread::available_parallelism().map_or(0, usize::from),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         }

@@ -4,12 +4,21 @@ use std::path::PathBuf;
 
 use crate::exit::Failure;
 
-/// Returns the folder for settings and the station's token.
+/// Returns the folder for settings.
 ///
 /// # Errors
 /// If the environment names no home directory.
 pub fn config() -> Result<PathBuf, Failure> {
     place(&["XDG_CONFIG_HOME", "APPDATA"], ".config")
+}
+
+/// Returns the folder for the station's token. Windows copies the folder for settings to other
+/// computers of the user, where the token is not valid.
+///
+/// # Errors
+/// If the environment names no home directory.
+pub fn secrets() -> Result<PathBuf, Failure> {
+    if cfg!(windows) { data() } else { config() }
 }
 
 /// Returns the folder for the outbox and the station's key.

@@ -1,5 +1,7 @@
 //! Name and free disk space of this machine.
 
+#![cfg_attr(windows, expect(unsafe_code, reason = "a call of the Windows API"))]
+
 use std::fs;
 use std::path::Path;
 
@@ -20,7 +22,17 @@ pub fn free_bytes(folder: &Path) -> Option<u64> {
 
 /// Returns the bytes that an unprivileged user can still write to the file system of a folder;
 /// `None` if unknown.
-#[cfg(not(unix))]
-pub fn free_bytes(_folder: &Path) -> Option<u64> {
-    None
+#[cfg(windows)]
+pub fn free_bytes(folder: &Path) -> Option<u64> {
+    use std::os::windows::ffi::OsStrExt;
+    use std::ptr;
+
+    use windows_sys::Win32::Storage::FileSystem::GetDiskFreeSpaceExW;
+
+    let folder: Vec<u16> = folder.as_os_str().encode_wide().chain([0]).collect();
+    let mut bytes = 0;
+    // SAFETY: the path ends with a zero and outlives the call; the number can be written, and the
+    // other two are optional.
+    let answered = unsafe { GetDiskFreeSpaceExW(folder.as_ptr(), &raw mut bytes, ptr::null_mut(), ptr::null_mut()) };
+    (answered != 0).then_some(bytes)
 }

@@ -13,7 +13,7 @@ use tempfile::Builder;
 use uuid::Uuid;
 
 use crate::exit::{Failure, Outcome};
-use crate::folders;
+use crate::{folders, new_file};
 
 /// The school that this station has joined.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,7 +33,7 @@ pub struct Pairing {
 /// # Errors
 /// If the environment names no home directory.
 pub fn file() -> Result<PathBuf, Failure> {
-    Ok(folders::config()?.join("station.json"))
+    Ok(folders::secrets()?.join("station.json"))
 }
 
 impl Pairing {
@@ -66,12 +66,12 @@ fn write(file: &Path, content: &impl Serialize) -> Outcome {
         let folder = file.parent().unwrap_or(Path::new("."));
         fs::create_dir_all(folder)?;
         // A temporary file is created with permissions for its owner only, and keeps them when it
-        // is renamed.
+        // is renamed. On Windows it has those of the folder, the user's local data: for the user,
+        // administrators and the system.
         let mut new = Builder::new().prefix(".station-").tempfile_in(folder)?;
         new.write_all(serde_json::to_string_pretty(content)?.as_bytes())?;
-        new.as_file().sync_all()?;
-        new.persist(file)?;
-        Ok(())
+        new_file::persist(new, file)?;
+        new_file::sync_folder(folder)
     };
     written().map_err(|error| Failure::work(format_args!("{}: {error}", file.display())))
 }

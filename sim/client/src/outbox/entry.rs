@@ -10,8 +10,8 @@ use tempfile::Builder;
 use time::OffsetDateTime;
 
 use super::{identify, sheet};
-use crate::clock;
 use crate::service::{Outlook, Trouble};
+use crate::{clock, new_file};
 
 /// Wait after the first failure; doubled after each further one.
 const FIRST_WAIT: Duration = Duration::from_secs(5);
@@ -160,9 +160,7 @@ impl Entry {
         let folder = self.file.parent().unwrap_or(Path::new("."));
         let mut new = Builder::new().prefix(".note-").tempfile_in(folder)?;
         new.write_all(serde_json::to_string_pretty(&self.note)?.as_bytes())?;
-        new.as_file().sync_all()?;
-        new.persist(note_of(&self.file))?;
-        Ok(())
+        new_file::persist(new, &note_of(&self.file))
     }
 }
 

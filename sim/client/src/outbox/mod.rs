@@ -21,7 +21,7 @@ pub use sheet::AnswerSheet;
 use tempfile::Builder;
 
 use crate::exit::Failure;
-use crate::folders;
+use crate::{folders, new_file};
 
 /// File extension of recordings in the outbox.
 const EXTENSION: &str = "mcap";
@@ -45,7 +45,7 @@ impl Outbox {
             Some(folder) => folder.to_owned(),
             None => folders::data()?.join("outbox"),
         };
-        crate::new_file::create_folder(&folder)?;
+        new_file::create_folder(&folder)?;
         Ok(Self { folder })
     }
 
@@ -145,15 +145,9 @@ fn take_in(recording: &Path, place: &Path, folder: &Path) -> io::Result<()> {
     if fs::hard_link(&recording, place).is_err() {
         let mut copy = Builder::new().prefix(".keeping-").tempfile_in(folder)?;
         io::copy(&mut File::open(&recording)?, copy.as_file_mut())?;
-        copy.as_file().sync_all()?;
-        copy.persist(place)?;
+        new_file::persist(copy, place)?;
     } else {
-        File::open(place)?.sync_all()?;
+        new_file::sync_file(place)?;
     }
-    sync_folder(folder)
-}
-
-/// Syncs the names in a folder, on systems that support it.
-fn sync_folder(folder: &Path) -> io::Result<()> {
-    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+    new_file::sync_folder(folder)
 }

@@ -20,6 +20,7 @@ use uuid::Uuid;
 
 use super::{Entry, ID_DIGITS, Outbox};
 use crate::exit::Failure;
+use crate::new_file;
 use crate::service::{Outlook, Service, Trouble, ask_service};
 
 /// File extension of pending answers.
@@ -69,9 +70,7 @@ impl Outbox {
         let write = || -> io::Result<()> {
             let mut new = Builder::new().prefix(".answers-").tempfile_in(&self.folder)?;
             new.write_all(serde_json::to_string(sheet)?.as_bytes())?;
-            new.as_file().sync_all()?;
-            new.persist(sheet.place(&self.folder, DRAFT))?;
-            Ok(())
+            new_file::persist(new, &sheet.place(&self.folder, DRAFT))
         };
         write().map_err(|error| self.refuses(&error))
     }
@@ -96,7 +95,7 @@ impl Outbox {
         let place = sheet.place(&self.folder, ANSWERS);
         let keep = || -> io::Result<Entry> {
             fs::rename(sheet.place(&self.folder, DRAFT), &place)?;
-            super::sync_folder(&self.folder)?;
+            new_file::sync_folder(&self.folder)?;
             Entry::kept(place.clone(), format!("answers after {}", sheet.session), Some(server))
         };
         keep().map_err(|error| self.refuses(&error))

@@ -121,7 +121,7 @@ impl Hd {
     pub fn load(file: &OsStr) -> Result<Self, LoadError> {
         // SAFETY: the file is the vendor's driver, named by the user or the system's search path;
         // its initialisers run.
-        let library = unsafe { Library::new(file) }.map_err(|error| {
+        let library = unsafe { open(file) }.map_err(|error| {
             // The source of the error has the system's message, which names a missing dependency of
             // the library.
             let words = error.source().map_or_else(|| error.to_string(), ToString::to_string);
@@ -261,6 +261,29 @@ impl Hd {
         drop(guard);
         Ok(())
     }
+}
+
+/// Opens a library.
+///
+/// # Safety
+/// The file is a library whose initialisers may run.
+#[cfg(not(windows))]
+unsafe fn open(file: &OsStr) -> Result<Library, libloading::Error> {
+    // SAFETY: guaranteed by the caller.
+    unsafe { Library::new(file) }
+}
+
+/// Opens a library. With a full path, Windows looks for the libraries that it needs in its own
+/// folder first: the vendor's driver brings several.
+///
+/// # Safety
+/// The file is a library whose initialisers may run.
+#[cfg(windows)]
+unsafe fn open(file: &OsStr) -> Result<Library, libloading::Error> {
+    use libloading::os::windows::{LOAD_WITH_ALTERED_SEARCH_PATH, Library as WindowsLibrary};
+    let flags = if std::path::Path::new(file).is_absolute() { LOAD_WITH_ALTERED_SEARCH_PATH } else { 0 };
+    // SAFETY: guaranteed by the caller.
+    unsafe { WindowsLibrary::load_with_flags(file, flags) }.map(Library::from)
 }
 
 /// Bound of the error stack, more than can accumulate between two calls.

@@ -9,6 +9,8 @@ mod bare;
 mod engine;
 mod grid;
 mod latest;
+#[cfg(windows)]
+mod multimedia;
 pub(crate) mod priority;
 mod record;
 mod rehearse;
@@ -24,7 +26,7 @@ pub use bare::bare;
 pub use engine::{Counts, Engine, TickMoment};
 pub use latest::{LatestReader, Snapshot};
 use law::puncture::PunctureParams;
-pub use priority::Priority;
+pub use priority::{Priority, granted};
 pub use record::{CAPACITY, Record, Records};
 pub use rehearse::{Rehearsal, rehearse};
 pub use timing::{Quantiles, Times};

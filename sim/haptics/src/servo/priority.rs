@@ -1,6 +1,6 @@
 //! Real-time priority of the servo's thread, and advice on how to allow it.
 
-use std::fmt;
+use std::{fmt, io, thread};
 
 /// The priority that a thread has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +22,9 @@ impl Priority {
             Self::Ordinary if cfg!(target_os = "linux") => {
                 "allow real-time priority: add the line `@audio - rtprio 95` to /etc/security/limits.conf, \
                  join the group audio, and log in again"
+            }
+            Self::Ordinary if cfg!(windows) => {
+                "start the service Multimedia Class Scheduler: as administrator, sc start MMCSS"
             }
             Self::Ordinary => "run with the right to raise a thread's priority",
         }
@@ -58,9 +61,17 @@ pub(crate) fn raise(level: u8) -> Priority {
     if raised { Priority::RealTime } else { Priority::Ordinary }
 }
 
-/// Raises the current thread as far as the system allows; levels do not exist outside Unix.
-#[cfg(not(unix))]
-pub(crate) fn raise(_level: u8) -> Priority {
-    let raised = thread_priority::set_current_thread_priority(thread_priority::ThreadPriority::Max).is_ok();
-    if raised { Priority::RealTime } else { Priority::Ordinary }
+/// Raises the current thread to a level, if the system allows it.
+#[cfg(windows)]
+pub(crate) fn raise(level: u8) -> Priority {
+    if super::multimedia::raise(level >= SERVO) { Priority::RealTime } else { Priority::Ordinary }
+}
+
+/// Returns the priority that the system grants to the servo's thread.
+///
+/// # Errors
+/// If a thread cannot be created.
+pub fn granted() -> io::Result<Priority> {
+    let asking = thread::Builder::new().name("priority".to_owned()).spawn(|| raise(SERVO))?;
+    asking.join().map_err(|_| io::Error::other("it was stopped by a defect"))
 }

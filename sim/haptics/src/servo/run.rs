@@ -13,7 +13,7 @@ use super::{Driven, Ended};
 use crate::clock;
 use crate::device::{Clocked, Device, DeviceFault, Reading};
 
-/// Time before a tick that is spent spinning, in ns: longer than a system needs to wake a thread.
+/// Time before a tick that is spent spinning, in ns: longer than Linux needs to wake a thread.
 const SPIN_NS: u32 = 100_000;
 
 /// Runs until the servo is stopped or the device is lost, and returns the reason.
@@ -58,9 +58,12 @@ fn by_timer(engine: &mut Engine, device: &mut dyn Device, stop: &AtomicBool) -> 
     }
 }
 
-/// A sleeper that spins for the last [`SPIN_NS`].
+/// A sleeper that spins for the last [`SPIN_NS`]. On Windows it is created in the thread that waits,
+/// which then has a high-resolution timer: that wakes it up to half a millisecond late, and the
+/// sleeper's own limit covers it. A system without such timers gets a period of 1 ms.
 pub(super) fn sleeper() -> SpinSleeper {
-    SpinSleeper::new(SPIN_NS).with_spin_strategy(SpinStrategy::SpinLoopHint)
+    let sleeper = if cfg!(windows) { SpinSleeper::default() } else { SpinSleeper::new(SPIN_NS) };
+    sleeper.with_spin_strategy(SpinStrategy::SpinLoopHint)
 }
 
 /// Waits for the next tick.

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use bench::machine::{Machine, proc_field};
-use haptics::servo;
+use haptics::servo::{self, Priority};
 use ureq::Agent;
 use ureq::http::Uri;
 
@@ -71,9 +71,11 @@ pub fn probe_graphics() -> DoctorFinding {
 pub fn probe_priority() -> DoctorFinding {
     let subject = "real-time priority";
     match real_time_limit() {
-        None => {
-            DoctorFinding::warning(subject, "unknown on this system", "see the system's manual on thread priorities")
-        }
+        None => match servo::granted() {
+            Ok(granted @ Priority::Ordinary) => DoctorFinding::warning(subject, granted.to_string(), granted.advice()),
+            Ok(_) => DoctorFinding::ok(subject, "granted"),
+            Err(error) => DoctorFinding::problem(subject, error.to_string(), "close other programs"),
+        },
         Some(0) => DoctorFinding::warning(
             subject,
             "refused: the limit rtprio is 0",

@@ -1,0 +1,211 @@
+//! The station for Windows under Wine, against the same program and a service on Linux; `tests/wine/run` builds it and runs these. Fails
+//! when Windows computes, scores or draws something else, when a path with a space or an umlaut is lost, or when a recording is lost,
+//! changed or doubled on its way to the school. Timing and graphics drivers are not tested: Wine has none of its own.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::atomic::Ordering::SeqCst;
+
+use data_encoding::HEXLOWER;
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+use tests::{Service, documents, first_exercise, program, root, run, run_ok};
+
+use crate::station::{Network, PASSWORD, code_on, found_school, get};
+use crate::visitor::{Visitor, choose_password};
+
+/// Environment variable with the folder of the station for Windows, as it is in the zip.
+const STATION: &str = "STYLET_TEST_WINDOWS";
+/// Connections that the network breaks, and recordings that it brings nevertheless.
+const CUTS: usize = 60;
+const RECORDINGS: usize = 100;
+/// Attempts that are performed on both systems.
+const CASES: usize = 40;
+
+/// Runs the program for Windows.
+fn wine(arguments: &[&str]) -> Output {
+    let station = std::env::var(STATION).expect("tests/wine/run names the folder");
+    let mut command = Command::new("wine");
+    command.arg(Path::new(&station).join("bin/stylet.exe")).args(arguments).current_dir(root());
+    command.env_remove("STYLET_TOKEN").env_remove("STYLET_OUTBOX").output().expect("wine starts")
+}
+
+/// Runs it to a good end, and returns what it printed.
+fn wine_ok(arguments: &[&str]) -> String {
+    let output = wine(arguments);
+    let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+    assert!(output.status.success(), "{arguments:?} {}: {out}{err}", output.status);
+    out
+}
+
+/// A path as Windows has it: Wine shows all of Linux as drive Z.
+fn z(path: &Path) -> String {
+    format!("Z:{}", path.to_string_lossy().replace('/', "\\"))
+}
+
+fn exercises() -> Vec<String> {
+    let is_exercise = |path: &String| {
+        let folder = Path::new(path).parent().and_then(Path::file_name).unwrap_or_default();
+        !["scenes", "instruments"].iter().any(|other| folder == *other) && !path.ends_with("course.toml")
+    };
+    documents().into_iter().filter(is_exercise).collect()
+}
+
+/// Lines that differ between two outputs.
+fn difference(linux: &str, windows: &str) -> Vec<String> {
+    let pairs = linux.lines().zip(windows.lines()).filter(|(a, b)| a != b);
+    let mut found: Vec<String> = pairs.map(|(a, b)| format!("{a} / {b}")).take(5).collect();
+    if linux.lines().count() != windows.lines().count() {
+        found.push(format!("{} / {} lines", linux.lines().count(), windows.lines().count()));
+    }
+    found
+}
+
+#[test]
+#[ignore = "tests/wine/run builds the program for Windows"]
+fn windows_records_and_scores_what_linux_does() {
+    let folder = tempfile::Builder::new().prefix("Übung für alle ").tempdir().expect("a folder");
+    let [linux, windows] = ["linux.mcap", "Versuch übers Gewebe.mcap"].map(|name| folder.path().join(name));
+    let (exercises, operators) = (exercises(), ["expert", "novice", "intermediate", "constant:7"]);
+    for case in 0..CASES {
+        let exercise = &exercises[case % exercises.len()];
+        let operator = operators[(case / exercises.len() + case) % operators.len()];
+        let (seed, session) = (case.to_string(), format!("01890a5d-ac96-774b-bcce-b302099a{case:04}"));
+        let made = |out: &str| {
+            let fixed = ["--started-at", "2026-01-31T09:00:00Z", "--force", "--session-id", &session];
+            let choice = ["simulate", exercise, "--operator", operator, "--seed", &seed, "--out", out];
+            [&choice[..], &fixed[..]].concat().into_iter().map(str::to_owned).collect::<Vec<_>>()
+        };
+        let (linux, windows_name) = (linux.to_string_lossy(), z(&windows));
+        run_ok("stylet", &made(&linux).iter().map(String::as_str).collect::<Vec<_>>());
+        wine_ok(&made(&windows_name).iter().map(String::as_str).collect::<Vec<_>>());
+        let windows = windows.to_string_lossy();
+        let what = format!("{exercise}, {operator}, seed {seed}");
+        let [a, b] = [&linux, &windows].map(|file| fs::read(file.as_ref()).expect("a recording"));
+        assert!(a == b, "{what}: the recordings differ, of {} and {} bytes", a.len(), b.len());
+        let scores = [run_ok("stylet", &["score", &linux, "--json"]), wine_ok(&["score", &windows_name, "--json"])];
+        assert_eq!(difference(&scores[0], &scores[1]), [""; 0], "{what}: the scores");
+        let verified: Value = serde_json::from_str(&wine_ok(&["verify", &windows_name, "--json"])).expect("JSON");
+        assert_eq!(verified["largest_deviation_n"], 0.0, "{what}: {verified}");
+    }
+}
+
+#[test]
+#[ignore = "tests/wine/run builds the program for Windows"]
+fn windows_checks_documents_as_linux_does() {
+    let exercises = exercises();
+    assert!(exercises.len() > 12, "{exercises:?}");
+    for exercise in &exercises {
+        let check = ["check", exercise, "--json"];
+        let on_linux: Value = serde_json::from_slice(&run("stylet", &check).stdout).expect("JSON");
+        let on_windows: Value = serde_json::from_slice(&wine(&check).stdout).expect("JSON");
+        assert_eq!(without_times(on_linux), without_times(on_windows), "{exercise}");
+    }
+}
+
+/// A report without what a machine took for it.
+fn without_times(mut report: Value) -> Value {
+    match &mut report {
+        Value::Object(members) => {
+            members.retain(|name, _| !name.ends_with("_s") && !name.ends_with("_ms"));
+            members.values_mut().for_each(|value| *value = without_times(value.take()));
+        }
+        Value::Array(values) => values.iter_mut().for_each(|value| *value = without_times(value.take())),
+        _ => {}
+    }
+    report
+}
+
+#[test]
+#[ignore = "tests/wine/run builds the program for Windows"]
+fn windows_pairs_and_delivers_over_sixty_cuts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let data = folder.path().join("data");
+    found_school(&data.to_string_lossy());
+    let service = Service::start(&data);
+    choose_password(&service.url, "head@example.org", PASSWORD);
+    let head = Visitor::signed_in(&service.url, "head@example.org", PASSWORD);
+    let code = code_on(&head.press("/admin", "/admin/pairing-codes"));
+    let paired = wine_ok(&["pair", "--server", &service.url, "--code", &code, "--name", "Übungsraum 2"]);
+    assert!(paired.contains("\"Übungsraum 2\" of North"), "{paired}");
+    let station: Value = serde_json::from_slice(&fs::read(local_data("station.json")).expect("paired")).expect("JSON");
+    assert!(local_data("station-key.json").exists(), "the station has a key");
+
+    let token_file = folder.path().join("token");
+    fs::write(&token_file, station["token"].as_str().expect("a token")).expect("a file");
+    let made: Vec<PathBuf> = (0..RECORDINGS).map(|seed| record(folder.path(), seed)).collect();
+    let network = Network::before(&service.url, CUTS);
+    let (names, token_file) = (made.iter().map(|file| z(file)).collect::<Vec<_>>(), z(&token_file));
+    let mut upload = vec!["upload", "--server", &network.address, "--token-file", &token_file];
+    upload.extend(["--retry-wait-ms", "1", "--retries", "20"]);
+    upload.extend(names.iter().map(String::as_str));
+    let said = wine_ok(&upload);
+    assert_eq!(network.cuts.load(SeqCst), CUTS, "the network was meant to break: {said}");
+
+    assert_eq!(wine_ok(&["outbox", "--json"]).trim(), "[]", "the outbox is empty");
+    assert_eq!(hashes(&made), hashes(&files_below(&data.join("recordings"))), "the service's files are others");
+    run_ok("web-admin", &["verify", "--data-dir", &data.to_string_lossy()]);
+    // With the token of the school's administrator, who sees all.
+    let token = run_ok("web-admin", &["user", "token", "--data-dir", &data.to_string_lossy(), "--email", "head@example.org"]);
+    let listed: Value =
+        serde_json::from_slice(&get(&format!("{}/api/v1/sessions", service.url), token.trim_end())).expect("JSON");
+    assert!(listed["sessions"].as_array().is_some_and(|sessions| !sessions.is_empty()), "{listed}");
+}
+
+/// An attempt recorded on Windows.
+fn record(folder: &Path, seed: usize) -> PathBuf {
+    let file = folder.join(format!("Versuch {seed}.mcap"));
+    let (seed, name) = (seed.to_string(), z(&file));
+    wine_ok(&["simulate", &first_exercise(), "--operator", "constant:20", "--seed", &seed, "--out", &name]);
+    file
+}
+
+/// A file in the folder for local data of Wine's user.
+fn local_data(name: &str) -> PathBuf {
+    let users = Path::new(&std::env::var("WINEPREFIX").expect("tests/wine/run sets it")).join("drive_c/users");
+    let found = fs::read_dir(users).expect("users").flatten().map(|user| user.path().join("AppData/Local/stylet"));
+    found.into_iter().find(|folder| folder.is_dir()).expect("a folder of ours").join(name)
+}
+
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let (mut found, mut open) = (Vec::new(), vec![folder.to_owned()]);
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(&folder).expect("a folder").flatten() {
+            let path = entry.path();
+            if path.is_dir() { open.push(path) } else { found.push(path) }
+        }
+    }
+    found.retain(|path| path.extension().is_some_and(|extension| extension == "mcap"));
+    found
+}
+
+/// How often each content is there.
+fn hashes(files: &[PathBuf]) -> BTreeMap<String, usize> {
+    let mut counted = BTreeMap::new();
+    for file in files {
+        let hash = HEXLOWER.encode(&Sha256::digest(fs::read(file).expect("a file")));
+        *counted.entry(hash).or_default() += 1;
+    }
+    assert_eq!(counted.values().sum::<usize>(), RECORDINGS);
+    counted
+}
+
+#[test]
+#[ignore = "tests/wine/run builds the program for Windows"]
+fn windows_draws_a_recording_where_it_finds_an_adapter() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (recording, out) = (record(folder.path(), 1), folder.path().join("Bild.png"));
+    let output = wine(&["render", &z(&recording), "--at", "1", "--size", "320x180", "--out", &z(&out)]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    if said.contains("adapter") {
+        assert!(!out.exists(), "no adapter, and no picture: {said}");
+        return;
+    }
+    assert!(output.status.success(), "{said}");
+    let linux = folder.path().join("linux.png");
+    run_ok("stylet", &["render", &recording.to_string_lossy(), "--at", "1", "--size", "320x180", "--out", &linux.to_string_lossy()]);
+    assert!(fs::metadata(&out).expect("a picture").len() > 1000);
+    assert!(program("stylet").exists());
+}
