@@ -43,3 +43,4 @@ mod surveys;
 mod visitor;
 mod whole_path;
 mod window;
+mod wine;
