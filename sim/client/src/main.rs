@@ -26,6 +26,7 @@ mod output;
 mod picture;
 mod progress;
 mod service;
+#[cfg(feature = "window")]
 mod settings;
 mod shelf;
 mod sources;
