@@ -89,6 +89,10 @@ pub fn probe_priority() -> DoctorFinding {
 /// it.
 fn real_time_limit() -> Option<u32> {
     const CAP_SYS_NICE: u64 = 1 << 23;
+    // Under Wine the files of Linux can be read on Windows, too.
+    if cfg!(windows) {
+        return None;
+    }
     let capabilities = proc_field("/proc/self/status", "CapEff")?;
     if u64::from_str_radix(&capabilities, 16).is_ok_and(|held| held & CAP_SYS_NICE != 0) {
         return Some(99);
