@@ -83,7 +83,7 @@ fn windows_records_and_scores_what_linux_does() {
         wine_ok(&made(&windows_name).iter().map(String::as_str).collect::<Vec<_>>());
         let windows = windows.to_string_lossy();
         let what = format!("{exercise}, {operator}, seed {seed}");
-        let [a, b] = [&linux, &windows].map(|file| fs::read(file.as_ref()).expect("a recording"));
+        let [a, b] = [&linux, &windows].map(|file| fs::read(&**file).expect("a recording"));
         assert!(a == b, "{what}: the recordings differ, of {} and {} bytes", a.len(), b.len());
         let scores = [run_ok("stylet", &["score", &linux, "--json"]), wine_ok(&["score", &windows_name, "--json"])];
         assert_eq!(difference(&scores[0], &scores[1]), [""; 0], "{what}: the scores");
