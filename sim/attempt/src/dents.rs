@@ -6,7 +6,7 @@
 //! needle. The same corrects older recordings, whose field followed the force law's forces.
 
 use law::Skin;
-use law::stance::{Intrusion, settle_dents};
+use law::stance::{Follows, Intrusion, settle_dents};
 use nalgebra::Point3;
 use recording::sample::{Sample, flags};
 use recording::{Event, EventKind, Tent};
@@ -89,8 +89,8 @@ impl Dents {
     pub fn at(&self, sample: &Sample) -> Vec<f32> {
         let rest_m = self.rest_m(sample);
         let field = self.field_m.iter().map(|&dent_m| f64::from(dent_m)).chain(std::iter::repeat(0.0));
-        let mut dents_m: Vec<f64> = field.take(rest_m.len()).collect();
-        settle_dents(self.needle(sample).as_ref(), &rest_m, &mut dents_m);
+        let mut dents_m: Vec<f64> = field.take(self.thicknesses_m.len()).collect();
+        settle_dents(Follows::Secant, self.needle(sample).as_ref(), &rest_m, &mut dents_m);
         dents_m.into_iter().map(|dent_m| dent_m as f32).collect()
     }
 
@@ -100,7 +100,8 @@ impl Dents {
     /// passed each other. 0 means that they agree.
     #[must_use]
     pub fn disagreement_m(&self, sample: &Sample, dents_m: &[f32]) -> f64 {
-        let rest_m = self.rest_m(sample);
+        let mut rest_m = self.rest_m(sample);
+        rest_m.truncate(self.thicknesses_m.len());
         let stand_m: Vec<f64> =
             rest_m.iter().zip(dents_m).map(|(rest_m, &dent_m)| rest_m + f64::from(dent_m)).collect();
         let passed_m = stand_m.windows(2).map(|pair| pair[0] - pair[1]);
@@ -130,17 +131,17 @@ impl Dents {
         /// visible, in m.
         const ROUNDING_M: f64 = 1e-7;
         let depth_m = f64::from(sample.depth_m) - ROUNDING_M;
-        self.rest_m(sample).iter().take_while(|&&top_m| top_m < depth_m).count().checked_sub(1)
+        let tops_m = self.rest_m(sample);
+        tops_m[..self.thicknesses_m.len()].iter().take_while(|&&top_m| top_m < depth_m).count().checked_sub(1)
     }
 
     /// Returns the distance along the needle from the point where its line meets the skin to each
-    /// resting boundary, in m.
+    /// resting boundary and to the base, in m.
     fn rest_m(&self, sample: &Sample) -> Vec<f64> {
         let axis = needle_axis(sample);
         let entry_m = Point3::from(sample.tip_m()) - axis * self.way_m(sample);
         let mut rest_m = Vec::new();
         self.skin.incidence(&entry_m, &axis).lay_layers(self.thicknesses_m.iter().copied(), &mut rest_m);
-        rest_m.truncate(self.thicknesses_m.len());
         rest_m
     }
 

@@ -91,7 +91,7 @@ impl<'a> TickedAttempt<'a> {
     /// Untouched tissue.
     #[must_use]
     pub fn new(specimen: &'a Specimen) -> Self {
-        Self::following(specimen, Follows::Needle)
+        Self::following(specimen, Follows::Secant)
     }
 
     /// As [`TickedAttempt::new`], with a field that follows the same quantity as a recording's.

@@ -61,7 +61,7 @@ impl Verification {
 #[must_use]
 pub fn verify_recording(recording: &Recording, specimen: &Specimen) -> Verification {
     let device_takes_all = recording.session.device_max_force_n.is_infinite();
-    let follows = recording.tents.first().map_or(Follows::Needle, |tent| tent.follows);
+    let follows = recording.tents.first().map_or(Follows::Secant, |tent| tent.follows);
     let mut attempt = TickedAttempt::following(specimen, follows);
     let mut events = Vec::new();
     let mut verification = Verification {
@@ -138,6 +138,7 @@ impl Verification {
             self.largest_tent_deviation_m = self.largest_tent_deviation_m.max(tent_m);
             self.note(largest_deviation(&a.contactor_n, &b.contactor_n), a.t_s, "contactor_n");
             self.note(largest_deviation(&a.drag_n, &b.drag_n), a.t_s, "drag_n");
+            self.note(largest_deviation(&a.linear_n, &b.linear_n), a.t_s, "linear_n");
         }
     }
 }
@@ -176,8 +177,8 @@ fn force_channels(s: &Sample) -> [(&'static str, f32); 14] {
 }
 
 /// Returns the numbers of boundaries and loads of a field step.
-fn tent_shape(tent: &Tent) -> [usize; 3] {
-    [tent.tent_m.len(), tent.contactor_n.len(), tent.drag_n.len()]
+fn tent_shape(tent: &Tent) -> [usize; 4] {
+    [tent.tent_m.len(), tent.contactor_n.len(), tent.drag_n.len(), tent.linear_n.len()]
 }
 
 /// Returns the largest deviation between two lists.

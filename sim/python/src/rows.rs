@@ -4,7 +4,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use recording::tables::MOST_COLUMNS;
-use recording::{Energy, Sample, Tent};
+use recording::{Energy, Follows, Sample, Tent};
 
 use crate::errors::refuse_input;
 
@@ -137,8 +137,12 @@ impl Packed for Tent {
                 row.float(|| format!("{part}_{at}_{unit}"), value);
             }
         }
-        let follows_needle = u8::from(self.follows == recording::Follows::Needle);
-        row.put(|| "follows_needle".to_owned(), "|b1", &[follows_needle]);
+        for (at, &value) in self.linear_n.iter().enumerate() {
+            row.float(|| format!("linear_{at}_n"), value);
+        }
+        for (name, least) in [("follows_needle", Follows::Needle), ("follows_secant", Follows::Secant)] {
+            row.put(|| name.to_owned(), "|b1", &[u8::from(self.follows >= least)]);
+        }
     }
 }
 

@@ -96,7 +96,7 @@ impl Purse {
 
     pub(crate) fn tent(&mut self, tent: &Tent) -> Result<(), String> {
         check_moment("a tent", tent.t_s)?;
-        let numbers = tent.tent_m.len() + tent.contactor_n.len() + tent.drag_n.len();
+        let numbers = tent.tent_m.len() + tent.contactor_n.len() + tent.drag_n.len() + tent.linear_n.len();
         self.keep(size_of::<Tent>() + numbers * size_of::<f32>())
     }
 

@@ -89,16 +89,21 @@ impl From<NeedleSample> for Sample {
 
 impl From<&Tent> for TissueTent {
     fn from(tent: &Tent) -> Self {
-        let Tent { t_s, tent_m, contactor_n, drag_n, follows } = tent.clone();
-        Self { t_s, tent_m, contactor_n, drag_n, follows_needle: follows == Follows::Needle }
+        let Tent { t_s, tent_m, contactor_n, drag_n, linear_n, follows } = tent.clone();
+        let [follows_needle, follows_secant] = [Follows::Needle, Follows::Secant].map(|least| follows >= least);
+        Self { t_s, tent_m, contactor_n, drag_n, follows_needle, linear_n, follows_secant }
     }
 }
 
 impl From<TissueTent> for Tent {
     fn from(tent: TissueTent) -> Self {
-        let TissueTent { t_s, tent_m, contactor_n, drag_n, follows_needle } = tent;
-        let follows = if follows_needle { Follows::Needle } else { Follows::Forces };
-        Self { t_s, tent_m, contactor_n, drag_n, follows }
+        let TissueTent { t_s, tent_m, contactor_n, drag_n, follows_needle, linear_n, follows_secant } = tent;
+        let follows = match (follows_needle, follows_secant) {
+            (_, true) => Follows::Secant,
+            (true, false) => Follows::Needle,
+            (false, false) => Follows::Forces,
+        };
+        Self { t_s, tent_m, contactor_n, drag_n, linear_n, follows }
     }
 }
 

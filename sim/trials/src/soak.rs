@@ -3,16 +3,16 @@
 //! Slow insertions and withdrawals, stabs at 1 m/s, teleports, oblique re-entries, rests, and NaN
 //! or repeated samples, in an order drawn from a seed. For every motion, forces stay finite and
 //! below the scene's bound, the ledger closes, dissipated energy never decreases, and the field
-//! stays finite.
+//! stays finite, dented no farther than the law or half of the body.
 
 use law::ledger::Ledger;
 use law::operator::{Draw, needle_pose};
 use law::puncture::{
     PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, step,
-    write_loads,
 };
+use law::stance::Follows;
 use nalgebra::{Point3, Vector3};
-use tissue::follow::{self, Field, FollowState};
+use tissue::follow::{Field, Follower};
 
 use super::needle::DT;
 
@@ -45,6 +45,13 @@ pub struct Soaked {
     /// Largest displacement of a boundary by the field that follows the needle, in m; 0 without a
     /// field.
     pub tent_m: f64,
+    /// Largest ratio of a displacement to its bound: the larger of the law's own dents under tip
+    /// and rim, and of half of the body's depth along the needle.
+    pub tent_share: f64,
+    /// Largest distance of a boundary below the base, or below the tip if that is deeper, in m.
+    pub beyond_m: f64,
+    /// Number of steps of the field in which an opened boundary was drawn at the tip.
+    pub at_tip: usize,
     /// Number of ticks in which the force on the hand or the field was not finite.
     pub not_finite: usize,
 }
@@ -53,11 +60,13 @@ impl Soaked {
     /// Returns whether every bound holds.
     #[must_use]
     pub fn passes(&self) -> bool {
-        self.not_finite == 0 && self.force_n <= self.force_bound_n && self.closure <= 1e-3 && self.undone_j <= 0.0
+        let is_sound = self.not_finite == 0 && self.closure <= 1e-3 && self.undone_j <= 0.0;
+        let is_inside = self.tent_share <= 1.0 + ROUND_OFF && self.beyond_m <= ROUND_OFF && self.at_tip == 0;
+        is_sound && is_inside && self.force_n <= self.force_bound_n
     }
 }
 
-/// Rounding error of a sum of energies, relative to the sum.
+/// Rounding error of a sum, of energies relative to the sum, of lengths in m.
 const ROUND_OFF: f64 = 1e-12;
 
 /// Moves a needle at random through a scene for `ticks` ticks of 1 ms, with the field, if there is
@@ -67,15 +76,15 @@ pub fn soak(params: &PunctureParams, field: Option<&Field>, ticks: u32, seed: u6
     let (mut state, mut scratch) = (PunctureState::new(params), PunctureScratch::new(params));
     let mut hand = SeededHand::new(params.spec(), seed);
     let mut seen = Soaked { ticks, force_bound_n: force_bound_n(params.spec()), ..Soaked::default() };
-    let mut tissue = field.map(Tissue::new);
+    let mut follower = field.map(|field| Follower::new(params, field, Follows::Secant));
     let mut dissipated_j = 0.0;
     for tick in 0..ticks {
         let input = hand.sample(f64::from(tick) * DT);
         let output = step(params, &mut state, &mut scratch, &input);
         seen.tick(&output, state.ledger(), &mut dissipated_j);
-        if let Some(tissue) = tissue.as_mut().filter(|_| tick % FIELD_TICKS == 0) {
-            write_loads(params, &state, &scratch, &mut tissue.latest_n);
-            seen.tents(tissue);
+        if let Some(follower) = follower.as_mut().filter(|_| tick % FIELD_TICKS == 0) {
+            follower.step(f64::from(FIELD_TICKS) * DT, &state, &scratch);
+            seen.tents(follower, scratch.boundaries_m());
         }
         seen.ruptures += scratch.events.iter().filter(|event| matches!(event, PunctureEvent::Rupture(_))).count();
     }
@@ -86,28 +95,23 @@ pub fn soak(params: &PunctureParams, field: Option<&Field>, ticks: u32, seed: u6
 /// Ticks per step of the field: 125 Hz.
 const FIELD_TICKS: u32 = 8;
 
-/// A field that follows the force law.
-struct Tissue<'a> {
-    field: &'a Field,
-    state: FollowState,
-    latest_n: Vec<f64>,
-}
-
-impl<'a> Tissue<'a> {
-    fn new(field: &'a Field) -> Self {
-        let state = FollowState::new(field.follow());
-        Self { field, latest_n: vec![0.0; state.loads_n.len()], state }
-    }
-}
-
 impl Soaked {
-    fn tents(&mut self, tissue: &mut Tissue<'_>) {
-        let Tissue { field, state, latest_n } = tissue;
-        follow::step(field.follow(), state, f64::from(FIELD_TICKS) * DT, latest_n);
-        for boundary in 0..state.loads_n.len() / 2 {
-            let tent_m = field.planned().axial_m(boundary, &state.loads_n);
+    /// Adds the dents of a field, with the resting positions of the boundaries and of the base along
+    /// the needle.
+    fn tents(&mut self, follower: &Follower<'_>, rest_m: &[f64]) {
+        let base_m = rest_m.last().copied().unwrap_or(f64::INFINITY);
+        let (pressed, tip_m, tip_open) = follower.needle().map_or(([None; 2], f64::NEG_INFINITY, 0), |needle| {
+            (needle.pressed(rest_m), needle.tip_m, needle.tip_open)
+        });
+        let bound_m = pressed.iter().flatten().map(|pressed| pressed.dent_m).fold(0.5 * base_m, f64::max);
+        for (boundary, (&tent_m, rest_m)) in follower.dents_m().iter().zip(rest_m).enumerate() {
             self.not_finite += usize::from(!tent_m.is_finite());
             self.tent_m = libm::fmaximum(self.tent_m, tent_m.abs());
+            self.tent_share = libm::fmaximum(self.tent_share, tent_m.abs() / bound_m);
+            self.beyond_m = libm::fmaximum(self.beyond_m, rest_m + tent_m - base_m.max(tip_m));
+            let is_at_tip = (rest_m + tent_m - tip_m).abs() < 1e-3 * (tip_m - rest_m).abs();
+            let is_pressed = pressed.iter().flatten().any(|pressed| pressed.boundary == boundary);
+            self.at_tip += usize::from(boundary < tip_open && is_at_tip && !is_pressed);
         }
     }
 

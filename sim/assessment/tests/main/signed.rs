@@ -269,9 +269,9 @@ fn put_tent(recording: &mut Recording) {
 
 fn of_the_tents() -> Vec<Change> {
     let _ = |tent: Tent| {
-        let Tent { t_s: _, tent_m: _, contactor_n: _, drag_n: _, follows } = tent;
+        let Tent { t_s: _, tent_m: _, contactor_n: _, drag_n: _, linear_n: _, follows } = tent;
         match follows {
-            Follows::Forces | Follows::Needle => (),
+            Follows::Forces | Follows::Needle | Follows::Secant => (),
         }
     };
     // This scene has no field; that of one that has is compared step by step in `attempt`. A file without tents is older than they are,

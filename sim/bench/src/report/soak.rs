@@ -57,17 +57,18 @@ fn csv(rows: &[SoakRow]) -> ReportSheet {
         "largest_ledger_error",
         "largest_undone_dissipation_j",
         "largest_tent_m",
+        "largest_tent_to_bound",
         "ticks_not_finite",
         "pass",
     ]);
     for SoakRow { scene, seen } in rows {
-        let numbers = [seen.force_n, seen.force_bound_n, seen.closure, seen.undone_j, seen.tent_m]
+        let numbers = [seen.force_n, seen.force_bound_n, seen.closure, seen.undone_j, seen.tent_m, seen.tent_share]
             .map(|number| format!("{number:?}"));
-        let [force, bound, closure, undone, tent] = numbers;
+        let [force, bound, closure, undone, tent, share] = numbers;
         let counts = [seen.ticks.to_string(), seen.tracks.to_string(), seen.ruptures.to_string()];
         let [ticks, tracks, ruptures] = counts;
         let (broken, pass) = (seen.not_finite.to_string(), yes(seen));
-        sheet.row([scene.clone(), ticks, tracks, ruptures, force, bound, closure, undone, tent, broken, pass]);
+        sheet.row([scene.clone(), ticks, tracks, ruptures, force, bound, closure, undone, tent, share, broken, pass]);
     }
     sheet
 }
@@ -85,6 +86,7 @@ fn markdown(rows: &[SoakRow], quick: bool) -> String {
         "bound",
         "largest ledger error",
         "largest tent",
+        "of its bound",
         "not finite",
         "pass",
     ]);
@@ -97,6 +99,7 @@ fn markdown(rows: &[SoakRow], quick: bool) -> String {
             format!("{:.2} N", seen.force_bound_n),
             format!("{:.1e}", seen.closure),
             format!("{:.1} mm", 1e3 * seen.tent_m),
+            format!("{:.0} %", 100.0 * seen.tent_share),
             seen.not_finite.to_string(),
             yes(seen),
         ]);
@@ -107,7 +110,8 @@ fn markdown(rows: &[SoakRow], quick: bool) -> String {
          50 mm, re-entries up to 60° off the normal, rests, samples that are no numbers and a clock that stands still, drawn \
          from a seed. The force is its elastic, friction and cutting part; its bound follows from the scene's thresholds, \
          friction and cutting force. The ledger must close to 1e-3 of the input, dissipation never decreases, and the field that follows the \
-         needle at 125 Hz stays finite: a teleport is 50 m/s for a tick, whose viscous drag moves the tissue most.\n\n{}",
+         needle at 125 Hz stays finite and inside the body: a boundary is dented no farther than the law dents it or half of the body along \
+         the needle, and an opened one is never at the tip. A teleport is 50 m/s for a tick, whose viscous drag moves the tissue most.\n\n{}",
         measured_on(Subject::Soak, quick),
         sheet.markdown()
     )

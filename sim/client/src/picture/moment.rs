@@ -118,7 +118,7 @@ impl Moment {
     pub fn tent(&mut self, tent: &Tent) {
         self.dents.tent(tent);
         self.loads_n.clear();
-        self.loads_n.extend(tent.contactor_n.iter().chain(&tent.drag_n));
+        self.loads_n.extend(tent.field_loads_n());
     }
 
     /// Returns the number of boundaries that the tip has opened in its current track; `None`

@@ -57,7 +57,8 @@ fn tent(t_s: f64, boundaries: usize) -> Tent {
         tent_m: vec![0.001; boundaries],
         contactor_n: vec![0.5; boundaries],
         drag_n: vec![0.25; boundaries],
-        follows: recording::Follows::Needle,
+        linear_n: vec![0.125; 2 * boundaries],
+        follows: recording::Follows::Secant,
     }
 }
 

@@ -16,6 +16,9 @@
 //! brings the field there ([`press_loads`]), and boundaries that the needle has passed, or has not
 //! met yet, are kept on their side of it ([`law::stance::settle_dents`]).
 //!
+//! Where the law of a layer stiffens or relaxes, a drag acts on its secant stiffness. [`Follower`]
+//! puts these together, as each version of a recording does ([`law::stance::Follows`]).
+//!
 //! # An oblique needle
 //!
 //! The loads push along the needle and the responses are along it, at its angle of insertion; the
@@ -28,9 +31,11 @@ mod angles;
 mod asked;
 mod coupling;
 mod field;
+mod follower;
 mod press;
 mod profile;
 mod responses;
+mod secant;
 mod spec;
 mod state;
 mod unevenness;
@@ -39,7 +44,7 @@ pub use angles::{AngledResponses, FLATTEST_RAD};
 pub use asked::AttemptLoad;
 pub use coupling::{HandOver, RateError, StraightInsertion, hand_over, rate_errors};
 pub use field::{FIELD_HZ, Field, FieldPlan, FollowError};
-pub use press::press_loads;
+pub use follower::Follower;
 pub use profile::Profiles;
 pub use responses::{Fit, Responses};
 pub use spec::{TissueSpec, recoil_time_s};

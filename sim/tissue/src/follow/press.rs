@@ -9,7 +9,7 @@ const SWEEPS: usize = 16;
 
 /// Sets the loads of pressed boundaries, in N, so that the field is dented as far as the needle has
 /// pressed them. The needle cannot pull. Never allocates.
-pub fn press_loads(on_axis: &Responses, pressed: &[Option<Pressed>; 2], loads_n: &mut [f64]) {
+pub(super) fn press_loads(on_axis: &Responses, pressed: &[Option<Pressed>; 2], loads_n: &mut [f64]) {
     for _ in 0..SWEEPS {
         for &Pressed { boundary, dent_m } in pressed.iter().flatten() {
             let per_n = on_axis.of_m_per_n(boundary, boundary);
