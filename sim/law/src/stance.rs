@@ -99,7 +99,11 @@ impl Intrusion {
             return [held.dent_m; 2];
         }
         let front = |ahead_m: f64, is_opened: bool, pressed: Option<Pressed>| {
-            if is_opened { [-1.0, 1.0].map(|side| side * limits.opened * ahead_m.abs()) } else { closed_front(ahead_m, pressed) }
+            if is_opened {
+                [-1.0, 1.0].map(|side| side * limits.opened * ahead_m.abs())
+            } else {
+                closed_front(ahead_m, pressed)
+            }
         };
         let tip = front(self.tip_m - own_m, boundary < self.tip_open, pressed[0]);
         // The rim meets only boundaries that the tip has opened.
@@ -165,9 +169,7 @@ fn limits(follows: Follows, rest_m: &[f64], boundaries: usize) -> Limits {
     match (follows, rest_m.get(boundaries)) {
         (Follows::Secant, Some(&base_m)) => Limits { opened: 1.0 - KEPT, free_m: MOST_OF_BODY * base_m, base_m },
         (Follows::Secant, None) => Limits { opened: 1.0 - KEPT, free_m: f64::INFINITY, base_m: f64::INFINITY },
-        (Follows::Forces | Follows::Needle, _) => {
-            Limits { opened: 1.0, free_m: f64::INFINITY, base_m: f64::INFINITY }
-        }
+        (Follows::Forces | Follows::Needle, _) => Limits { opened: 1.0, free_m: f64::INFINITY, base_m: f64::INFINITY },
     }
 }
 

@@ -5,13 +5,14 @@
 use std::collections::BTreeSet;
 
 use attempt::simulate::{Clock, MotionSource, simulate};
+use attempt::tick::TickedAttempt;
 use attempt::verify::{Verification, verify_recording};
-use law::axial::{AxialSpec, ForceLaw, Layer, LayerOptions};
+use law::axial::{AxialSpec, ForceLaw, Layer, LayerOptions, MaxwellBranch};
 use law::closed_form::predict_ruptures;
 use law::operator::{Felt, Motion, needle_pose};
 use law::puncture::PunctureSpec;
 use nalgebra::{Point3, Vector3};
-use recording::{EventKind, Recording, Tent};
+use recording::{EventKind, Follows, Recording, Tent};
 use tissue::follow::{Field, TissueSpec, recoil_time_s};
 use tissue::{ElasticLayer, Judging, Slab, Specimen, SpecimenError, SpecimenSpec};
 
@@ -267,6 +268,7 @@ fn the_field_re_simulates_to_the_bit_and_a_forged_one_is_found() {
     let louder = forged(&|tents| tents[100].contactor_n[0] += 0.5);
     assert_eq!((louder.channel.as_str(), louder.at_s), ("contactor_n", honest.tents[100].t_s));
     assert_eq!(forged(&|tents| tents[100].drag_n[2] = f32::NAN).channel, "drag_n");
+    assert_eq!(forged(&|tents| tents[100].linear_n[2] += 0.5).channel, "linear_n");
     assert_eq!(forged(&|tents| drop(tents.pop())).tent_differences, 1);
     assert!(forged(&|tents| drop(tents.remove(3))).tent_differences > 400);
     assert!(forged(&|tents| tents[7].tent_m.truncate(1)).tent_differences > 400);
@@ -304,6 +306,67 @@ fn field_tilts_with_the_hand_and_not_with_the_exercise() {
     let old = read(&bytes(&before));
     assert!(verify_recording(&old, &before).exact());
     assert!(verify_recording(&old, &upright).largest_tent_deviation_m > 1e-5);
+}
+
+/// Skin that stiffens, and fat that relaxes.
+fn stiffening() -> AxialSpec {
+    let mut axial = AxialSpec { law: ForceLaw::Version3, ..axial() };
+    axial.layers[0].options.stiffening_n_per_m2 = 100_000.0;
+    axial.layers[1].options.branches = vec![MaxwellBranch { share: 0.8, time_s: 0.5 }];
+    axial
+}
+
+/// The tents of an attempt as the field of a version makes them.
+fn tents_of(recording: &Recording, specimen: &Specimen, follows: Follows) -> Vec<Tent> {
+    let mut attempt = TickedAttempt::following(specimen, follows);
+    recording.samples.iter().filter_map(|sample| attempt.step(&sample.into()).tent).collect()
+}
+
+#[test]
+fn each_version_of_the_field_verifies_by_its_own() {
+    let specimen = params(stiffening(), Some(lower_back()));
+    let recording = read(&attempt(&specimen, &IN_AND_OUT_M, 0.01));
+    assert!(recording.tents.iter().all(|tent| tent.follows == Follows::Secant && tent.linear_n.len() == 6));
+    let newest = verify_recording(&recording, &specimen);
+    assert!(newest.exact() && newest.tents > 400, "{newest:?}");
+    for follows in [Follows::Forces, Follows::Needle] {
+        let tents = tents_of(&recording, &specimen, follows);
+        assert_ne!(
+            tents.iter().map(|tent| &tent.tent_m).collect::<Vec<_>>(),
+            recording.tents.iter().map(|tent| &tent.tent_m).collect::<Vec<_>>()
+        );
+        let old = Recording { tents, ..recording.clone() };
+        assert!(verify_recording(&old, &specimen).exact(), "{follows:?}");
+        let mut renamed = old;
+        renamed.tents.iter_mut().for_each(|tent| tent.follows = Follows::Secant);
+        assert!(!verify_recording(&renamed, &specimen).exact(), "{follows:?}");
+    }
+}
+
+#[test]
+fn tents_bear_the_law_and_drags_dent_less_where_it_stiffens() {
+    let specimen = params(stiffening(), Some(lower_back()));
+    let recording = read(&attempt(&specimen, &[0.02], 0.01));
+    let axial = &specimen.spec().axial;
+    let (mut pressed, mut dragged) = (0, 0);
+    for tent in &recording.tents {
+        let sample = recording.samples.iter().find(|sample| sample.t_s == tent.t_s).unwrap();
+        // Before the first rupture the skin alone is pressed, at the law's secant stiffness.
+        let is_open = recording.events.iter().any(|event| event.kind == EventKind::TipRupture && event.t_s <= tent.t_s);
+        if sample.tip_n > 0.0 && !is_open {
+            let law_m = axial.layers[0].dent_m(f64::from(tent.contactor_n[0]), 0.0);
+            assert_eq!(tent.contactor_n[0], sample.tip_n);
+            assert!((f64::from(tent.tent_m[0]) - law_m).abs() < 1e-7, "{law_m} m by {tent:?}");
+            pressed += 1;
+        }
+        // A drag counts as the load k w of the dent that the law has under it.
+        let [drag_n, linear_n] = [tent.drag_n[0], tent.linear_n[3]].map(f64::from);
+        let law_n = axial.layers[0].stiffness_n_per_m * axial.layers[0].dent_m(drag_n, 0.0);
+        assert!((linear_n - law_n).abs() < 1e-6, "{linear_n} N for {law_n} N of {drag_n} N");
+        dragged += u32::from(linear_n < 0.99 * drag_n);
+        assert_eq!(tent.linear_n[5], tent.drag_n[2], "muscle is linear");
+    }
+    assert!(pressed > 10 && dragged > 100, "{pressed} pressed, {dragged} dragged steps");
 }
 
 #[test]

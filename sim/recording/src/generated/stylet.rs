@@ -128,9 +128,9 @@ pub struct TissueTent {
     /// shows it: what tip or rim presses on stands where they are, and no boundary passes the needle or another.
     #[prost(float, repeated, tag = "2")]
     pub tent_m: ::prost::alloc::vec::Vec<f32>,
-    /// Load that the tissue bears at each boundary, from the surface down, in N; positive into the body. Under tip and rim it is the force of
-    /// the force law; after a rupture it decays with the recoil time of the layer below. Without `follows_secant`, where the needle's tip or rim
-    /// pushes, it is the load that brings a field of constant stiffness to where it is.
+    /// Load that the tissue bears at each boundary, from the surface down, in N; positive into the body. Under tip and rim it is that of the force
+    /// law; after a rupture it decays with the recoil time of the layer below. In recordings without `follows_secant`, the load under tip and rim
+    /// is what brings a field of constant stiffness to where it is.
     #[prost(float, repeated, tag = "3")]
     pub contactor_n: ::prost::alloc::vec::Vec<f32>,
     /// Drag of the shaft along each layer, from the surface down, in N; positive into the body, negative on withdrawal.
@@ -140,13 +140,13 @@ pub struct TissueTent {
     /// law, and the displacement of a boundary follows from them, not from the position of the needle.
     #[prost(bool, tag = "5")]
     pub follows_needle: bool,
-    /// Loads that displace the field of constant stiffness as far as `tent_m` says, before it is settled to the needle, in N: those of the boundaries, then
-    /// the drags along the layers. The tissue has the secant stiffness of the force law at its present load: a drag F counts as k w, with w the
-    /// dent of its layer under that load and k the layer's stiffness.
+    /// Loads that displace a field of constant stiffness as far, in N: those at the boundaries, then the drags along the layers. The tissue has the
+    /// secant stiffness of the force law at its present load, so that a drag F counts as k w, where k is the stiffness of its layer and w the
+    /// layer's dent under F.
     #[prost(float, repeated, tag = "6")]
     pub linear_n: ::prost::alloc::vec::Vec<f32>,
-    /// The field follows the needle and stiffens and relaxes with the force law; an opened boundary keeps off the tip, and no boundary leaves the body.
-    /// Absent in older recordings, which have no `linear_n`.
+    /// The field follows the needle, and stiffens and relaxes with the force law. An opened boundary stays off the tip, and no boundary leaves the
+    /// body. Absent in older recordings, which have no `linear_n`.
     #[prost(bool, tag = "7")]
     pub follows_secant: bool,
 }

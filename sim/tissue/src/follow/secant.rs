@@ -81,7 +81,8 @@ mod tests {
 
     use law::Incidence;
     use law::axial::{
-        AxialInput, AxialParams, AxialScratch, AxialState, ForceLaw, LayerOptions, MaxwellBranch, RuptureCriterion, step,
+        AxialInput, AxialParams, AxialScratch, AxialState, ForceLaw, LayerOptions, MaxwellBranch, RuptureCriterion,
+        step,
     };
 
     use super::*;
