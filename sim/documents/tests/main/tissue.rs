@@ -5,13 +5,14 @@
 
 use std::path::Path;
 
+use documents::load::read_document;
 use documents::{Document, Patient, Scene, check_documents};
 use tissue::follow::Field;
 use tissue::planner::cut_patch;
 use tissue::volumetric::{self, Problem3, VolumetricError};
-use tissue::{Model, Problem};
+use tissue::{Model, Problem, Specimen};
 
-use crate::support::{SCENE, folder, scene, write};
+use crate::support::{SCENE, curricula, folder, scene, write};
 
 fn with(tissue: &str) -> Scene {
     scene(&SCENE.replace("[needle]", &format!("[tissue]\n{tissue}\n[needle]")))
@@ -137,4 +138,25 @@ fn the_volumetric_model_takes_every_load_of_every_shipped_scene() {
         counts.into_iter().map(|count| count.join().unwrap()).sum()
     });
     assert!(taken > 100, "{taken} loads");
+}
+
+#[test]
+fn random_motion_keeps_tents_of_shipped_scenes_in_the_body() {
+    let mut fields = 0;
+    for scene in shipped_scenes() {
+        let specimen = Specimen::new(scene.specimen_spec(&Patient::nominal(&scene), 0.0)).unwrap();
+        let seen = trials::soak(specimen.law(), specimen.field(), 30_000, 5);
+        assert!(seen.passes(), "{}: {seen:?}", scene.id);
+        fields += u32::from(seen.tent_m > 1e-3);
+    }
+    assert!(fields >= 12, "{fields} fields");
+}
+
+fn shipped_scenes() -> Vec<Scene> {
+    let folder = std::fs::read_dir(curricula().join("scenes")).unwrap().map(|entry| entry.unwrap().path());
+    let scene = |path: std::path::PathBuf| match read_document(&path).unwrap() {
+        Document::Scene(scene) => *scene,
+        other => panic!("not a scene: {other:?}"),
+    };
+    folder.filter(|path| path.extension().is_some_and(|end| end == "toml")).map(scene).collect()
 }
