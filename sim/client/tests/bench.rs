@@ -194,7 +194,10 @@ fn a_soak_reports_every_shipped_scene() {
         let number = |column: usize| row[column].parse::<f64>().expect("a number");
         assert!(number(3) > 0.0, "something ruptured: {row:?}");
         assert!(number(8) > 1e-3, "the field follows: {row:?}");
-        assert!(number(4) <= number(5) && number(6) <= 1e-3 && number(9) <= 1.0 + 1e-12 && &row[11] == "yes", "{row:?}");
+        assert!(
+            number(4) <= number(5) && number(6) <= 1e-3 && number(9) <= 1.0 + 1e-12 && &row[11] == "yes",
+            "{row:?}"
+        );
     }
     assert!(fs::read_to_string(folder.path().join("soak.md")).expect("a report").contains("lower-back-training"));
 }

@@ -24,7 +24,7 @@ const FADED_PATIENT: f64 = 0.8;
 pub struct Moment {
     /// Last sample.
     pub sample: Sample,
-    /// Loads that the field carries, in N: contactors, then drags.
+    /// Loads on the linear field, in N: contactors, then drags.
     pub loads_n: Vec<f32>,
     dents: Dents,
     wounds: Wounds,

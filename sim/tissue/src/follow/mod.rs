@@ -13,7 +13,7 @@
 //! directions, so that a withdrawal pulls the tissue out.
 //!
 //! A boundary pressed by the tip or the rim stays in contact with them: its load is the one that
-//! brings the field there ([`press_loads`]), and boundaries that the needle has passed, or has not
+//! brings the field there, and boundaries that the needle has passed, or has not
 //! met yet, are kept on their side of it ([`law::stance::settle_dents`]).
 //!
 //! Where the law of a layer stiffens or relaxes, a drag acts on its secant stiffness. [`Follower`]
