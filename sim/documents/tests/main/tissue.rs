@@ -93,11 +93,9 @@ fn a_coupled_scene_is_judged_by_the_fields_stiffnesses() {
 /// Every shipped scene.
 fn shipped() -> Vec<Scene> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/scenes");
-    let scenes = std::fs::read_dir(folder).unwrap().map(|file| {
-        match documents::load::read_document(&file.unwrap().path()).unwrap() {
-            Document::Scene(scene) => *scene,
-            other => panic!("no scene: {other:?}"),
-        }
+    let scenes = std::fs::read_dir(folder).unwrap().map(|file| match read_document(&file.unwrap().path()).unwrap() {
+        Document::Scene(scene) => *scene,
+        other => panic!("no scene: {other:?}"),
     });
     scenes.collect()
 }
