@@ -137,12 +137,12 @@ impl Packed for Tent {
                 row.float(|| format!("{part}_{at}_{unit}"), value);
             }
         }
+        // In the order of the message, as in the tables of `stylet export`.
+        row.put(|| "follows_needle".to_owned(), "|b1", &[u8::from(self.follows >= Follows::Needle)]);
         for (at, &value) in self.linear_n.iter().enumerate() {
             row.float(|| format!("linear_{at}_n"), value);
         }
-        for (name, least) in [("follows_needle", Follows::Needle), ("follows_secant", Follows::Secant)] {
-            row.put(|| name.to_owned(), "|b1", &[u8::from(self.follows >= least)]);
-        }
+        row.put(|| "follows_secant".to_owned(), "|b1", &[u8::from(self.follows >= Follows::Secant)]);
     }
 }
 

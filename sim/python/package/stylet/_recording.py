@@ -77,7 +77,7 @@ class Recording:
     @cached_property
     def tents(self) -> npt.NDArray[np.void]:
         """Deformation of the tissue, 120 times per second, shape (n,): `t_s`, `tent_0_m`… (boundaries, into the body), `contactor_0_n`…,
-        `drag_0_n`…, `linear_0_n`…, `follows_needle`, `follows_secant`. Empty if the scene has no tissue model."""
+        `drag_0_n`…, `follows_needle`, `linear_0_n`…, `follows_secant`. Empty if the scene has no tissue model."""
         return view_table(*self._native.tents())
 
     @cached_property

@@ -116,8 +116,12 @@ fn tables_that_depend_on_the_scene_begin_with_their_first_row() {
     let mut writer = writer();
     writer.tent(&tent(0.0, 2)).unwrap();
     let kept = Kept::of(&writer.finish().unwrap());
-    let names = ["t_s", "tent_0_m", "tent_1_m", "contactor_0_n", "contactor_1_n", "drag_0_n", "drag_1_n"];
-    assert_eq!(kept.names(Table::Tents)[..names.len()], names);
+    let names = kept.names(Table::Tents);
+    assert_eq!(names[..7], ["t_s", "tent_0_m", "tent_1_m", "contactor_0_n", "contactor_1_n", "drag_0_n", "drag_1_n"]);
+    assert_eq!(
+        names[7..],
+        ["follows_needle", "linear_0_n", "linear_1_n", "linear_2_n", "linear_3_n", "follows_secant"]
+    );
 }
 
 #[test]
