@@ -12,6 +12,7 @@
 //! out of the back; the origin is on the skin, in the midline between the spinous processes of L3
 //! and L4.
 
+mod collecting;
 mod entry;
 mod form;
 mod layers;
@@ -24,11 +25,13 @@ mod soft;
 mod spine;
 mod surface;
 mod vertebra;
+mod volumes;
 
 use nalgebra::Point3;
 use phrase::Phrase;
 
 pub use entry::BodyEntry;
+use collecting::{CollectingSystem, build_collecting_system};
 use form::{Bounds, Form, Place, Pose, Solid};
 pub use layers::{LayerOnPath, Tissue};
 use loft::Loft;
@@ -39,6 +42,7 @@ pub use published::{Dimension, PublishedDimension, Standing, list_published};
 use soft::{SUPRASPINOUS, SkinShape};
 use spine::{COLUMN, ColumnBone, SACRUM};
 pub use surface::BodyMesh;
+pub use volumes::{BodyVolume, Contrast, Substance};
 
 /// Gap between two bones, in mm: at least cartilage.
 const BONE_GAP: f64 = 1.6;
@@ -85,6 +89,7 @@ pub struct Body {
     erectors: [Loft; 2],
     quadrati: [Loft; 2],
     kidneys: [Solid; 2],
+    systems: [CollectingSystem; 2],
     vessels: [Solid; 3],
     supraspinous: Solid,
     discs: [Solid; 5],
@@ -112,6 +117,7 @@ impl Body {
             erectors: sides.map(|side| soft::build_erector(&column, &skin, &values, side)),
             quadrati: sides.map(|side| soft::build_quadratus(&column, &values, side)),
             kidneys: sides.map(|side| soft::build_kidney(&column, &values, side)),
+            systems: sides.map(|side| build_collecting_system(&column, &values, order.seed, side)),
             vessels: [
                 soft::build_great_vessel(&column, -9.0, values.aorta_radius, 4),
                 soft::build_great_vessel(&column, 14.0, 9.0, 5),

@@ -61,7 +61,9 @@ impl BodySide {
         }
     }
 
-    fn name(self) -> &'static str {
+    /// Its name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Self::Left => "left",
             Self::Right => "right",

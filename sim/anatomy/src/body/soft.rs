@@ -163,16 +163,24 @@ pub(super) fn build_quadratus(column: &[ColumnBone; COLUMN], values: &BodyValues
     Loft::new(sections, 4.0)
 }
 
-/// A kidney at L1 and L2, the left one higher; 55 mm wide and 40 mm thick.
-pub(super) fn build_kidney(column: &[ColumnBone; COLUMN], values: &BodyValues, side: BodySide) -> Solid {
-    let mut kidney = Solid::default();
+/// Pose of a kidney at L1 and L2: the second axis towards its upper pole, the third out of the back. The left one is higher.
+pub(super) fn kidney_pose(column: &[ColumnBone; COLUMN], side: BodySide) -> Pose {
     let raised = if side == BodySide::Left { 12.0 } else { -2.0 };
     let middle = column[1].middle().lerp(&column[2].middle(), 0.4) + Place::new(side.sign() * 66.0, raised, -2.0);
     // The upper pole is nearer to the column and farther back.
-    let pose =
-        Pose::along(middle, Place::new(1.0, 0.22 * side.sign(), 0.0), Place::new(-0.22 * side.sign(), 1.0, 0.12));
-    let half = Place::new(27.0, values.kidney_half_length, 19.0);
-    kidney.add(Form::Egg { half }, &pose, 0.0);
+    Pose::along(middle, Place::new(1.0, 0.22 * side.sign(), 0.0), Place::new(-0.22 * side.sign(), 1.0, 0.12))
+}
+
+/// Half axes of a kidney, in mm: 55 mm wide and 40 mm thick.
+pub(super) fn kidney_half(values: &BodyValues) -> Place {
+    Place::new(27.0, values.kidney_half_length, 19.0)
+}
+
+/// A kidney.
+pub(super) fn build_kidney(column: &[ColumnBone; COLUMN], values: &BodyValues, side: BodySide) -> Solid {
+    let mut kidney = Solid::default();
+    let pose = kidney_pose(column, side);
+    kidney.add(Form::Egg { half: kidney_half(values) }, &pose, 0.0);
     let hilum = Pose::along(pose.to_outer(Place::new(-side.sign() * 31.0, 0.0, -4.0)), Place::x(), Place::y());
     kidney.cut(Form::Egg { half: Place::new(13.0, 15.0, 11.0) }, &hilum, 6.0);
     kidney

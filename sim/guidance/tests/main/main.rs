@@ -1,0 +1,4 @@
+//! Fluoroscopy against closed forms and against parry3d.
+
+mod paths;
+mod pictures;
