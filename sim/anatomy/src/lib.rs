@@ -11,7 +11,7 @@ pub mod segmentation;
 
 pub use body::{
     AGES_YEARS, AnatomyPart, Body, BodyEntry, BodyMeasure, BodyMesh, BodyOrder, BodyQuality, BodySide, BodyValues,
-    BodyVolume, Contrast, Dimension, LayerOnPath, Level, MidlinePath, Posture, PublishedDimension, Standing, Substance, Tissue, WEIGHTS_KG,
-    list_published,
+    BodyVolume, Contrast, Dimension, LayerOnPath, Level, MidlinePath, Posture, PublishedDimension, Standing, Substance,
+    Tissue, WEIGHTS_KG, list_published,
 };
 pub use manifold::{check_manifold, volume_m3};

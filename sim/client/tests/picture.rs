@@ -104,3 +104,46 @@ fn a_wrong_call_names_what_is_allowed_and_leaves_nothing() {
     stylet(&["render", "nothing.mcap", "--out", text(&out)]).refused(&["nothing.mcap"]);
     assert!(!out.exists());
 }
+
+#[test]
+fn a_radiograph_shows_the_needle_and_its_dose() {
+    let folder = TempDir::new().expect("a folder");
+    let kidney = repository("curricula/percutaneous-kidney-access/1-lower-pole.toml");
+    let recording = folder.path().join("kidney.mcap");
+    stylet(&["simulate", text(&kidney), "--operator", "expert", "--seed", "3", "--out", text(&recording)]).ends(0);
+    let take = |at: &str, more: &[&str]| {
+        let out = folder.path().join("radiograph.png");
+        let call = ["render", text(&recording), "--at", at, "--x-ray", "30,0", "--out", text(&out)];
+        stylet(&[&call, more].concat()).ends(0).says(&["mAs", "µGy at the reference point"]);
+        image::open(&out).expect("a picture").into_luma8()
+    };
+    let dark = |picture: &image::GrayImage| picture.pixels().filter(|pixel| pixel.0[0] < 20).count();
+    let [before, inside] = ["0", "40"].map(|at| take(at, &[]));
+    assert_eq!(inside.dimensions(), (512, 512));
+    assert_eq!(inside, take("40", &[]), "the same recording gives the same picture");
+    assert_ne!(before, inside, "the needle has moved");
+    // 100 mm of a needle of 1.27 mm, some 300 by 3 pixels.
+    assert!((300..3000).contains(&dark(&inside)), "{} pixels of steel", dark(&inside));
+    let [empty, filled] = [inside.clone(), take("40", &["--contrast-ml", "8"])]
+        .map(|picture| picture.pixels().map(|pixel| u64::from(pixel.0[0])).sum::<u64>());
+    assert_ne!(empty, filled, "contrast medium shows");
+}
+
+#[test]
+fn a_radiograph_names_what_it_refuses() {
+    let folder = TempDir::new().expect("a folder");
+    let out = folder.path().join("radiograph.png");
+    let refused = |exercise: &str, more: &[&str], words: &str| {
+        let exercise = repository(exercise);
+        let run = stylet(&[&["render", text(&exercise), "--out", text(&out)], more].concat()).ends(2);
+        assert!(run.stderr.contains(words), "{}", run.stderr);
+        assert!(!out.exists());
+    };
+    let kidney = "curricula/percutaneous-kidney-access/1-lower-pole.toml";
+    refused("curricula/lower-back-basics/1-feel-the-layers.toml", &["--x-ray", "0,0"], "a scene without a body");
+    refused(kidney, &["--x-ray", "95,0"], "orbital = 95°; allowed: -45 to 90°");
+    refused(kidney, &["--x-ray", "0,0", "--field-mm", "20"], "field = 20 mm; allowed: 60 to 300 mm");
+    refused(kidney, &["--x-ray", "0"], "two numbers in degrees");
+    refused(kidney, &["--x-ray", "0,0", "--contrast-ml", "-1"], "--contrast-ml");
+    refused(kidney, &["--contrast-ml", "5"], "--x-ray");
+}

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use std::panic::resume_unwind;
 use std::thread;
 
-use anatomy::{AnatomyPart, Body, BodyEntry, BodyOrder, BodyQuality, LayerOnPath, Level, Posture, Tissue};
+use anatomy::{AnatomyPart, Body, BodyEntry, BodyQuality, LayerOnPath, Tissue};
 use law::Skin;
 use law::axial::MaxwellBranch;
 use law::structures::{StructureKind, Surface};
@@ -22,6 +22,7 @@ use crate::describe::{LAYERS, one_of};
 use crate::feel::TissueFeel;
 use crate::mesh::write_stl;
 use crate::planned::PlannedNeedle;
+use crate::scene_body::SceneBody;
 use crate::source::Files;
 use crate::tip::NeedleScaling;
 use crate::walk::Walked;
@@ -57,13 +58,8 @@ const PARTS: [(&str, StructureKind); 4] = [
 /// `[anatomy]` of a scene.
 #[derive(Deserialize)]
 pub(crate) struct SceneAnatomy {
-    interspace: String,
-    posture: String,
-    seed: u64,
-    weight_kg: f64,
-    age_years: f64,
-    #[serde(default)]
-    offset_mm: [f64; 2],
+    #[serde(flatten)]
+    body: SceneBody,
     angle_deg: f64,
     azimuth_deg: f64,
     introducer_mm: f64,
@@ -83,6 +79,7 @@ pub(crate) struct MetLayer {
 
 /// A body with the needle's entry.
 pub(crate) struct EnteredBody {
+    order: SceneBody,
     body: Body,
     entry: BodyEntry,
     direction: Vector3<f64>,
@@ -102,7 +99,7 @@ pub(crate) fn check_expandable(doc: &mut Walked) {
         }
         return;
     }
-    for field in ["layer", "skin"] {
+    for field in ["layer", "skin", "body"] {
         if doc.is_written(field) {
             let allowed =
                 phrase!("allowed: only one of the two, because the layers and the skin come from the anatomy");
@@ -132,12 +129,7 @@ impl SceneAnatomy {
     /// # Errors
     /// If no body has these numbers.
     pub(crate) fn enter(&self, needle_mm: f64, scaling: NeedleScaling) -> Result<EnteredBody, Phrase> {
-        let posture = Posture::named(&self.posture).unwrap_or(Posture::Prone);
-        let level = Level::above(&self.interspace).unwrap_or(Level::L3);
-        let Self { seed, weight_kg, age_years, .. } = *self;
-        let body = Body::new(&BodyOrder { posture, seed, weight_kg, age_years })?;
-        let [right_mm, head_mm] = self.offset_mm;
-        let entry = body.enter(level, right_mm / 1e3, head_mm / 1e3);
+        let (body, entry) = self.body.enter()?;
         let planned =
             PlannedNeedle { angle_deg: self.angle_deg, azimuth_deg: self.azimuth_deg, ..PlannedNeedle::default() };
         let direction = planned.axis(&Skin::Flat);
@@ -150,7 +142,7 @@ impl SceneAnatomy {
         name_apart(&mut layers);
         let exists = |word: &str| self.parts.as_ref().is_none_or(|parts| parts.iter().any(|part| part == word));
         let parts = PARTS.into_iter().filter(|(word, _)| exists(word)).map(|(_, kind)| kind).collect();
-        Ok(EnteredBody { body, entry, direction, parts, planned, layers, depth_m })
+        Ok(EnteredBody { order: self.body.clone(), body, entry, direction, parts, planned, layers, depth_m })
     }
 }
 
@@ -334,6 +326,7 @@ impl EnteredBody {
     /// of their meshes. The document's own structures follow those of the body.
     pub(crate) fn expand(&self, document: &Table) -> (Table, Files) {
         let mut expanded = self.with_layers(document);
+        expanded.insert("body".to_owned(), Value::Table(self.order.table()));
         let mut files = Files::new();
         let mut structures = Vec::new();
         let parts = AnatomyPart::list().into_iter().filter_map(|part| Some((part, part.kind()?)));

@@ -38,6 +38,7 @@ mod read_instrument;
 mod read_options;
 mod read_scene;
 mod scaling;
+mod scene_body;
 mod source;
 mod structure_names;
 mod suggest;
@@ -64,6 +65,7 @@ pub use model::{
 pub use patient::Patient;
 pub use planned::PlannedNeedle;
 pub use provenance::ClassCounts;
+pub use scene_body::SceneBody;
 pub use schema::document_schema;
 pub use segmentation::{SegmentationEntry, SegmentationLabel, SegmentationLabels};
 pub use source::{MOST_BYTES, list_named_texts};

@@ -7,6 +7,7 @@ use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 use tissue::volumetric::Material;
 
+use crate::scene_body::SceneBody;
 use crate::tip::NeedleScaling;
 
 /// Class of a number.
@@ -281,6 +282,8 @@ pub struct Scene {
     pub scaling: NeedleScaling,
     /// Layers from the surface down.
     pub layers: Vec<SceneLayer>,
+    /// The body from which the layers and structures were made, if the scene comes from one.
+    pub body: Option<SceneBody>,
     /// The needle.
     pub needle: Needle,
     /// Rate dependence of the thresholds.

@@ -17,6 +17,7 @@ use crate::planned::PlannedNeedle;
 use crate::provenance::check_provenance;
 use crate::read_anatomy::{Anatomy, read_anatomy};
 use crate::read_options::check_options;
+use crate::scene_body::SceneBody;
 use crate::source::{Files, Find, Source};
 use crate::tip::{NeedleScaling, tip_factor};
 use crate::walk::Walked;
@@ -30,6 +31,7 @@ struct RawScene {
     law: ForceLaw,
     scaling: NeedleScaling,
     anatomy: Option<SceneAnatomy>,
+    body: Option<SceneBody>,
     #[serde(default)]
     layer: Vec<SceneLayer>,
     needle: Needle,
@@ -163,6 +165,7 @@ fn scene(raw: RawScene, shapes: Anatomy, sha256: String) -> Scene {
         law: raw.law,
         scaling: raw.scaling,
         layers: raw.layer,
+        body: raw.body,
         needle: raw.needle,
         rate,
         structures,

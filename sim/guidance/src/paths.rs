@@ -33,7 +33,11 @@ pub struct OutOfReach {
 impl fmt::Display for OutOfReach {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [least, most] = [NEAREST_M, SOURCE_DETECTOR_M].map(|m| m * 1e3);
-        write!(out, "a part of the body {:.0} mm from the source; allowed: {least:.0} to {most:.0} mm", self.along_m * 1e3)
+        write!(
+            out,
+            "a part of the body {:.0} mm from the source; allowed: {least:.0} to {most:.0} mm",
+            self.along_m * 1e3
+        )
     }
 }
 

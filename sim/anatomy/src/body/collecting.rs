@@ -22,22 +22,12 @@ const URETER: f64 = 2.4;
 /// to 22 mm thick.
 const CUP_AT: f64 = 0.6;
 
-/// A minor calyx.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Cup {
-    /// Its middle, in mm.
-    pub(super) middle: Place,
-    /// Unit vector from the infundibulum to the papilla.
-    pub(super) axis: Place,
-}
-
 /// A collecting system.
 #[derive(Clone, Debug)]
 pub(super) struct CollectingSystem {
     /// Pelvis, infundibula and calyces.
     calyces: Solid,
     ureter: Solid,
-    pub(super) cups: Vec<Cup>,
 }
 
 /// The kidney in which a system lies.
@@ -76,7 +66,7 @@ impl CollectingSystem {
         let medial = -host.side.sign();
         let groups: &[f64] = if draw.uniform() < 0.35 { &[0.5, 0.0, -0.5] } else { &[0.36, -0.36] };
         let [pelvis, outlet] = [Place::new(medial * 11.0, 0.0, -1.0), Place::new(medial * 27.0, -12.0, -4.0)];
-        let mut system = Self { calyces: Solid::default(), ureter: Solid::default(), cups: Vec::new() };
+        let mut system = Self { calyces: Solid::default(), ureter: Solid::default() };
         system.tube(host, [pelvis, outlet], [6.5, 3.0]);
         for level in groups {
             let group = Place::new(medial * 2.0 + draw.normal(0.8), level * host.half.y + draw.normal(1.0), 0.0);
@@ -110,12 +100,6 @@ impl CollectingSystem {
         self.calyces.add(Form::Egg { half: Place::new(0.8 * CUP, CUP, CUP) }, &pose(0.0), 1.5);
         // The papilla makes it hollow; the rim around it is the fornix.
         self.calyces.cut(Form::Egg { half: Place::new(0.8 * CUP, 0.75 * CUP, 0.75 * CUP) }, &pose(0.85 * CUP), 0.4);
-        self.cups.push(Cup { middle, axis });
-    }
-
-    /// Signed distance from the whole system, in mm.
-    pub(super) fn distance(&self, p: &Place) -> f64 {
-        self.calyces.distance(p).min(self.ureter.distance(p))
     }
 
     /// Signed distance from pelvis and calyces, in mm.
@@ -123,9 +107,17 @@ impl CollectingSystem {
         self.calyces.distance(p)
     }
 
-    pub(super) fn bounds(&self) -> Bounds {
-        let (calyces, ureter) = (self.calyces.bounds(), self.ureter.bounds());
-        Bounds { least: calyces.least.inf(&ureter.least), greatest: calyces.greatest.sup(&ureter.greatest) }
+    pub(super) fn calyces_bounds(&self) -> Bounds {
+        self.calyces.bounds()
+    }
+
+    /// Signed distance from the ureter, in mm.
+    pub(super) fn ureter_distance(&self, p: &Place) -> f64 {
+        self.ureter.distance(p)
+    }
+
+    pub(super) fn ureter_bounds(&self) -> Bounds {
+        self.ureter.bounds()
     }
 
     /// Height of the surface of a denser fluid, in mm along z, for a volume in ml: pelvis and calyces of a prone patient fill
@@ -136,8 +128,7 @@ impl CollectingSystem {
         let places = (0..counts.x).flat_map(|x| (0..counts.y).flat_map(move |y| (0..counts.z).map(move |z| [x, y, z])));
         let place = |at: [usize; 3]| least + Place::new(at[0] as f64, at[1] as f64, at[2] as f64);
         // A sample stands for a mm³.
-        let mut heights: Vec<f64> =
-            places.map(place).filter(|p| self.calyces.distance(p) < 0.0).map(|p| p.z).collect();
+        let mut heights: Vec<f64> = places.map(place).filter(|p| self.calyces.distance(p) < 0.0).map(|p| p.z).collect();
         heights.sort_by(f64::total_cmp);
         heights.get((volume_ml * 1e3) as usize).copied().unwrap_or(f64::INFINITY)
     }
@@ -162,7 +153,8 @@ fn list_directions(level: f64, groups: usize, draw: &mut Draw) -> Vec<Place> {
         &[0.6]
     };
     for (at, up) in rows.iter().enumerate() {
-        let mut beside = |back: f64| Place::new(0.75, (if pole == 0.0 { *up } else { pole * up }) + draw.normal(0.04), back);
+        let mut beside =
+            |back: f64| Place::new(0.75, (if pole == 0.0 { *up } else { pole * up }) + draw.normal(0.04), back);
         let [posterior, anterior] = [beside(0.6), beside(-0.6)];
         // A second row is often single.
         match (at, draw.uniform()) {

@@ -30,8 +30,8 @@ mod volumes;
 use nalgebra::Point3;
 use phrase::Phrase;
 
-pub use entry::BodyEntry;
 use collecting::{CollectingSystem, build_collecting_system};
+pub use entry::BodyEntry;
 use form::{Bounds, Form, Place, Pose, Solid};
 pub use layers::{LayerOnPath, Tissue};
 use loft::Loft;

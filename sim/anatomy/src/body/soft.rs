@@ -59,6 +59,7 @@ pub(super) struct SkinShape {
     tips: TipLine,
     trunk: Loft,
     midline_fat: f64,
+    lateral_fat: f64,
     bulge: f64,
 }
 
@@ -88,28 +89,47 @@ impl SkinShape {
             section(top.y + 60.0, waist.max(140.0 + values.lateral_fat) + 2.0, belly),
         ];
         let bulge = (ERECTOR_OVER_TIPS + values.lateral_fat - SUPRASPINOUS - values.midline_fat).max(2.5);
-        Self { tips, trunk: Loft::new(sections, 14.0), midline_fat: values.midline_fat, bulge }
+        Self {
+            tips,
+            trunk: Loft::new(sections, 14.0),
+            midline_fat: values.midline_fat,
+            lateral_fat: values.lateral_fat,
+            bulge,
+        }
     }
 
     /// Depth of the skin on the back, in mm.
     fn back(&self, p: &Place) -> f64 {
-        let beside = 1.0 - libm::exp(-(p.x / 19.0).powi(2));
+        let beside = share_beside(p);
         // The tips protrude in a thin patient.
         let shown = 2.2 * libm::exp(-self.midline_fat / 7.0) * self.tips.prominence(p.y) * (1.0 - beside);
         let level = self.tips.depth(p.y) + SUPRASPINOUS + self.midline_fat + shown;
         level + self.bulge * beside - 7e-4 * p.x * p.x
     }
 
+    /// Signed distance from the fascia below the fat, in mm; negative inside.
+    pub(super) fn fascia_distance(&self, p: &Place) -> f64 {
+        let beside = share_beside(p);
+        let fat = self.midline_fat * (1.0 - beside) + self.lateral_fat * beside;
+        self.distance_below(p, fat, self.lateral_fat)
+    }
+
     /// Signed distance, in mm; negative inside the body.
     pub(super) fn distance(&self, p: &Place) -> f64 {
+        self.distance_below(p, 0.0, 0.0)
+    }
+
+    /// Signed distance from a surface below the skin: so many mm below the back, and below the sides and the ends.
+    fn distance_below(&self, p: &Place, below_back: f64, below_side: f64) -> f64 {
         let [low, high] = self.trunk.ends();
         let Section { middle, half_x, half_z } = self.trunk.at(p.y);
         let (x, z) = ((p.x / half_x).powi(2), ((p.z - middle.z) / half_z).powi(2));
         let side = (0.5 * ((x + z).sqrt() + (x * x + z * z).sqrt().sqrt()) - 1.0) * half_x.min(half_z);
         // The back is as steep as the column's inclination: the factor keeps the value below the
         // true distance there.
-        let back = 0.8 * (p.z - self.back(p));
-        join_inside(join_inside(side, back, 10.0), (low - p.y).max(p.y - high), 14.0)
+        let back = 0.8 * (p.z - self.back(p) + below_back);
+        let ends = (low - p.y).max(p.y - high) + below_side.min(1.0);
+        join_inside(join_inside(side + below_side, back, 10.0), ends, 14.0)
     }
 
     pub(super) fn trunk(&self) -> &Loft {
@@ -119,6 +139,11 @@ impl SkinShape {
     pub(super) fn tips(&self) -> &TipLine {
         &self.tips
     }
+}
+
+/// 0 in the midline, 1 beside it.
+fn share_beside(p: &Place) -> f64 {
+    1.0 - libm::exp(-(p.x / 19.0).powi(2))
 }
 
 /// Erector spinae with multifidus: 2105 ± 377 mm² at L3/4 (erector alone, MRI of healthy adults,

@@ -1,15 +1,13 @@
 //! The body as nested volumes of one substance each, for imaging.
 //!
-//! Volumes with the same parent are disjoint: a later one is cut by those that it could touch. Left out because they change
-//! a grey level by less than one: skin (counted as fat), the lumbar arteries and the wall of the collecting system. There is no
-//! bowel and no gas: the wall of the abdomen and its content are one volume of muscle.
-
-use std::rc::Rc;
+//! Volumes with the same parent are disjoint, up to the height of their triangles. Everything below the fascia is muscle unless it is listed. Left
+//! out because they change a grey level by less than one: skin (counted as fat), ligaments, the lumbar arteries and the wall of the collecting
+//! system. There is no bowel and no gas.
 
 use super::form::{Bounds, Place};
 use super::part::{AnatomyPart, BodySide, Level};
 use super::surface::{BodyMesh, mesh_surface};
-use super::{Body, BodyQuality, CLEAR, cell_mm, loft_bounds};
+use super::{Body, BodyQuality, CLEAR, cell_mm};
 
 /// What a volume consists of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,7 +28,7 @@ pub enum Substance {
     CorticalBone,
     /// Spongy bone with its marrow, 1.18 g/cm³.
     Spongiosa,
-    /// Urine with contrast medium, 90 mg of iodine per ml, 1.09 g/cm³.
+    /// Urine with contrast medium, 89 mg of iodine per ml, 1.09 g/cm³.
     ContrastMedium,
 }
 
@@ -76,6 +74,9 @@ const GAP: f64 = 0.4;
 /// Thickness of fat around a kidney, in mm. Recalled: 5 to 20 mm.
 const PERIRENAL: f64 = 9.0;
 
+/// Thickness of the wall of the pelvis, in mm. Recalled.
+const PELVIS_WALL: f64 = 1.0;
+
 /// Thickness of compact bone, in mm. Recalled: 0.4 mm in the body of a vertebra, 1 to 1.5 mm in its arch, 0.7 to 1 mm in a rib.
 fn cortex(part: AnatomyPart) -> f64 {
     match part {
@@ -95,39 +96,39 @@ struct Shape<'b> {
     cell: f64,
 }
 
+/// Index of the muscle below the fascia among the volumes.
+const INSIDE: usize = 1;
+
 impl Body {
     /// The body as nested volumes, with contrast medium in a collecting system.
     #[must_use]
     pub fn list_volumes(&self, quality: BodyQuality, contrast: Option<Contrast>) -> Vec<BodyVolume> {
-        let mut shapes: Vec<Shape<'_>> = Vec::new();
-        let trunk = self.part_shape(AnatomyPart::Skin, Substance::Adipose, None);
-        let trunk_bounds = trunk.bounds;
-        shapes.push(trunk);
-        let muscles = Rc::new(Wall::new(self));
-        let wall = shapes.len();
-        let around = Rc::clone(&muscles);
+        let mut shapes = vec![self.part_shape(AnatomyPart::Skin, Substance::Adipose, None)];
         shapes.push(Shape {
-            name: "abdomen".to_owned(),
-            substance: Substance::Muscle,
-            parent: Some(0),
-            distance: Box::new(move |p| around.distance(p)),
-            bounds: trunk_bounds,
-            cell: 5.0,
+            name: "muscle".to_owned(),
+            distance: Box::new(|p| self.skin.fascia_distance(p)),
+            ..self.part_shape(AnatomyPart::Skin, Substance::Muscle, Some(0))
         });
         self.push_bones(&mut shapes);
-        for (part, substance) in list_soft() {
-            shapes.push(self.part_shape(part, substance, Some(0)));
+        for level in Level::ALL {
+            shapes.push(self.part_shape(AnatomyPart::Disc(level), Substance::SoftTissue, Some(INSIDE)));
         }
+        let canal = shapes.len();
+        shapes.push(Shape {
+            name: "canal".to_owned(),
+            distance: Box::new(|p| self.off_column(self.canal.distance(p), p)),
+            ..self.part_shape(AnatomyPart::EpiduralSpace, Substance::Adipose, Some(INSIDE))
+        });
+        shapes.push(Shape {
+            distance: Box::new(|p| self.off_column(self.sac.distance(p), p)),
+            ..self.part_shape(AnatomyPart::DuralSac, Substance::Water, Some(canal))
+        });
         for vessel in [AnatomyPart::Aorta, AnatomyPart::VenaCava] {
-            let own = self.part_shape(vessel, Substance::Blood, Some(wall));
-            let around = Rc::clone(&muscles);
-            let distance = Box::new(move |p: &Place| around.clip((own.distance)(p), p));
-            shapes.push(Shape { distance, ..self.part_shape(vessel, Substance::Blood, Some(wall)) });
+            shapes.push(self.part_shape(vessel, Substance::Blood, Some(INSIDE)));
         }
         for side in BodySide::BOTH {
             let filled = contrast.filter(|contrast| contrast.side == side).map(|contrast| contrast.volume_ml);
-            let kidney = KidneyInWall { body: self, side, wall: Rc::clone(&muscles) };
-            self.push_kidney(&mut shapes, &kidney, wall, filled);
+            self.push_kidney(&mut shapes, side, filled);
         }
         shapes.into_iter().map(|shape| self.volume(shape, quality)).collect()
     }
@@ -154,7 +155,7 @@ impl Body {
         let bones = AnatomyPart::list().into_iter();
         for part in bones.filter(|part| part.kind() == Some(law::structures::StructureKind::Bone)) {
             let outside = shapes.len();
-            shapes.push(self.part_shape(part, Substance::CorticalBone, Some(0)));
+            shapes.push(self.part_shape(part, Substance::CorticalBone, Some(INSIDE)));
             let shell = cortex(part);
             shapes.push(Shape {
                 name: format!("{}-inside", part.name()),
@@ -164,135 +165,78 @@ impl Body {
         }
     }
 
-    /// Fat, kidney and collecting system of a side, within a wall of an index.
-    fn push_kidney<'b>(
-        &'b self,
-        shapes: &mut Vec<Shape<'b>>,
-        kidney: &KidneyInWall<'b>,
-        wall: usize,
-        contrast_ml: Option<f64>,
-    ) {
-        let part = AnatomyPart::Kidney(kidney.side);
-        let (side, bounds) = (kidney.side.name(), self.part_bounds(part));
+    /// Fat, kidney and collecting system of a side.
+    fn push_kidney<'b>(&'b self, shapes: &mut Vec<Shape<'b>>, side: BodySide, contrast_ml: Option<f64>) {
+        let part = AnatomyPart::Kidney(side);
+        let bounds = self.part_bounds(part);
         let grown = Bounds::NOTHING.grown_by_ball(&bounds.least, PERIRENAL).grown_by_ball(&bounds.greatest, PERIRENAL);
         let fat = shapes.len();
-        let own = kidney.clone();
         shapes.push(Shape {
-            name: format!("perirenal-fat-{side}"),
-            distance: Box::new(move |p| own.fat_distance(p)),
+            name: format!("perirenal-fat-{}", side.name()),
+            distance: Box::new(move |p| self.perirenal_distance(side, p)),
             bounds: grown,
             cell: 3.0,
-            ..self.part_shape(part, Substance::Adipose, Some(wall))
+            ..self.part_shape(part, Substance::Adipose, Some(INSIDE))
         });
-        let own = kidney.clone();
         shapes.push(Shape {
-            distance: Box::new(move |p| own.distance(p)),
+            distance: Box::new(move |p| self.kidney_distance(side, p)),
             cell: 2.4,
             ..self.part_shape(part, Substance::Kidney, Some(fat))
         });
-        let system = &self.systems[kidney.side as usize];
+        let system = &self.systems[side as usize];
         let fluid = shapes.len();
-        let own = kidney.clone();
         shapes.push(Shape {
-            name: format!("collecting-system-{side}"),
-            distance: Box::new(move |p| own.wall.clip(system.distance(p), p)),
-            bounds: system.bounds(),
-            cell: 1.2,
-            ..self.part_shape(part, Substance::Water, Some(wall))
+            name: format!("calyces-{}", side.name()),
+            distance: Box::new(move |p| self.fluid_distance(side, p)),
+            bounds: system.calyces_bounds(),
+            cell: 0.6,
+            ..self.part_shape(part, Substance::Water, Some(fat + 1))
         });
         if let Some(volume_ml) = contrast_ml {
-            let (level, own) = (system.fluid_level(volume_ml), kidney.clone());
+            let level = system.fluid_level(volume_ml);
             shapes.push(Shape {
-                name: format!("contrast-{side}"),
-                distance: Box::new(move |p| own.wall.clip((system.calyces_distance(p) + 0.1).max(p.z - level), p)),
-                bounds: system.bounds(),
-                cell: 1.0,
+                name: format!("contrast-{}", side.name()),
+                distance: Box::new(move |p| self.fluid_distance(side, p).max(p.z - level)),
+                bounds: system.calyces_bounds(),
+                cell: 0.6,
                 ..self.part_shape(part, Substance::ContrastMedium, Some(fluid))
             });
         }
+        shapes.push(Shape {
+            name: format!("ureter-{}", side.name()),
+            distance: Box::new(move |p| system.ureter_distance(p).max(GAP - self.perirenal_distance(side, p))),
+            bounds: system.ureter_bounds(),
+            cell: 1.2,
+            ..self.part_shape(part, Substance::Water, Some(INSIDE))
+        });
     }
-}
 
-/// A kidney between the muscles.
-#[derive(Clone)]
-struct KidneyInWall<'b> {
-    body: &'b Body,
-    side: BodySide,
-    wall: Rc<Wall<'b>>,
-}
-
-impl KidneyInWall<'_> {
-    /// Signed distance from the fat around it, in mm: beside vessels and collecting system.
-    fn fat_distance(&self, p: &Place) -> f64 {
-        let own = self.body.kidneys[self.side as usize].distance(p) - PERIRENAL;
+    /// Signed distance from the fat around a kidney and its pelvis, in mm: beside bones, the muscle behind it and vessels.
+    fn perirenal_distance(&self, side: BodySide, p: &Place) -> f64 {
+        let kidney = self.kidneys[side as usize].distance(p) - PERIRENAL;
+        let own = kidney.min(self.systems[side as usize].calyces_distance(p) - 3.0);
         if own > CLEAR {
             return own;
         }
-        let vessels = self.body.vessels[..2].iter().map(|vessel| vessel.distance(p)).fold(f64::INFINITY, f64::min);
-        let beside = own.max(GAP - vessels).max(0.5 * GAP - self.body.systems[self.side as usize].distance(p));
-        self.wall.clip(beside, p)
+        let column = self.column.iter().map(|bone| bone.distance(p));
+        let ribs = self.ribs.iter().flatten().map(|rib| rib.distance(p));
+        let vessels = self.vessels[..2].iter().map(|vessel| vessel.distance(p));
+        let discs = self.discs.iter().map(|disc| disc.distance(p));
+        let others = column.chain(ribs).chain(vessels).chain(discs).chain([self.quadrati[side as usize].distance(p)]);
+        let own = own.max(self.skin.fascia_distance(p) + GAP);
+        others.fold(own, |own, other| own.max(GAP - other))
     }
 
-    /// Signed distance from the kidney's tissue, in mm.
-    fn distance(&self, p: &Place) -> f64 {
-        let own = self.body.kidneys[self.side as usize].distance(p);
-        if own > CLEAR { own } else { own.max(self.fat_distance(p) + GAP) }
-    }
-}
-
-/// The muscles around the abdomen and its content: inside the fat under the skin, outside the column, the ribs, the pelvis and
-/// the muscles of the back.
-struct Wall<'b> {
-    body: &'b Body,
-    /// What it does not enter, each with a bounding box.
-    others: Vec<(Bounds, Box<dyn Fn(&Place) -> f64 + 'b>)>,
-}
-
-impl<'b> Wall<'b> {
-    fn new(body: &'b Body) -> Self {
-        let mut wall = Self { body, others: Vec::new() };
-        for bone in &body.column {
-            wall.others.push((bone.bounds(), Box::new(|p| bone.distance(p))));
-        }
-        let solids = body.ilia.iter().chain(body.ribs.iter().flatten()).chain(&body.discs).chain(&body.interspinous);
-        for solid in solids.chain([&body.supraspinous]) {
-            wall.others.push((solid.bounds(), Box::new(|p| solid.distance(p))));
-        }
-        for muscle in body.erectors.iter().chain(&body.quadrati) {
-            wall.others.push((loft_bounds(muscle), Box::new(|p| muscle.distance(p))));
-        }
-        let flavum = body.flavum_thickness(Level::L3) + 1.0;
-        let canal = loft_bounds(&body.canal);
-        let canal = Bounds::NOTHING.grown_by_ball(&canal.least, flavum).grown_by_ball(&canal.greatest, flavum);
-        wall.others.push((canal, Box::new(move |p| body.canal.distance(p) - flavum)));
-        wall
+    /// Signed distance from a kidney and the wall of its pelvis, in mm.
+    fn kidney_distance(&self, side: BodySide, p: &Place) -> f64 {
+        let wall = self.systems[side as usize].calyces_distance(p) - PELVIS_WALL;
+        let own = self.kidneys[side as usize].distance(p).min(wall);
+        if own > CLEAR { own } else { own.max(self.perirenal_distance(side, p) + GAP) }
     }
 
-    /// Limits a shape to the inside of the wall.
-    fn clip(&self, own: f64, p: &Place) -> f64 {
-        if own > CLEAR { own } else { own.max(self.distance(p) + GAP) }
+    /// Signed distance from the fluid in pelvis and calyces, in mm.
+    fn fluid_distance(&self, side: BodySide, p: &Place) -> f64 {
+        let own = self.systems[side as usize].calyces_distance(p);
+        if own > CLEAR { own } else { own.max(self.kidney_distance(side, p) + GAP) }
     }
-
-    /// Signed distance, in mm.
-    fn distance(&self, p: &Place) -> f64 {
-        let own = self.body.skin.distance(p) + self.body.values.lateral_fat;
-        self.others.iter().fold(own, |own, (bounds, other)| {
-            // A neighbour that is farther away than the surface itself changes nothing.
-            let least = bounds.distance(p);
-            if GAP - least <= own.max(-2.0 * CLEAR) { own } else { own.max(GAP - other(p)) }
-        })
-    }
-}
-
-/// The soft parts of the back with their substances.
-fn list_soft() -> Vec<(AnatomyPart, Substance)> {
-    let at_levels = [AnatomyPart::Disc, AnatomyPart::Interspinous, AnatomyPart::Flavum];
-    let ligaments = at_levels.into_iter().flat_map(|part: fn(Level) -> AnatomyPart| Level::ALL.map(part));
-    let at_sides = [AnatomyPart::ErectorSpinae, AnatomyPart::Quadratus];
-    let muscles = at_sides.into_iter().flat_map(|part: fn(BodySide) -> AnatomyPart| BodySide::BOTH.map(part));
-    let mut soft: Vec<_> = ligaments.map(|part| (part, Substance::SoftTissue)).collect();
-    soft.push((AnatomyPart::Supraspinous, Substance::SoftTissue));
-    soft.push((AnatomyPart::DuralSac, Substance::Water));
-    soft.extend(muscles.map(|part| (part, Substance::Muscle)));
-    soft
 }

@@ -1,6 +1,8 @@
 //! `stylet render`: renders an image of a recording or an exercise, or the frames of a film,
 //! without a window.
 
+mod radiograph;
+
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -9,6 +11,7 @@ use documents::{ExerciseBundle, Patient};
 use render::frame::{Frame, Stage, View};
 use render::{Headless, PictureError, Quality};
 
+use self::radiograph::{Fluoroscope, RadiographArgs};
 use crate::exit::{Failure, Outcome};
 use crate::new_file::create_folder;
 use crate::picture::{self, Look, Moment, Telling};
@@ -25,7 +28,8 @@ const MOST_PIXELS: u32 = 8192;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     stylet render attempt.mcap --at 4.2 --view tip --out pop.png\n  \
-    stylet render attempt.mcap --frames film --fps 30")]
+    stylet render attempt.mcap --frames film --fps 30\n  \
+    stylet render attempt.mcap --at 20 --x-ray 30,0 --contrast-ml 8 --out oblique.png")]
 pub struct RenderArgs {
     /// A recording or an exercise
     #[arg(value_name = "REC.mcap|EXERCISE.toml")]
@@ -51,6 +55,8 @@ pub struct RenderArgs {
     /// Frames per second of a film
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=240))]
     fps: u32,
+    #[command(flatten)]
+    radiograph: RadiographArgs,
 }
 
 /// Width and height, in pixels.
@@ -84,8 +90,10 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 /// The content to render.
 struct Film {
+    bundle: ExerciseBundle,
+    /// Seed of the attempt; 0 for an exercise.
+    seed: u64,
     stage: Stage,
-    target_depth_m: f64,
     look: Look,
     source: MomentSource,
 }
@@ -104,7 +112,7 @@ impl Film {
             MomentSource::Recording(telling, _) => telling.at(t_s),
             MomentSource::Exercise(moment) => moment,
         };
-        moment.frame(&self.look, self.target_depth_m)
+        moment.frame(&self.look, self.bundle.exercise.target_depth_mm * 1e-3)
     }
 
     fn duration_s(&self) -> f64 {
@@ -126,12 +134,56 @@ pub fn run(args: &RenderArgs) -> Outcome {
         let allowed = format!("--at {} s: the attempt lasts {:.3} s", args.at, film.duration_s());
         return Err(Failure::refused(&args.what, allowed));
     }
-    let mut headless = Headless::new(Quality::Full).map_err(Failure::work)?;
-    headless.set_stage(&film.stage).map_err(|error| Failure::refused(&args.what, error))?;
+    let mut painter = Painter::new(args, &film)?;
     match (&args.out, &args.frames) {
-        (Some(out), _) => still(&mut headless, &film.frame(args.at), args.size, out),
-        (None, Some(folder)) => frames(&mut headless, &mut film, args, folder),
+        (Some(out), _) => still(&mut painter, &film.frame(args.at), out),
+        (None, Some(folder)) => frames(&mut painter, &mut film, args, folder),
         (None, None) => Ok(()),
+    }
+}
+
+/// What makes an image of a frame.
+enum Painter {
+    /// A graphics adapter, and the size in pixels.
+    Adapter(Box<Headless>, [u32; 2]),
+    /// X-rays, on the processor.
+    Fluoroscope(Box<Fluoroscope>),
+}
+
+impl Painter {
+    fn new(args: &RenderArgs, film: &Film) -> Result<Self, Failure> {
+        if args.radiograph.are_given() {
+            let fluoroscope = Fluoroscope::new(&args.what, &film.bundle, &args.radiograph, film.seed)?;
+            return Ok(Self::Fluoroscope(Box::new(fluoroscope)));
+        }
+        let mut headless = Headless::new(Quality::Full).map_err(Failure::work)?;
+        headless.set_stage(&film.stage).map_err(|error| Failure::refused(&args.what, error))?;
+        Ok(Self::Adapter(Box::new(headless), args.size.0))
+    }
+
+    /// Makes the image and writes it. Returns what is said about it.
+    fn paint(&mut self, frame: &Frame, out: &Path) -> Result<String, Failure> {
+        let (saved, said) = match self {
+            Self::Adapter(headless, size) => {
+                let picture = headless.next(frame, *size).map_err(|error| failure(&error))?;
+                let said = format!("{} × {} pixels on {}", size[0], size[1], headless.adapter());
+                (picture.save_with_format(out, image::ImageFormat::Png), said)
+            }
+            Self::Fluoroscope(fluoroscope) => {
+                let (picture, exposure) = fluoroscope.expose(frame);
+                let said = format!(
+                    "{} × {} pixels; {:.3} mAs, {:.1} µGy at the reference point, {:.2} µGy·m²",
+                    picture.width(),
+                    picture.height(),
+                    exposure.load_mas,
+                    exposure.kerma_ugy,
+                    exposure.kerma_area_ugy_m2
+                );
+                (picture.save_with_format(out, image::ImageFormat::Png), said)
+            }
+        };
+        saved.map_err(|error| cannot_write(out, &error))?;
+        Ok(said)
     }
 }
 
@@ -142,7 +194,7 @@ fn of_exercise(args: &RenderArgs) -> Result<Film, Failure> {
     let stage = picture::build_stage(path, &bundle, &specimen)?;
     let source = MomentSource::Exercise(Box::new(Moment::before(&bundle, &[])));
     let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
-    Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
+    Ok(Film { bundle, seed: 0, stage, look, source })
 }
 
 fn of_recording(args: &RenderArgs) -> Result<Film, Failure> {
@@ -152,34 +204,28 @@ fn of_recording(args: &RenderArgs) -> Result<Film, Failure> {
     let stage = picture::stage_of_recording(path, &bundle, &recording)?;
     let duration_s = recording.samples.last().map_or(0.0, |sample| sample.t_s);
     let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
+    let seed = recording.session.seed;
     let source = MomentSource::Recording(Box::new(Telling::new(Arc::new(recording), &bundle)), duration_s);
-    Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
+    Ok(Film { bundle, seed, stage, look, source })
 }
 
-fn still(headless: &mut Headless, frame: &Frame, PictureSize(size): PictureSize, out: &Path) -> Outcome {
-    let picture = headless.next(frame, size).map_err(|error| failure(&error))?;
-    picture.save_with_format(out, image::ImageFormat::Png).map_err(|error| cannot_write(out, &error))?;
-    output::print_line(format_args!("{}: {} × {} pixels on {}", out.display(), size[0], size[1], headless.adapter()))
+fn still(painter: &mut Painter, frame: &Frame, out: &Path) -> Outcome {
+    let said = painter.paint(frame, out)?;
+    output::print_line(format_args!("{}: {said}", out.display()))
 }
 
-fn frames(headless: &mut Headless, film: &mut Film, args: &RenderArgs, folder: &Path) -> Outcome {
+fn frames(painter: &mut Painter, film: &mut Film, args: &RenderArgs, folder: &Path) -> Outcome {
     create_folder(folder)?;
     let count = (film.duration_s() * f64::from(args.fps)).floor() as u64 + 1;
     let progress = Progress::new(count, "drawing");
+    let mut said = String::new();
     for at in 0..count {
         let frame = film.frame(at as f64 / f64::from(args.fps));
-        let picture = headless.next(&frame, args.size.0).map_err(|error| failure(&error))?;
-        let out = folder.join(format!("{at:05}.png"));
-        picture.save_with_format(&out, image::ImageFormat::Png).map_err(|error| cannot_write(&out, &error))?;
+        said = painter.paint(&frame, &folder.join(format!("{at:05}.png")))?;
         progress.set(at + 1);
     }
     drop(progress);
-    output::print_line(format_args!(
-        "{}: {count} frames at {} per second on {}",
-        folder.display(),
-        args.fps,
-        headless.adapter()
-    ))
+    output::print_line(format_args!("{}: {count} frames at {} per second; each {said}", folder.display(), args.fps))
 }
 
 /// An unsupported size is a usage error; all other errors are the adapter's.

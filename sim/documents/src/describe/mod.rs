@@ -9,6 +9,7 @@ use std::ops::RangeInclusive;
 
 use phrase::{Phrase, phrase};
 
+mod body;
 mod curriculum;
 mod exercise;
 mod instrument;

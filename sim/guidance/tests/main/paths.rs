@@ -19,8 +19,10 @@ fn arms() -> [CArm; 4] {
     [turned_arm(0.0, 0.0), turned_arm(30.0, 0.0), turned_arm(-45.0, 45.0), turned_arm(90.0, -20.0)]
 }
 
-fn box_mesh(half: [f64; 3]) -> BodyMesh {
-    let corner = |at: usize| Point3::from(Vector3::from_fn(|axis, _| if at >> axis & 1 == 1 { half[axis] } else { -half[axis] }));
+pub fn box_mesh(half: [f64; 3]) -> BodyMesh {
+    let corner = |at: usize| {
+        Point3::from(Vector3::from_fn(|axis, _| if at >> axis & 1 == 1 { half[axis] } else { -half[axis] }))
+    };
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
     BodyMesh { vertices_m: (0..8).map(corner).collect(), triangles }
@@ -111,8 +113,7 @@ fn nested_surfaces_add_up() {
     let [around, inside] = [outer, inner].map(|half| project(&detector, &box_mesh(half)).unwrap());
     for at in 0..PIXELS * PIXELS {
         let ray = detector.ray((at % PIXELS) as f64 + 0.5, (at / PIXELS) as f64 + 0.5);
-        let [expected, less] =
-            [&outer_shape, &inner_shape].map(|shape| length_in(shape, &detector.source_m(), &ray));
+        let [expected, less] = [&outer_shape, &inner_shape].map(|shape| length_in(shape, &detector.source_m(), &ray));
         let off = around.lengths_m[at] - inside.lengths_m[at] - (expected - less);
         assert!(off.abs() <= 1e-9, "{off} m");
     }
@@ -161,9 +162,9 @@ fn a_needle_is_a_tube_with_its_stylet_or_without() {
 
 #[test]
 fn a_body_at_the_tube_is_refused() {
-    let arm = CArm { isocentre_m: Point3::new(0.0, 0.0, 0.55), ..CArm::over(Point3::origin()) };
+    let arm = CArm { isocentre_m: Point3::new(0.0, 0.0, 0.53), ..CArm::over(Point3::origin()) };
     let refused = project(&Detector::new(&arm, PIXELS), &box_mesh([0.05; 3])).unwrap_err();
-    assert_eq!(refused.to_string(), "a part of the body X: 50 to 1000 mm");
+    assert_eq!(refused.to_string(), "a part of the body 20 mm from the source; allowed: 50 to 1000 mm");
 }
 
 #[test]
