@@ -3,7 +3,7 @@
 use anatomy::BodyVolume;
 
 use crate::attenuation::{BINS, STEEL_PER_CM, coefficients_per_cm, transmit};
-use crate::c_arm::{CArm, DETECTOR_M, Detector, SOURCE_DETECTOR_M};
+use crate::c_arm::{CArm, DETECTOR_M, Detector};
 use crate::exposure::{Exposure, KermaLevel};
 use crate::needle::ImagedNeedle;
 use crate::noise::{Counter, draw_poisson};
@@ -131,7 +131,7 @@ struct Field {
 
 impl Field {
     fn new(arm: &CArm) -> Self {
-        let half = 0.5 * PIXELS as f64 * (arm.field_m / DETECTOR_M / SOURCE_DETECTOR_M).min(1.0);
+        let half = 0.5 * PIXELS as f64 * (arm.field_m / DETECTOR_M).min(1.0);
         let middle = 0.5 * PIXELS as f64;
         Self { first: (middle - half).round() as usize, last: (middle + half).round() as usize }
     }
