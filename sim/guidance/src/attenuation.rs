@@ -2,7 +2,7 @@
 //!
 //! 80 kV, 3 mm Al and 0.1 mm Cu (SpekPy 2.5.4, tungsten, 12°), weighted by the energy that 0.5 mm of CsI at 60 % packing
 //! absorbs. Coefficients of Elam et al. (2002) by xraydb 4.5.8 for the compositions of ICRU report 44; spongiosa and
-//! kidney after ICRU report 46. `tests/python/attenuation.py` computes the table anew.
+//! kidney after ICRU report 46. `tests/peers/attenuation.py` computes the table anew.
 //!
 //! Against steps of 1 keV, seven bins err by −0.8 % behind 10 cm of soft tissue, −1.7 % behind 20 cm, and −3.7 % behind 1 mm
 //! of steel in 20 cm.

@@ -1,6 +1,6 @@
 """Computes the attenuation table of sim/guidance/src/attenuation.rs anew and compares it.
 
-Needs spekpy 2.5.4 and xraydb 4.5.8:  python tests/python/attenuation.py
+`tests/peers/radiographs` installs what it needs and runs it.
 
 Spectrum: 80 kV, tungsten 12°, 3 mm Al, 0.1 mm Cu, weighted by the energy absorbed in 0.5 mm of CsI with 60 % packing.
 Compositions by mass: ICRU report 44 (adipose, muscle, soft tissue, blood, cortical bone), ICRU report 46 (spongiosa, kidney).
@@ -110,4 +110,5 @@ def main():
         sys.exit(f"the table differs by {worst:.1e}; allowed: 1e-4")
 
 
-main()
+if __name__ == "__main__":
+    main()
