@@ -373,7 +373,9 @@ fn only_the_clock_reads_the_clock() {
 
 #[test]
 fn mechanics_start_no_thread() {
-    for (path, text) in ["sim/law/src", "sim/tissue/src", "sim/anatomy/src", "sim/guidance/src"].into_iter().flat_map(shipped) {
+    for (path, text) in
+        ["sim/law/src", "sim/tissue/src", "sim/anatomy/src", "sim/guidance/src"].into_iter().flat_map(shipped)
+    {
         assert!(!text.contains("thread::"), "{} starts a thread: its callers may", path.display());
     }
 }

@@ -146,4 +146,5 @@ fn a_radiograph_names_what_it_refuses() {
     refused(kidney, &["--x-ray", "0"], "two numbers in degrees");
     refused(kidney, &["--x-ray", "0,0", "--contrast-ml", "-1"], "--contrast-ml");
     refused(kidney, &["--contrast-ml", "5"], "--x-ray");
+    refused(kidney, &["--x-ray", "0,0", "--dose", "none"], "low, normal, boost");
 }

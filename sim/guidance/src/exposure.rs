@@ -10,10 +10,9 @@ pub const LOAD_MAS: [f64; 2] = [0.02, 1.0];
 const REFERENCE_M: f64 = 0.15;
 
 /// Air kerma at the detector that the exposure control aims at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KermaLevel {
     /// 30 nGy a pulse.
-    #[default]
     Low,
     /// 45 nGy.
     Normal,

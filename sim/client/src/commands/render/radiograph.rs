@@ -29,6 +29,20 @@ pub struct RadiographArgs {
     /// Edge of the collimated field at the detector, in mm
     #[arg(long, value_name = "MM", requires = "x_ray", default_value_t = 300.0)]
     field_mm: f64,
+    /// Air kerma at the detector, for which the exposure control sets the tube load: a higher one has less noise
+    #[arg(long, value_name = "LEVEL", requires = "x_ray", default_value = "low")]
+    dose: Dose,
+}
+
+/// Level of the exposure control.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Dose {
+    /// 30 nGy
+    Low,
+    /// 45 nGy
+    Normal,
+    /// 65 nGy
+    Boost,
 }
 
 /// Angles of a C-arm, in degrees.
@@ -62,6 +76,7 @@ pub struct Fluoroscope {
     entry: BodyEntry,
     needle: Needle,
     shadow: BodyShadow,
+    level: KermaLevel,
     seed: u64,
     pulses: u32,
 }
@@ -87,12 +102,17 @@ impl Fluoroscope {
         arm.check().map_err(Failure::input)?;
         let shadow =
             cast_shadow(&body, &arm, &target_m, args.contrast_ml).map_err(|why| Failure::refused(file, why))?;
-        Ok(Self { entry, needle: bundle.scene.needle.clone(), shadow, seed, pulses: 0 })
+        let level = match args.dose {
+            Dose::Low => KermaLevel::Low,
+            Dose::Normal => KermaLevel::Normal,
+            Dose::Boost => KermaLevel::Boost,
+        };
+        Ok(Self { entry, needle: bundle.scene.needle.clone(), shadow, level, seed, pulses: 0 })
     }
 
     /// Exposes the detector with the needle of a frame. The noise follows from the attempt's seed and the number of the pulse.
     pub fn expose(&mut self, frame: &Frame) -> (GrayImage, Exposure) {
-        let pulse = Pulse { seed: self.seed, index: self.pulses, level: KermaLevel::default() };
+        let pulse = Pulse { seed: self.seed, index: self.pulses, level: self.level };
         self.pulses += 1;
         let radiograph = Radiograph::expose(&self.shadow, Some(&self.imaged_needle(frame)), pulse);
         let edge = PIXELS as u32;
