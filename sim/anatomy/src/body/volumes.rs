@@ -175,7 +175,7 @@ impl Body {
             name: format!("perirenal-fat-{}", side.name()),
             distance: Box::new(move |p| self.perirenal_distance(side, p)),
             bounds: grown,
-            cell: 3.0,
+            cell: 2.0,
             ..self.part_shape(part, Substance::Adipose, Some(INSIDE))
         });
         shapes.push(Shape {
@@ -204,11 +204,21 @@ impl Body {
         }
         shapes.push(Shape {
             name: format!("ureter-{}", side.name()),
-            distance: Box::new(move |p| system.ureter_distance(p).max(GAP - self.perirenal_distance(side, p))),
+            distance: Box::new(move |p| self.ureter_distance(side, p)),
             bounds: system.ureter_bounds(),
             cell: 1.2,
             ..self.part_shape(part, Substance::Water, Some(INSIDE))
         });
+    }
+
+    /// Signed distance from the ureter outside the fat around the kidney, in mm: beside the vessels.
+    fn ureter_distance(&self, side: BodySide, p: &Place) -> f64 {
+        let own = self.systems[side as usize].ureter_distance(p);
+        if own > CLEAR {
+            return own;
+        }
+        let vessels = self.vessels[..2].iter().map(|vessel| vessel.distance(p));
+        vessels.chain([self.perirenal_distance(side, p)]).fold(own, |own, other| own.max(GAP - other))
     }
 
     /// Signed distance from the fat around a kidney and its pelvis, in mm: beside bones, the muscle behind it and vessels.
