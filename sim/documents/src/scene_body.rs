@@ -2,10 +2,11 @@
 
 use anatomy::{Body, BodyEntry, BodyOrder, Level, Posture};
 use phrase::Phrase;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use toml::{Table, Value};
 
 /// A body from parameters, and the place on its skin that is the scene's origin.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct SceneBody {
     /// Interspace where the needle enters, as palpated: L1/2 to L5/S1.
     pub interspace: String,
@@ -24,8 +25,17 @@ pub struct SceneBody {
 
 impl SceneBody {
     /// The body as a table of a document.
-    pub(crate) fn table(&self) -> toml::Table {
-        toml::Table::try_from(self).expect("a seed below 2^63 and finite numbers")
+    pub(crate) fn table(&self) -> Table {
+        let Self { interspace, posture, seed, weight_kg, age_years, offset_mm } = self.clone();
+        let values = [
+            ("interspace", Value::String(interspace)),
+            ("posture", Value::String(posture)),
+            ("seed", Value::Integer(seed.cast_signed())),
+            ("weight_kg", Value::Float(weight_kg)),
+            ("age_years", Value::Float(age_years)),
+            ("offset_mm", Value::Array(offset_mm.map(Value::Float).to_vec())),
+        ];
+        values.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
     }
 
     /// Builds the body and enters it.

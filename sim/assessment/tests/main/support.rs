@@ -20,6 +20,7 @@ pub fn bundle() -> ExerciseBundle {
         title: String::new(),
         description: String::new(),
         layers: layers.iter().map(|(name, thickness_mm)| layer(name, *thickness_mm)).collect(),
+        body: None,
         needle: needle(),
         rate: None,
         law: ForceLaw::Version2,

@@ -20,6 +20,7 @@ pub(super) fn scene() -> Scene {
         title: "Lower back, with a vessel and bone".to_owned(),
         description: String::new(),
         layers: vec![layer("skin", 0.8), layer("fat", 8.4), layer("fascia", 0.6), layer("muscle", 39.0)],
+        body: None,
         needle: needle(),
         rate: None,
         law: law::axial::ForceLaw::Version2,

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use anatomy::{Body, BodyEntry, BodyQuality, BodySide, Contrast};
 use documents::{ExerciseBundle, Needle};
 use guidance::{BodyShadow, CArm, Exposure, ImagedNeedle, KermaLevel, PIXELS, Pulse, Radiograph};
-use image::GrayImage;
+use image::{GrayImage, Luma};
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use render::frame::Frame;
 
@@ -116,7 +116,8 @@ impl Fluoroscope {
         self.pulses += 1;
         let radiograph = Radiograph::expose(&self.shadow, Some(&self.imaged_needle(frame)), pulse);
         let edge = PIXELS as u32;
-        let picture = GrayImage::from_raw(edge, edge, radiograph.greys).expect("a grey level for each pixel");
+        let grey = |column, row| Luma([radiograph.greys[(row * edge + column) as usize]]);
+        let picture = GrayImage::from_fn(edge, edge, grey);
         (picture, radiograph.exposure)
     }
 
