@@ -34,8 +34,9 @@ fn ball_mesh(radius: f64, rings: u32) -> BodyMesh {
     let place = |ring: u32, segment: u32| {
         let latitude = std::f64::consts::PI * f64::from(ring) / f64::from(rings);
         let longitude = std::f64::consts::TAU * f64::from(segment % segments) / f64::from(segments);
-        let (sin, cos) = latitude.sin_cos();
-        Point3::new(radius * sin * longitude.cos(), radius * sin * longitude.sin(), radius * cos)
+        let (sin, cos) = libm::sincos(latitude);
+        let (to_side, ahead) = libm::sincos(longitude);
+        Point3::new(radius * sin * ahead, radius * sin * to_side, radius * cos)
     };
     let index = |ring: u32, segment: u32| match ring {
         0 => 0,
@@ -88,7 +89,7 @@ fn a_box_has_the_lengths_of_its_closed_form() {
 fn a_ball_of_facets_stays_within_its_chords() {
     let (radius, rings) = (0.04, 200);
     let shape = Ball::new(radius);
-    let chord = radius * (1.0 - (std::f64::consts::PI / f64::from(rings)).cos());
+    let chord = radius * (1.0 - libm::cos(std::f64::consts::PI / f64::from(rings)));
     for arm in arms() {
         let detector = Detector::new(&arm, PIXELS);
         let image = project(&detector, &ball_mesh(radius, rings)).unwrap();
