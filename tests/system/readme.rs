@@ -14,9 +14,10 @@ const PAGES: [&str; 6] =
     ["README.md", "docs/station.md", "docs/simulate.md", "docs/operate.md", "docs/measurements.md", "docs/recipes.md"];
 
 /// Commands that are not run, by their beginnings, each with the reason.
-const SKIPPED: [(&str, &str); 24] = [
+const SKIPPED: [(&str, &str); 25] = [
     ("deploy/run", "builds for minutes, and serves until it is stopped"),
     ("deploy/test", "runs this"),
+    ("deploy/windows", "changes the machine, and builds for minutes"),
     ("deploy/cluster", "as deploy/run: tests/system/cluster.rs"),
     ("STYLET_PUBLIC_URL=", "as podman"),
     ("kubectl ", "asks for a cluster: tests/system/cluster.rs"),
