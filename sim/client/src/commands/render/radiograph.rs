@@ -24,7 +24,14 @@ pub struct RadiographArgs {
     )]
     x_ray: Option<ArmAngles>,
     /// Volume of contrast medium in the collecting system of the kidney on the target's side, in ml
-    #[arg(long, value_name = "ML", requires = "x_ray", default_value_t = 0.0, value_parser = volume_ml)]
+    #[arg(
+        long,
+        value_name = "ML",
+        requires = "x_ray",
+        default_value_t = 0.0,
+        value_parser = volume_ml,
+        allow_negative_numbers = true
+    )]
     contrast_ml: f64,
     /// Edge of the collimated field at the detector, in mm
     #[arg(long, value_name = "MM", requires = "x_ray", default_value_t = 300.0)]
