@@ -72,7 +72,7 @@ impl CArm {
     /// Returns the direction from the source to the middle of the detector.
     #[must_use]
     pub fn direction(&self) -> Vector3<f64> {
-        let ([so, co], [st, ct]) = (sine_and_cosine(self.orbital_rad), sine_and_cosine(self.tilt_rad));
+        let ((so, co), (st, ct)) = (libm::sincos(self.orbital_rad), libm::sincos(self.tilt_rad));
         Vector3::new(so * ct, st, co * ct)
     }
 
@@ -85,15 +85,10 @@ impl CArm {
     /// Returns the axes of the picture: to the right and up, seen from the detector towards the source.
     #[must_use]
     pub fn picture_axes(&self) -> [Vector3<f64>; 2] {
-        let ([so, co], [st, ct]) = (sine_and_cosine(self.orbital_rad), sine_and_cosine(self.tilt_rad));
+        let ((so, co), (st, ct)) = (libm::sincos(self.orbital_rad), libm::sincos(self.tilt_rad));
         let up = Vector3::new(-so * st, ct, -co * st);
         [up.cross(&self.direction()), up]
     }
-}
-
-fn sine_and_cosine(angle_rad: f64) -> [f64; 2] {
-    let (sine, cosine) = libm::sincos(angle_rad);
-    [sine, cosine]
 }
 
 /// A C-arm's rays, one through the middle of each pixel.

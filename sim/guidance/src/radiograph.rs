@@ -176,7 +176,7 @@ impl Veil {
     }
 }
 
-/// Convolves a picture with the Gaussian of the scatter. Beyond the detector there is none.
+/// Convolves a picture with the Gaussian of the scatter; the picture is 0 outside the detector.
 fn blur(pixel: &dyn Fn(usize) -> f64) -> Veil {
     let edge = PIXELS / BLOCKS;
     let mut blocks = vec![0.0; BLOCKS * BLOCKS];

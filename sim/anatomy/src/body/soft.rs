@@ -141,7 +141,7 @@ impl SkinShape {
     }
 }
 
-/// 0 in the midline, 1 beside it.
+/// Weight of lateral tissue: 0 in the midline, 1 far from it.
 fn share_beside(p: &Place) -> f64 {
     1.0 - libm::exp(-(p.x / 19.0).powi(2))
 }

@@ -52,7 +52,7 @@ impl Substance {
 pub struct BodyVolume {
     /// Its name.
     pub name: String,
-    /// What is inside, except in its children.
+    /// The substance inside the surface and outside the children's surfaces.
     pub substance: Substance,
     /// Index of the volume around it; `None` in air. Parents precede their children.
     pub parent: Option<usize>,
@@ -211,7 +211,7 @@ impl Body {
         });
     }
 
-    /// Signed distance from the ureter outside the fat around the kidney, in mm: beside the vessels.
+    /// Signed distance from the ureter, in mm, without the perirenal fat and the vessels.
     fn ureter_distance(&self, side: BodySide, p: &Place) -> f64 {
         let own = self.systems[side as usize].ureter_distance(p);
         if own > CLEAR {
@@ -221,7 +221,7 @@ impl Body {
         vessels.chain([self.perirenal_distance(side, p)]).fold(own, |own, other| own.max(GAP - other))
     }
 
-    /// Signed distance from the fat around a kidney and its pelvis, in mm: beside bones, the muscle behind it and vessels.
+    /// Signed distance from the perirenal fat, in mm, without bones, discs, quadratus lumborum and vessels.
     fn perirenal_distance(&self, side: BodySide, p: &Place) -> f64 {
         let kidney = self.kidneys[side as usize].distance(p) - PERIRENAL;
         let own = kidney.min(self.systems[side as usize].calyces_distance(p) - 3.0);

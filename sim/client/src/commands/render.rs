@@ -93,7 +93,8 @@ struct Film {
     bundle: ExerciseBundle,
     /// Seed of the attempt; 0 for an exercise.
     seed: u64,
-    stage: Stage,
+    /// What a graphics adapter draws; `None` for radiographs, which need no tissue model.
+    stage: Option<Stage>,
     look: Look,
     source: MomentSource,
 }
@@ -152,26 +153,26 @@ enum Painter {
 
 impl Painter {
     fn new(args: &RenderArgs, film: &Film) -> Result<Self, Failure> {
-        if args.radiograph.are_given() {
+        let Some(stage) = &film.stage else {
             let fluoroscope = Fluoroscope::new(&args.what, &film.bundle, &args.radiograph, film.seed)?;
             return Ok(Self::Fluoroscope(Box::new(fluoroscope)));
-        }
+        };
         let mut headless = Headless::new(Quality::Full).map_err(Failure::work)?;
-        headless.set_stage(&film.stage).map_err(|error| Failure::refused(&args.what, error))?;
+        headless.set_stage(stage).map_err(|error| Failure::refused(&args.what, error))?;
         Ok(Self::Adapter(Box::new(headless), args.size.0))
     }
 
-    /// Makes the image and writes it. Returns what is said about it.
+    /// Renders a frame and writes the image. Returns its size and how it was made.
     fn paint(&mut self, frame: &Frame, out: &Path) -> Result<String, Failure> {
-        let (saved, said) = match self {
+        let (saved, description) = match self {
             Self::Adapter(headless, size) => {
                 let picture = headless.next(frame, *size).map_err(|error| failure(&error))?;
-                let said = format!("{} × {} pixels on {}", size[0], size[1], headless.adapter());
-                (picture.save_with_format(out, image::ImageFormat::Png), said)
+                let description = format!("{} × {} pixels on {}", size[0], size[1], headless.adapter());
+                (picture.save_with_format(out, image::ImageFormat::Png), description)
             }
             Self::Fluoroscope(fluoroscope) => {
                 let (picture, exposure) = fluoroscope.expose(frame);
-                let said = format!(
+                let description = format!(
                     "{} × {} pixels; {:.3} mAs, {:.1} µGy at the reference point, {:.2} µGy·m²",
                     picture.width(),
                     picture.height(),
@@ -179,19 +180,23 @@ impl Painter {
                     exposure.kerma_ugy,
                     exposure.kerma_area_ugy_m2
                 );
-                (picture.save_with_format(out, image::ImageFormat::Png), said)
+                (picture.save_with_format(out, image::ImageFormat::Png), description)
             }
         };
         saved.map_err(|error| cannot_write(out, &error))?;
-        Ok(said)
+        Ok(description)
     }
 }
 
 fn of_exercise(args: &RenderArgs) -> Result<Film, Failure> {
     let path = args.what.as_path();
     let bundle = ExerciseBundle::read(path)?;
-    let specimen = sources::prepare_specimen(path, &bundle, &Patient::nominal(&bundle.scene))?;
-    let stage = picture::build_stage(path, &bundle, &specimen)?;
+    let stage = if args.radiograph.are_given() {
+        None
+    } else {
+        let specimen = sources::prepare_specimen(path, &bundle, &Patient::nominal(&bundle.scene))?;
+        Some(picture::build_stage(path, &bundle, &specimen)?)
+    };
     let source = MomentSource::Exercise(Box::new(Moment::before(&bundle, &[])));
     let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
     Ok(Film { bundle, seed: 0, stage, look, source })
@@ -201,7 +206,8 @@ fn of_recording(args: &RenderArgs) -> Result<Film, Failure> {
     let path = args.what.as_path();
     let recording = sources::read_recording(path)?;
     let bundle = sources::own_exercise(path, &recording)?;
-    let stage = picture::stage_of_recording(path, &bundle, &recording)?;
+    let drawn = !args.radiograph.are_given();
+    let stage = drawn.then(|| picture::stage_of_recording(path, &bundle, &recording)).transpose()?;
     let duration_s = recording.samples.last().map_or(0.0, |sample| sample.t_s);
     let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
     let seed = recording.session.seed;
@@ -210,22 +216,26 @@ fn of_recording(args: &RenderArgs) -> Result<Film, Failure> {
 }
 
 fn still(painter: &mut Painter, frame: &Frame, out: &Path) -> Outcome {
-    let said = painter.paint(frame, out)?;
-    output::print_line(format_args!("{}: {said}", out.display()))
+    let description = painter.paint(frame, out)?;
+    output::print_line(format_args!("{}: {description}", out.display()))
 }
 
 fn frames(painter: &mut Painter, film: &mut Film, args: &RenderArgs, folder: &Path) -> Outcome {
     create_folder(folder)?;
     let count = (film.duration_s() * f64::from(args.fps)).floor() as u64 + 1;
     let progress = Progress::new(count, "drawing");
-    let mut said = String::new();
+    let mut description = String::new();
     for at in 0..count {
         let frame = film.frame(at as f64 / f64::from(args.fps));
-        said = painter.paint(&frame, &folder.join(format!("{at:05}.png")))?;
+        description = painter.paint(&frame, &folder.join(format!("{at:05}.png")))?;
         progress.set(at + 1);
     }
     drop(progress);
-    output::print_line(format_args!("{}: {count} frames at {} per second; each {said}", folder.display(), args.fps))
+    output::print_line(format_args!(
+        "{}: {count} frames at {} per second; each {description}",
+        folder.display(),
+        args.fps
+    ))
 }
 
 /// An unsupported size is a usage error; all other errors are the adapter's.

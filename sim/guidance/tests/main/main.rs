@@ -1,6 +1,6 @@
 //! Fluoroscopy against closed forms and against parry3d.
 
-#![expect(clippy::float_cmp, reason = "a ray beside a needle meets no steel at all")]
+#![expect(clippy::float_cmp, reason = "the length in steel of a ray outside the needle is exactly 0")]
 
 #[cfg(test)]
 mod paths;
