@@ -2,8 +2,8 @@
 
 use documents::{CoachingRule, Exercise, Wording};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use recording::Sample;
 use recording::sample::flags;
+use recording::{FluoroscopyPulse, Sample};
 
 /// Time constant of the speed's low-pass, in s: a hand's tremor of 10 Hz must not count as haste.
 const SMOOTHED_S: f64 = 0.05;
@@ -16,8 +16,12 @@ pub struct Coach<'e> {
     /// Whether each rule is armed.
     armed: Vec<bool>,
     planned: Vector3<f64>,
+    pulses_per_s: f64,
     last_s: Option<f64>,
     speed_m_per_s: f64,
+    /// Time with X-rays so far, in s, and air kerma at the reference point so far, in mGy.
+    fluoroscopy_s: f64,
+    kerma_mgy: f64,
 }
 
 impl<'e> Coach<'e> {
@@ -25,7 +29,24 @@ impl<'e> Coach<'e> {
     #[must_use]
     pub fn new(exercise: &'e Exercise) -> Self {
         let rules = exercise.coaching.as_slice();
-        Self { rules, armed: vec![true; rules.len()], planned: exercise.axis(), last_s: None, speed_m_per_s: 0.0 }
+        Self {
+            rules,
+            armed: vec![true; rules.len()],
+            planned: exercise.axis(),
+            pulses_per_s: exercise.fluoroscopy.as_ref().map_or(1.0, |settings| settings.pulses_per_s),
+            last_s: None,
+            speed_m_per_s: 0.0,
+            fluoroscopy_s: 0.0,
+            kerma_mgy: 0.0,
+        }
+    }
+
+    /// Adds a pulse of X-rays, which the next [`Self::watch`] takes into account.
+    pub fn note_pulse(&mut self, pulse: &FluoroscopyPulse) {
+        self.kerma_mgy = pulse.kerma_mgy;
+        if !pulse.shot {
+            self.fluoroscopy_s += 1.0 / self.pulses_per_s;
+        }
     }
 
     /// Returns the messages due at a tick, where the force on the hand along the needle is `hand_n`, in N: of each rule once when its
@@ -33,16 +54,31 @@ impl<'e> Coach<'e> {
     pub fn watch(&mut self, sample: &Sample, hand_n: f64) -> Vec<&'e Wording> {
         self.smooth(sample);
         let mut said = Vec::new();
-        for (rule, armed) in self.rules.iter().zip(&mut self.armed) {
-            let value = live_quantity(&rule.quantity, sample, hand_n, &self.planned, self.speed_m_per_s);
-            if *armed && value > rule.above {
-                *armed = false;
+        for (at, rule) in self.rules.iter().enumerate() {
+            let value = self.live_quantity(&rule.quantity, sample, hand_n);
+            if self.armed[at] && value > rule.above {
+                self.armed[at] = false;
                 said.push(&rule.message);
             } else if value < rule.rearm_below {
-                *armed = true;
+                self.armed[at] = true;
             }
         }
         said
+    }
+
+    /// A live quantity, in the unit of its name. Outside the body there is neither depth nor force to speak of, and the needle may hurry.
+    fn live_quantity(&self, name: &str, sample: &Sample, hand_n: f64) -> f64 {
+        let is_inside = sample.flags & flags::INSIDE != 0;
+        match name {
+            "fluoroscopy_time_s" => self.fluoroscopy_s,
+            "kerma_mgy" => self.kerma_mgy,
+            _ if !is_inside => 0.0,
+            "depth_mm" => sample.x_m * 1e3,
+            "force_n" => hand_n.abs(),
+            "speed_mm_per_s" => self.speed_m_per_s * 1e3,
+            "angle_error_deg" => angle_error_rad(sample.orientation, &self.planned).to_degrees(),
+            _ => 0.0,
+        }
     }
 
     fn smooth(&mut self, sample: &Sample) {
@@ -51,20 +87,6 @@ impl<'e> Coach<'e> {
         let share = 1.0 - libm::exp(-dt_s.max(0.0) / SMOOTHED_S);
         self.speed_m_per_s += share * (speed_m_per_s - self.speed_m_per_s);
         self.last_s = Some(sample.t_s);
-    }
-}
-
-/// A live quantity, in the unit of its name. Outside the body there is neither depth nor force to speak of; the needle may hurry.
-fn live_quantity(name: &str, sample: &Sample, hand_n: f64, planned: &Vector3<f64>, speed_m_per_s: f64) -> f64 {
-    if sample.flags & flags::INSIDE == 0 {
-        return 0.0;
-    }
-    match name {
-        "depth_mm" => sample.x_m * 1e3,
-        "force_n" => hand_n.abs(),
-        "speed_mm_per_s" => speed_m_per_s * 1e3,
-        "angle_error_deg" => angle_error_rad(sample.orientation, planned).to_degrees(),
-        _ => 0.0,
     }
 }
 

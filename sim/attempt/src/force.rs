@@ -108,16 +108,7 @@ mod tests {
     }
 
     fn recording(samples: Vec<Sample>) -> Recording {
-        Recording {
-            session: Session::in_memory(ForceLaw::Version5, vec![]),
-            attachments: vec![],
-            samples,
-            events: vec![],
-            energies: vec![],
-            tents: vec![],
-            signature: None,
-            complete: true,
-        }
+        Recording { samples, ..Recording::in_memory(Session::in_memory(ForceLaw::Version5, vec![])) }
     }
 
     #[test]

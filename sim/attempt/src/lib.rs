@@ -10,6 +10,7 @@
 
 mod curve;
 mod dents;
+pub mod fluoroscopy;
 mod follower;
 mod force;
 pub mod hand;

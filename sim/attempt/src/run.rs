@@ -6,9 +6,10 @@ use recording::error::WriteError;
 use recording::rate::{Ticker, nanoseconds};
 use recording::sample::Energy;
 use recording::write::Writer;
-use recording::{Event, EventKind};
+use recording::{CArmControls, Event, EventKind, FluoroscopyPulse};
 use tissue::Specimen;
 
+use crate::fluoroscopy::Fluoroscope;
 use crate::tick::{Tick, TickInput, TickedAttempt};
 
 /// Rate of the ledger, in Hz; it is also recorded at each rupture and at the end.
@@ -99,10 +100,52 @@ impl<'a> RecordedAttempt<'a> {
     }
 }
 
+/// A C-arm whose use is being recorded.
+#[derive(Clone, Debug)]
+pub struct RecordedArm {
+    fluoroscope: Fluoroscope,
+    recorded: Option<CArmControls>,
+}
+
+/// The data to record of a C-arm in a tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CArmUse {
+    /// The controls, if they have changed.
+    pub controls: Option<CArmControls>,
+    /// The pulse, if there is one.
+    pub pulse: Option<FluoroscopyPulse>,
+}
+
+impl RecordedArm {
+    /// A C-arm before its first pulse.
+    #[must_use]
+    pub fn new(fluoroscope: Fluoroscope) -> Self {
+        Self { fluoroscope, recorded: None }
+    }
+
+    /// Steps the C-arm at a tick, whose time is that of the controls.
+    pub fn step(&mut self, controls: &CArmControls) -> CArmUse {
+        let is_new = self.recorded.is_none_or(|recorded| controls.differ(&recorded));
+        if is_new {
+            self.recorded = Some(*controls);
+        }
+        CArmUse { controls: is_new.then_some(*controls), pulse: self.fluoroscope.step(controls) }
+    }
+}
+
+impl CArmUse {
+    fn write<W: Write>(&self, writer: &mut Writer<W>) -> Result<(), WriteError> {
+        self.controls.iter().try_for_each(|controls| writer.controls(controls))?;
+        self.pulse.iter().try_for_each(|pulse| writer.pulse(pulse))
+    }
+}
+
 /// An attempt that is being recorded.
 pub struct Run<'a, W: Write> {
     attempt: RecordedAttempt<'a>,
     writer: &'a mut Writer<W>,
+    /// The C-arm, if the exercise has one.
+    arm: Option<RecordedArm>,
     /// Result of writing. After the first error nothing more is written, and the attempt continues
     /// without a recording.
     written: Result<(), WriteError>,
@@ -111,7 +154,24 @@ pub struct Run<'a, W: Write> {
 impl<'a, W: Write> Run<'a, W> {
     /// Starts before the first tick.
     pub fn new(specimen: &'a Specimen, writer: &'a mut Writer<W>) -> Self {
-        Self { attempt: RecordedAttempt::new(specimen), writer, written: Ok(()) }
+        Self { attempt: RecordedAttempt::new(specimen), writer, arm: None, written: Ok(()) }
+    }
+
+    /// Adds a C-arm with its controls at the start.
+    #[must_use]
+    pub fn with_arm(self, arm: Option<RecordedArm>) -> Self {
+        Self { arm, ..self }
+    }
+
+    /// Operates the C-arm at the last tick. Returns the pulse in it.
+    pub fn operate(&mut self, controls: &CArmControls) -> Option<FluoroscopyPulse> {
+        let t_s = self.so_far().duration_s;
+        let arm = self.arm.as_mut()?;
+        let used = arm.step(&CArmControls { t_s, ..*controls });
+        if self.written.is_ok() {
+            self.written = used.write(self.writer);
+        }
+        used.pulse
     }
 
     /// Returns the summary so far.

@@ -107,10 +107,7 @@ pub fn simulate<W: Write + Send>(
 #[must_use]
 pub fn rehearse(specimen: &Specimen, source: &mut dyn MotionSource, session: Session, time_limit_s: f64) -> Recording {
     let clock = Clock { tick_hz: session.tick_hz, time_limit_s };
-    let (attachments, samples, events) = (Vec::new(), Vec::new(), Vec::new());
-    let (energies, tents) = (Vec::new(), Vec::new());
-    let mut recording =
-        Recording { session, attachments, samples, events, energies, tents, signature: None, complete: true };
+    let mut recording = Recording::in_memory(session);
     let mut attempt = TickedAttempt::new(specimen);
     if clock.runs() {
         clock.drive(source, |input| {

@@ -34,6 +34,9 @@ pub struct Verification {
     /// Number of the recording's ledgers that differ in the re-simulation or have no tick there;
     /// one more if a signed recording does not end with a ledger.
     pub ledger_differences: u64,
+    /// Number of pulses of the C-arm from the first one on that differs in time, kind, tube load or dose; counted by the caller, which has
+    /// the exercise.
+    pub pulse_differences: u64,
     /// Number of ticks that are inside the body in only one of the two.
     pub inside_differences: u64,
 }
@@ -46,10 +49,11 @@ impl Verification {
         largest <= 0.0 && self.count_differences() == 0
     }
 
-    /// Returns the number of events, field steps, ledgers and ticks in which the two differ.
+    /// Returns the number of events, field steps, ledgers, pulses and ticks in which the two differ.
     #[must_use]
     pub fn count_differences(&self) -> u64 {
-        self.event_differences + self.tent_differences + self.ledger_differences + self.inside_differences
+        let motion = self.event_differences + self.inside_differences;
+        motion + self.tent_differences + self.ledger_differences + self.pulse_differences
     }
 }
 
@@ -75,6 +79,7 @@ pub fn verify_recording(recording: &Recording, specimen: &Specimen) -> Verificat
         largest_tent_deviation_m: 0.0,
         tent_differences: 0,
         ledger_differences: 0,
+        pulse_differences: 0,
         inside_differences: 0,
     };
     let mut tents = Vec::new();

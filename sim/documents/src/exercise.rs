@@ -69,10 +69,23 @@ pub struct Required {
     pub withdrawn: bool,
 }
 
+/// A C-arm beside the patient.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct FluoroscopySettings {
+    /// Orbital angle at the start, in degrees; positive turns the detector to the patient's right.
+    pub orbital_deg: f64,
+    /// Tilt at the start, in degrees; positive turns the detector to the head.
+    pub tilt_deg: f64,
+    /// Edge of the collimated square field at the detector at the start, in mm.
+    pub field_mm: f64,
+    /// Pulses per second while the pedal is pressed.
+    pub pulses_per_s: f64,
+}
+
 /// A declarative coaching rule.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct CoachingRule {
-    /// Live quantity: `depth_mm`, `force_n`, `speed_mm_per_s` or `angle_error_deg`.
+    /// Live quantity: `depth_mm`, `force_n`, `speed_mm_per_s`, `angle_error_deg`, `fluoroscopy_time_s` or `kerma_mgy`.
     pub quantity: String,
     /// The message is triggered when the quantity rises above this value.
     pub above: f64,
@@ -119,6 +132,8 @@ pub struct Exercise {
     pub time_limit_s: f64,
     /// Feedback given to the trainee.
     pub feedback: Feedback,
+    /// The C-arm, if the exercise has one.
+    pub fluoroscopy: Option<FluoroscopySettings>,
     /// Conditions for earning any marks; if present, a boundary that was never opened earns
     /// nothing. Absent in documents without the table, which are scored by the rules that applied
     /// before the table existed.

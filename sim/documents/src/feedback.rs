@@ -15,6 +15,8 @@ pub enum Feedback {
     Picture,
     /// Depth, force and layer as numbers and plots, and the body from outside; no force.
     Overlay,
+    /// Force in the hand, the body from outside, and X-rays.
+    Fluoroscopy,
     /// Everything.
     #[default]
     Both,
@@ -39,41 +41,55 @@ pub enum Channel {
     Sound,
     /// Coaching messages of the exercise when a quantity exceeds its limit.
     Coaching,
+    /// X-ray pictures, if the exercise has a C-arm.
+    Fluoroscopy,
 }
 
 impl Channel {
     /// Every channel.
-    pub const ALL: [Self; 7] =
-        [Self::Force, Self::Inside, Self::Target, Self::Readings, Self::Captions, Self::Sound, Self::Coaching];
+    pub const ALL: [Self; 8] = [
+        Self::Force,
+        Self::Inside,
+        Self::Target,
+        Self::Readings,
+        Self::Captions,
+        Self::Sound,
+        Self::Coaching,
+        Self::Fluoroscopy,
+    ];
 }
 
 impl Feedback {
     /// Every mode.
-    pub const ALL: [Self; 4] = [Self::Force, Self::Picture, Self::Overlay, Self::Both];
+    pub const ALL: [Self; 5] = [Self::Force, Self::Picture, Self::Overlay, Self::Fluoroscopy, Self::Both];
 
     /// Returns whether a channel is open:
     ///
-    /// | | force | picture | overlay | both |
-    /// |---|---|---|---|---|
-    /// | force | yes | – | – | yes |
-    /// | inside | – | yes | – | yes |
-    /// | target | – | yes | yes | yes |
-    /// | readings | – | – | yes | yes |
-    /// | captions | – | – | yes | yes |
-    /// | sound | – | – | yes | yes |
-    /// | coaching | – | – | yes | yes |
+    /// | | force | picture | overlay | fluoroscopy | both |
+    /// |---|---|---|---|---|---|
+    /// | force | yes | – | – | yes | yes |
+    /// | inside | – | yes | – | – | yes |
+    /// | target | – | yes | yes | – | yes |
+    /// | readings | – | – | yes | – | yes |
+    /// | captions | – | – | yes | – | yes |
+    /// | sound | – | – | yes | – | yes |
+    /// | coaching | – | – | yes | yes | yes |
+    /// | fluoroscopy | – | yes | – | yes | yes |
     #[must_use]
     pub const fn gives(self, channel: Channel) -> bool {
-        let [force, picture, overlay, both] = match channel {
-            Channel::Force => [true, false, false, true],
-            Channel::Inside => [false, true, false, true],
-            Channel::Target => [false, true, true, true],
-            Channel::Readings | Channel::Captions | Channel::Sound | Channel::Coaching => [false, false, true, true],
+        let [force, picture, overlay, fluoroscopy, both] = match channel {
+            Channel::Force => [true, false, false, true, true],
+            Channel::Inside => [false, true, false, false, true],
+            Channel::Target => [false, true, true, false, true],
+            Channel::Readings | Channel::Captions | Channel::Sound => [false, false, true, false, true],
+            Channel::Coaching => [false, false, true, true, true],
+            Channel::Fluoroscopy => [false, true, false, true, true],
         };
         match self {
             Self::Force => force,
             Self::Picture => picture,
             Self::Overlay => overlay,
+            Self::Fluoroscopy => fluoroscopy,
             Self::Both => both,
         }
     }
@@ -90,6 +106,9 @@ impl Feedback {
             }
             Self::Overlay => {
                 sentence!("depth, force, layer and target are shown and pops are announced; no force in your hand")
+            }
+            Self::Fluoroscopy => {
+                sentence!("force in your hand and X-rays; the picture shows only the outside of the body, without the target")
             }
             Self::Both => sentence!("force in your hand, the inside of the body, depth, force and layer"),
         }

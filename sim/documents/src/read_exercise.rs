@@ -8,7 +8,9 @@ use serde_json::Value;
 
 use crate::describe::{EXERCISE, measure, one_of};
 use crate::error::DocumentError;
-use crate::exercise::{CoachingRule, Exercise, ExercisePicture, HardFail, Required, RubricLine};
+use crate::exercise::{
+    CoachingRule, Exercise, ExercisePicture, FluoroscopySettings, HardFail, Required, RubricLine,
+};
 use crate::feedback::Feedback;
 use crate::metrics;
 use crate::model::Scene;
@@ -30,6 +32,8 @@ struct RawExercise {
     feedback: Feedback,
     entry: RawEntry,
     target: RawTarget,
+    #[serde(default)]
+    fluoroscopy: Option<FluoroscopySettings>,
     #[serde(default)]
     required: Option<Required>,
     rubric: Vec<RubricLine>,
@@ -102,6 +106,7 @@ fn check(doc: &mut Walked, scene: Option<&Scene>) {
     check_coaching(doc);
     check_picture_names(doc);
     check_reached(doc, scene);
+    check_fluoroscopy(doc, scene);
     if let (Some(scene), Some(depth_mm)) = (scene, doc.value["target"]["depth_mm"].as_f64()) {
         let length_mm = scene.needle.length_mm;
         if depth_mm > length_mm {
@@ -171,6 +176,20 @@ fn check_reached(doc: &mut Walked, scene: Option<&Scene>) {
     }
 }
 
+/// Checks that fluoroscopy has a body to show, and an exercise under fluoroscopy a C-arm.
+fn check_fluoroscopy(doc: &mut Walked, scene: Option<&Scene>) {
+    let has_arm = doc.value["fluoroscopy"].is_object();
+    if has_arm && scene.is_some_and(|scene| scene.body.is_none()) {
+        let allowed = phrase!("allowed: a scene with [anatomy], whose body the X-rays show");
+        doc.refuse("fluoroscopy", Phrase::data(&doc.value["scene"]), allowed);
+    }
+    let Some(feedback) = doc.value["feedback"].as_str().map(str::to_owned) else { return };
+    if feedback == "fluoroscopy" && !has_arm {
+        let allowed = phrase!("allowed: an exercise with the table [fluoroscopy]");
+        doc.refuse("feedback", Phrase::quoted(&feedback), allowed);
+    }
+}
+
 /// Fills in the default of `rearm_below` and checks that it does not exceed `above`.
 fn check_coaching(doc: &mut Walked) {
     for (at, rule) in doc.tables("coaching").iter().enumerate() {
@@ -197,6 +216,7 @@ fn exercise(raw: RawExercise, sha256: String) -> Exercise {
         target_depth_mm: raw.target.depth_mm,
         time_limit_s: raw.time_limit_s,
         feedback: raw.feedback,
+        fluoroscopy: raw.fluoroscopy,
         required: raw.required,
         rubric: raw.rubric,
         hard_fails: raw.hard_fail,

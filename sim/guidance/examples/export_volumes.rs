@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use anatomy::{Body, BodyOrder, BodyQuality, BodySide, Contrast, Posture};
-use guidance::{BodyShadow, CArm, KermaLevel, Pulse, Radiograph};
+use guidance::{BodyShadow, CArm, Exposure, KermaLevel, Pulse, Radiograph, mean_transmission};
 use nalgebra::Point3;
 
 fn main() {
@@ -33,7 +33,8 @@ fn main() {
     for degrees in [0.0_f64, 30.0, 90.0] {
         let arm = CArm { orbital_rad: degrees.to_radians(), ..CArm::over(Point3::new(0.055, 0.03, -0.075)) };
         let shadow = BodyShadow::cast(&arm, &volumes).expect("a body within reach");
-        let pulse = Pulse { seed: 1, index: 0, level: KermaLevel::Low };
+        let mean = mean_transmission(&arm, &volumes).expect("a body within reach");
+        let pulse = Pulse { seed: 1, index: 0, exposure: Exposure::control(&arm, KermaLevel::Low, mean) };
         let picture = Radiograph::expose(&shadow, None, pulse);
         let bytes: Vec<u8> = picture.transmissions.iter().flat_map(|t| t.to_le_bytes()).collect();
         fs::write(out.join(format!("{degrees}.f64")), bytes).expect("a file");

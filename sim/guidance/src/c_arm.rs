@@ -96,6 +96,7 @@ impl CArm {
 pub struct Detector {
     /// Pixels along an edge.
     pub pixels: usize,
+    edge_m: f64,
     source_m: Point3<f64>,
     direction: Vector3<f64>,
     right: Vector3<f64>,
@@ -107,13 +108,19 @@ impl Detector {
     #[must_use]
     pub fn new(arm: &CArm, pixels: usize) -> Self {
         let [right, up] = arm.picture_axes();
-        Self { pixels, source_m: arm.source_m(), direction: arm.direction(), right, up }
+        Self { pixels, edge_m: DETECTOR_M, source_m: arm.source_m(), direction: arm.direction(), right, up }
+    }
+
+    /// The nine sensors of the exposure control, in the middle third of a C-arm's field.
+    #[must_use]
+    pub fn sensors(arm: &CArm) -> Self {
+        Self { edge_m: arm.field_m / 3.0, ..Self::new(arm, 3) }
     }
 
     /// Edge of a pixel, in m.
     #[must_use]
     pub fn pixel_m(&self) -> f64 {
-        DETECTOR_M / self.pixels as f64
+        self.edge_m / self.pixels as f64
     }
 
     /// Position of the source, in m.

@@ -52,7 +52,13 @@ impl Exposure {
     pub fn control(arm: &CArm, level: KermaLevel, mean_transmission: f64) -> Self {
         let at_detector = 1.0 / (SOURCE_DETECTOR_M * SOURCE_DETECTOR_M);
         let wanted = level.kerma_ugy() / (YIELD_UGY_PER_MAS * mean_transmission * at_detector);
-        let load_mas = wanted.clamp(LOAD_MAS[0], LOAD_MAS[1]);
+        Self::with_load(arm, wanted.clamp(LOAD_MAS[0], LOAD_MAS[1]))
+    }
+
+    /// The exposure for a tube load in mAs.
+    #[must_use]
+    pub fn with_load(arm: &CArm, load_mas: f64) -> Self {
+        let at_detector = 1.0 / (SOURCE_DETECTOR_M * SOURCE_DETECTOR_M);
         let reference_m = arm.source_isocentre_m - REFERENCE_M;
         let kerma_ugy = YIELD_UGY_PER_MAS * load_mas / (reference_m * reference_m);
         let edge_m = arm.field_m.min(DETECTOR_M) * reference_m / SOURCE_DETECTOR_M;

@@ -19,4 +19,4 @@ pub use c_arm::{CArm, Detector};
 pub use exposure::{Exposure, KermaLevel};
 pub use needle::ImagedNeedle;
 pub use paths::{OutOfReach, PathImage, project};
-pub use radiograph::{BodyShadow, PIXELS, Pulse, Radiograph};
+pub use radiograph::{BodyShadow, PIXELS, Pulse, Radiograph, mean_transmission};

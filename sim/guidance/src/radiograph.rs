@@ -4,7 +4,7 @@ use anatomy::BodyVolume;
 
 use crate::attenuation::{BINS, STEEL_PER_CM, coefficients_per_cm, transmit};
 use crate::c_arm::{CArm, DETECTOR_M, Detector};
-use crate::exposure::{Exposure, KermaLevel};
+use crate::exposure::Exposure;
 use crate::needle::ImagedNeedle;
 use crate::noise::{Counter, draw_poisson};
 use crate::paths::{OutOfReach, project};
@@ -39,27 +39,7 @@ impl BodyShadow {
     /// If the body extends to the tube or to the detector.
     pub fn cast(arm: &CArm, volumes: &[BodyVolume]) -> Result<Self, OutOfReach> {
         let detector = Detector::new(arm, PIXELS);
-        let mut depths = vec![[0.0; BINS]; PIXELS * PIXELS];
-        for volume in volumes {
-            let around = volume.parent.map_or([0.0; BINS], |parent| coefficients_per_cm(volumes[parent].substance));
-            let own = coefficients_per_cm(volume.substance);
-            let per_m: [f64; BINS] = std::array::from_fn(|bin| (own[bin] - around[bin]) * 1e2);
-            let paths = project(&detector, &volume.mesh)?;
-            for (depth, length_m) in depths.iter_mut().zip(&paths.lengths_m).filter(|(_, length_m)| **length_m != 0.0) {
-                depth.iter_mut().zip(per_m).for_each(|(depth, per_m)| *depth += per_m * length_m);
-            }
-        }
-        Ok(Self { arm: *arm, detector, depths })
-    }
-
-    /// Returns the mean transmission of nine rays in the middle third of the field.
-    #[must_use]
-    pub fn mean_transmission(&self) -> f64 {
-        let ninth = PIXELS as f64 * self.arm.field_m / DETECTOR_M / 9.0;
-        let at = |step: f64| (0.5 * PIXELS as f64 + step * ninth) as usize;
-        let steps = [-1.0, 0.0, 1.0];
-        let rays = steps.into_iter().flat_map(|down| steps.map(|right| at(down) * PIXELS + at(right)));
-        rays.map(|ray| transmit(&self.depths[ray])).sum::<f64>() / 9.0
+        Ok(Self { arm: *arm, detector, depths: sum_depths(&detector, volumes)? })
     }
 
     /// Transmitted fraction of each ray, with a needle's steel added.
@@ -77,15 +57,39 @@ impl BodyShadow {
     }
 }
 
-/// What identifies a pulse.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Returns the mean transmission at the sensors of the exposure control, without the needle.
+///
+/// # Errors
+/// If the body extends to the tube or to the detector.
+pub fn mean_transmission(arm: &CArm, volumes: &[BodyVolume]) -> Result<f64, OutOfReach> {
+    let depths = sum_depths(&Detector::sensors(arm), volumes)?;
+    Ok(depths.iter().map(transmit).sum::<f64>() / depths.len() as f64)
+}
+
+/// Sums the optical depths of volumes along each ray.
+fn sum_depths(detector: &Detector, volumes: &[BodyVolume]) -> Result<Vec<[f64; BINS]>, OutOfReach> {
+    let mut depths = vec![[0.0; BINS]; detector.pixels * detector.pixels];
+    for volume in volumes {
+        let around = volume.parent.map_or([0.0; BINS], |parent| coefficients_per_cm(volumes[parent].substance));
+        let own = coefficients_per_cm(volume.substance);
+        let per_m: [f64; BINS] = std::array::from_fn(|bin| (own[bin] - around[bin]) * 1e2);
+        let paths = project(detector, &volume.mesh)?;
+        for (depth, length_m) in depths.iter_mut().zip(&paths.lengths_m).filter(|(_, length_m)| **length_m != 0.0) {
+            depth.iter_mut().zip(per_m).for_each(|(depth, per_m)| *depth += per_m * length_m);
+        }
+    }
+    Ok(depths)
+}
+
+/// A pulse.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulse {
-    /// The attempt's seed.
+    /// The attempt's seed, from which the noise follows.
     pub seed: u64,
     /// Index of the pulse in the attempt.
     pub index: u32,
-    /// The level of the exposure control.
-    pub level: KermaLevel,
+    /// Its exposure.
+    pub exposure: Exposure,
 }
 
 /// The picture of a pulse.
@@ -95,22 +99,18 @@ pub struct Radiograph {
     pub transmissions: Vec<f64>,
     /// Grey levels: dense tissue is dark, and so is the collimator.
     pub greys: Vec<u8>,
-    /// The exposure and its dose.
-    pub exposure: Exposure,
 }
 
 impl Radiograph {
     /// Exposes the detector once.
     #[must_use]
     pub fn expose(shadow: &BodyShadow, needle: Option<&ImagedNeedle>, pulse: Pulse) -> Self {
-        let mean = shadow.mean_transmission();
-        let exposure = Exposure::control(&shadow.arm, pulse.level, mean);
         let transmissions = shadow.transmissions(needle);
         let field = Field::new(&shadow.arm);
         let lit = |at: usize| if field.contains(at) { transmissions[at] } else { 0.0 };
         let veil = blur(&lit);
         let pixel_mm = shadow.detector.pixel_m() * 1e3;
-        let open_quanta = QUANTA_PER_MM2_UGY * pixel_mm * pixel_mm * exposure.open_kerma_ugy * ABSORBED;
+        let open_quanta = QUANTA_PER_MM2_UGY * pixel_mm * pixel_mm * pulse.exposure.open_kerma_ugy * ABSORBED;
         let densities = (0..PIXELS * PIXELS).map(|at| {
             let intensity = (lit(at) + SCATTER * veil.at(at)) / (1.0 + SCATTER);
             let counted = draw_poisson(open_quanta * intensity, &mut Counter::new(pulse.seed, pulse.index, at as u32));
@@ -119,7 +119,7 @@ impl Radiograph {
         });
         let densities: Vec<f64> = densities.collect();
         let greys = field.grey_levels(&densities);
-        Self { transmissions, greys, exposure }
+        Self { transmissions, greys }
     }
 }
 

@@ -6,6 +6,7 @@ use std::mem::size_of;
 use law::ledger::LayerEnergy;
 
 use crate::event::Event;
+use crate::fluoroscopy::{CArmControls, FluoroscopyPulse};
 use crate::sample::{Energy, Sample};
 use crate::session::Attachment;
 use crate::tent::Tent;
@@ -98,6 +99,16 @@ impl Purse {
         check_moment("a tent", tent.t_s)?;
         let numbers = tent.tent_m.len() + tent.contactor_n.len() + tent.drag_n.len() + tent.linear_n.len();
         self.keep(size_of::<Tent>() + numbers * size_of::<f32>())
+    }
+
+    pub(crate) fn controls(&mut self, controls: &CArmControls) -> Result<(), String> {
+        check_moment("controls of the C-arm", controls.t_s)?;
+        self.keep(size_of::<CArmControls>())
+    }
+
+    pub(crate) fn pulse(&mut self, pulse: &FluoroscopyPulse) -> Result<(), String> {
+        check_moment("a pulse", pulse.t_s)?;
+        self.keep(size_of::<FluoroscopyPulse>())
     }
 
     pub(crate) fn attachment(&mut self, found: &Attachment) -> Result<(), String> {

@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::event::{Event, EventKind};
+use crate::fluoroscopy::CArmControls;
+use crate::read::Recording;
 use crate::sample::{Sample, flags};
 
 /// Incremental hash of a motion.
@@ -35,21 +37,24 @@ impl MotionDigest {
     }
 }
 
-/// Incremental hash of an attempt's conditions: the flags that the device sets, and the
-/// interruption that ended the attempt.
+/// Incremental hash of an attempt's conditions: the flags that the device sets, the interruption that ended the attempt, and
+/// the controls of a C-arm.
 #[derive(Clone, Debug, Default)]
 pub struct ConditionsDigest {
     flags: Sha256,
     interruptions: Sha256,
+    /// `None` without fluoroscopy, where the hash is that of programs without it.
+    controls: Option<Sha256>,
 }
 
 impl ConditionsDigest {
-    /// Hashes the conditions of an attempt, its samples and events in order of time.
+    /// Hashes the conditions of an attempt.
     #[must_use]
-    pub fn from_attempt(samples: &[Sample], events: &[Event]) -> Self {
+    pub fn from_recording(recording: &Recording) -> Self {
         let mut conditions = Self::default();
-        samples.iter().for_each(|sample| conditions.add_sample(sample));
-        events.iter().for_each(|event| conditions.add_event(event));
+        recording.samples.iter().for_each(|sample| conditions.add_sample(sample));
+        recording.events.iter().for_each(|event| conditions.add_event(event));
+        recording.fluoroscopy.controls.iter().for_each(|controls| conditions.add_controls(controls));
         conditions
     }
 
@@ -68,12 +73,24 @@ impl ConditionsDigest {
         }
     }
 
+    /// Adds controls of the C-arm. Its pulses follow from these.
+    pub fn add_controls(&mut self, controls: &CArmControls) {
+        let CArmControls { t_s, orbital_rad, tilt_rad, field_m, pedal, shots, contrast_ml } = *controls;
+        let hash = self.controls.get_or_insert_default();
+        let numbers = [t_s, orbital_rad, tilt_rad, field_m, contrast_ml];
+        numbers.iter().for_each(|number| hash.update(number.to_bits().to_le_bytes()));
+        hash.update([u8::from(pedal)]);
+        hash.update(shots.to_le_bytes());
+    }
+
     /// Returns the SHA-256 of two hashes: of the flags of every tick so far as four bytes,
     /// little-endian, and of the interruptions, each as its time as a double, the length of its
-    /// text as eight bytes, little-endian, and its text.
+    /// text as eight bytes, little-endian, and its text. With fluoroscopy a third follows, of the controls: time, both angles,
+    /// field and contrast medium as doubles, the pedal as a byte, the shots as four bytes.
     #[must_use]
     pub fn sha256(&self) -> [u8; 32] {
-        let parts = [self.flags.clone().finalize(), self.interruptions.clone().finalize()];
+        let hashes = [Some(&self.flags), Some(&self.interruptions), self.controls.as_ref()];
+        let parts: Vec<_> = hashes.into_iter().flatten().map(|hash| hash.clone().finalize()).collect();
         Sha256::digest(parts.concat()).into()
     }
 }
@@ -88,12 +105,12 @@ pub struct AttemptHashes {
 }
 
 impl AttemptHashes {
-    /// Hashes an attempt, its samples and events in order of time.
+    /// Hashes the attempt of a recording.
     #[must_use]
-    pub fn of_attempt(samples: &[Sample], events: &[Event]) -> Self {
+    pub fn of_recording(recording: &Recording) -> Self {
         Self {
-            motion: MotionDigest::from_samples(samples).sha256(),
-            conditions: ConditionsDigest::from_attempt(samples, events).sha256(),
+            motion: MotionDigest::from_samples(&recording.samples).sha256(),
+            conditions: ConditionsDigest::from_recording(recording).sha256(),
         }
     }
 }

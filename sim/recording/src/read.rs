@@ -11,6 +11,7 @@ use sha2::{Digest, Sha256};
 use crate::budget::{Budget, Purse};
 use crate::error::ReadError;
 use crate::event::Event;
+use crate::fluoroscopy::Fluoroscopy;
 use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, parse_attachment, parse_record, walk_records};
 use crate::metadata;
 use crate::sample::{Energy, Sample};
@@ -18,7 +19,7 @@ use crate::session::{Attachment, EXERCISE_ATTACHMENT, SCENE_ATTACHMENT, Session}
 use crate::signature::{self, Signature};
 use crate::tent::Tent;
 use crate::topics::{PROFILE, Topic};
-use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
+use crate::wire::{CArmMessage, EnergyLedger, EventMessage, NeedleSample, PulseMessage, TissueTent};
 
 /// A recording in memory.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +36,8 @@ pub struct Recording {
     pub energies: Vec<Energy>,
     /// The field in order of time; empty if the scene has none, and in files older than this topic.
     pub tents: Vec<Tent>,
+    /// Use of the C-arm; empty without fluoroscopy.
+    pub fluoroscopy: Fluoroscopy,
     /// The station's signature, if there is one. It is not verified here, because that requires the
     /// station's key.
     pub signature: Option<Signature>,
@@ -76,9 +79,26 @@ impl Recording {
             events: contents.events,
             energies: contents.energies,
             tents: contents.tents,
+            fluoroscopy: contents.fluoroscopy,
             signature: contents.signature,
             complete: contents.complete,
         })
+    }
+
+    /// Returns a complete recording in memory without samples.
+    #[must_use]
+    pub fn in_memory(session: Session) -> Self {
+        Self {
+            session,
+            attachments: Vec::new(),
+            samples: Vec::new(),
+            events: Vec::new(),
+            energies: Vec::new(),
+            tents: Vec::new(),
+            fluoroscopy: Fluoroscopy::default(),
+            signature: None,
+            complete: true,
+        }
     }
 
     /// Returns the content of the attachment with this name.
@@ -141,6 +161,7 @@ pub(crate) struct Contents {
     pub(crate) events: Vec<Event>,
     pub(crate) energies: Vec<Energy>,
     pub(crate) tents: Vec<Tent>,
+    fluoroscopy: Fluoroscopy,
     signature: Option<Signature>,
     pub(crate) complete: bool,
     /// Number of messages on all topics.
@@ -240,6 +261,16 @@ impl Contents {
                 let tent = decode_message::<TissueTent>(data)?.into();
                 self.purse.tent(&tent)?;
                 self.tents.push(tent);
+            }
+            Some(Topic::CArm) => {
+                let controls = decode_message::<CArmMessage>(data)?.into();
+                self.purse.controls(&controls)?;
+                self.fluoroscopy.controls.push(controls);
+            }
+            Some(Topic::Fluoroscopy) => {
+                let pulse = decode_message::<PulseMessage>(data)?.into();
+                self.purse.pulse(&pulse)?;
+                self.fluoroscopy.pulses.push(pulse);
             }
             _ => {}
         }

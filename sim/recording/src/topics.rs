@@ -17,12 +17,14 @@ pub(crate) enum Topic {
     Energy,
     Log,
     Tent,
+    CArm,
+    Fluoroscopy,
 }
 
 impl Topic {
     /// Every topic, in the order in which a recording declares them. Append only: `recover` numbers
     /// channels by it if the declarations are lost.
-    pub(crate) const ALL: [Self; 9] = [
+    pub(crate) const ALL: [Self; 11] = [
         Self::Sample,
         Self::Summary,
         Self::Pose,
@@ -32,6 +34,8 @@ impl Topic {
         Self::Energy,
         Self::Log,
         Self::Tent,
+        Self::CArm,
+        Self::Fluoroscopy,
     ];
 
     /// Returns the topic's name.
@@ -46,6 +50,8 @@ impl Topic {
             Self::Energy => "/needle/energy",
             Self::Log => "/log",
             Self::Tent => "/tissue/tent",
+            Self::CArm => "/c_arm",
+            Self::Fluoroscopy => "/fluoroscopy",
         }
     }
 
@@ -61,13 +67,21 @@ impl Topic {
             Self::Energy => "stylet.EnergyLedger",
             Self::Log => "foxglove.Log",
             Self::Tent => "stylet.TissueTent",
+            Self::CArm => "stylet.CArmControls",
+            Self::Fluoroscopy => "stylet.FluoroscopyPulse",
         }
     }
 
     /// Returns the `FileDescriptorSet` of its messages.
     fn descriptors(self) -> &'static [u8] {
         match self {
-            Self::Sample | Self::Summary | Self::Events | Self::Energy | Self::Tent => DESCRIPTORS,
+            Self::Sample
+            | Self::Summary
+            | Self::Events
+            | Self::Energy
+            | Self::Tent
+            | Self::CArm
+            | Self::Fluoroscopy => DESCRIPTORS,
             Self::Pose => include_bytes!("../proto/foxglove/PoseInFrame.bin"),
             Self::Tf => include_bytes!("../proto/foxglove/FrameTransforms.bin"),
             Self::Scene => include_bytes!("../proto/foxglove/SceneUpdate.bin"),
@@ -75,10 +89,10 @@ impl Topic {
         }
     }
 
-    /// Returns whether every recording declares it at its start. The field's topic is declared with
-    /// its first message, after all others, so that a scene without a field has no overhead.
+    /// Returns whether every recording declares it at its start. The topics of field and fluoroscopy are declared with
+    /// their first message, after all others, so that a scene without these has no overhead.
     pub(crate) fn is_always_declared(self) -> bool {
-        self != Self::Tent
+        (self as usize) < Self::Tent as usize
     }
 
     /// Returns the topic with this name.

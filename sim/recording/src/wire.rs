@@ -6,10 +6,12 @@
 use law::ledger::{LayerEnergy, Ledger};
 
 use crate::event::{Event, EventKind};
+use crate::fluoroscopy::{CArmControls, FluoroscopyPulse};
 use crate::generated::stylet as generated;
 pub(crate) use crate::generated::stylet::event::Kind;
 pub(crate) use crate::generated::stylet::{
-    EnergyLedger, Event as EventMessage, NeedleSample, NeedleSummary, Range, TissueTent,
+    CArmControls as CArmMessage, EnergyLedger, Event as EventMessage, FluoroscopyPulse as PulseMessage, NeedleSample,
+    NeedleSummary, Range, TissueTent,
 };
 use crate::sample::{Energy, Sample};
 use crate::tent::{Follows, Tent};
@@ -218,5 +220,33 @@ impl From<EnergyLedger> for Energy {
                 layers: energy.layers.into_iter().map(Into::into).collect(),
             },
         }
+    }
+}
+
+impl From<&CArmControls> for CArmMessage {
+    fn from(controls: &CArmControls) -> Self {
+        let CArmControls { t_s, orbital_rad, tilt_rad, field_m, pedal, shots, contrast_ml } = *controls;
+        Self { t_s, orbital_rad, tilt_rad, field_m, pedal, shots, contrast_ml }
+    }
+}
+
+impl From<CArmMessage> for CArmControls {
+    fn from(message: CArmMessage) -> Self {
+        let CArmMessage { t_s, orbital_rad, tilt_rad, field_m, pedal, shots, contrast_ml } = message;
+        Self { t_s, orbital_rad, tilt_rad, field_m, pedal, shots, contrast_ml }
+    }
+}
+
+impl From<&FluoroscopyPulse> for PulseMessage {
+    fn from(pulse: &FluoroscopyPulse) -> Self {
+        let FluoroscopyPulse { t_s, index, shot, load_mas, mean_transmission, kerma_mgy, kerma_area_gycm2 } = *pulse;
+        Self { t_s, index, shot, load_mas, mean_transmission, kerma_mgy, kerma_area_gycm2 }
+    }
+}
+
+impl From<PulseMessage> for FluoroscopyPulse {
+    fn from(message: PulseMessage) -> Self {
+        let PulseMessage { t_s, index, shot, load_mas, mean_transmission, kerma_mgy, kerma_area_gycm2 } = message;
+        Self { t_s, index, shot, load_mas, mean_transmission, kerma_mgy, kerma_area_gycm2 }
     }
 }

@@ -12,6 +12,7 @@ pub use crate::drawing::SceneDrawing;
 use crate::drawing::{draw_pose, draw_scene, draw_transforms, log_line};
 use crate::error::WriteError;
 use crate::event::Event;
+use crate::fluoroscopy::{CArmControls, FluoroscopyPulse};
 use crate::metadata;
 use crate::motion::{AttemptHashes, ConditionsDigest, MotionDigest};
 use crate::rate::{Ticker, nanoseconds};
@@ -21,7 +22,7 @@ use crate::signature::{self, Signature};
 use crate::summary::SummaryWindow;
 use crate::tent::Tent;
 use crate::topics::{MOST_RECORD_BYTES, PROFILE, Topic, declare};
-use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
+use crate::wire::{CArmMessage, EnergyLedger, EventMessage, NeedleSample, PulseMessage, TissueTent};
 
 /// Uncompressed size at which a chunk is closed even before its half second has passed, in bytes.
 const CHUNK_BYTES: u64 = 1 << 20;
@@ -161,6 +162,23 @@ impl<W: Write> Writer<W> {
         self.put(Topic::Tent, nanoseconds(tent.t_s), &TissueTent::from(tent))
     }
 
+    /// Writes the controls of the C-arm: the first ones, and those that differ from the last.
+    ///
+    /// # Errors
+    /// On an I/O error.
+    pub fn controls(&mut self, controls: &CArmControls) -> Result<(), WriteError> {
+        self.conditions.add_controls(controls);
+        self.put(Topic::CArm, nanoseconds(controls.t_s), &CArmMessage::from(controls))
+    }
+
+    /// Writes a pulse of X-rays.
+    ///
+    /// # Errors
+    /// On an I/O error.
+    pub fn pulse(&mut self, pulse: &FluoroscopyPulse) -> Result<(), WriteError> {
+        self.put(Topic::Fluoroscopy, nanoseconds(pulse.t_s), &PulseMessage::from(pulse))
+    }
+
     /// Writes a separate metadata record, for example the servo's statistics.
     ///
     /// # Errors
@@ -209,12 +227,25 @@ impl<W: Write> Writer<W> {
         }
     }
 
+    /// Declares the missing topics up to this one, so that channels always have the numbers of [`Topic::ALL`].
+    fn declare_up_to(&mut self, topic: Topic) -> Result<u16, WriteError> {
+        let mut channel_id = 0;
+        for earlier in Topic::ALL.into_iter().take(topic as usize + 1) {
+            let channel = &mut self.channels[earlier as usize];
+            channel_id = match *channel {
+                Some(declared) => declared,
+                None => declare(&mut self.mcap, earlier)?,
+            };
+            *channel = Some(channel_id);
+        }
+        Ok(channel_id)
+    }
+
     fn put(&mut self, topic: Topic, elapsed_ns: u64, message: &impl Message) -> Result<(), WriteError> {
         let channel_id = match self.channels[topic as usize] {
             Some(declared) => declared,
-            None => declare(&mut self.mcap, topic)?,
+            None => self.declare_up_to(topic)?,
         };
-        self.channels[topic as usize] = Some(channel_id);
         let sequence = &mut self.sequences[topic as usize];
         let log_time = self.start_ns.saturating_add(elapsed_ns);
         let header = MessageHeader { channel_id, sequence: *sequence, log_time, publish_time: log_time };

@@ -28,6 +28,8 @@ pub(super) struct CollectingSystem {
     /// Pelvis, infundibula and calyces.
     calyces: Solid,
     ureter: Solid,
+    /// Where the infundibula of each group meet, in the body's inner frame, in mm.
+    groups: Vec<Place>,
 }
 
 /// The kidney in which a system lies.
@@ -66,11 +68,12 @@ impl CollectingSystem {
         let medial = -host.side.sign();
         let groups: &[f64] = if draw.uniform() < 0.35 { &[0.5, 0.0, -0.5] } else { &[0.36, -0.36] };
         let [pelvis, outlet] = [Place::new(medial * 11.0, 0.0, -1.0), Place::new(medial * 27.0, -12.0, -4.0)];
-        let mut system = Self { calyces: Solid::default(), ureter: Solid::default() };
-        system.tube(host, [pelvis, outlet], [6.5, 3.0]);
+        let mut system = Self { calyces: Solid::default(), ureter: Solid::default(), groups: Vec::new() };
+        system.tube(&host.pose, [pelvis, outlet], [6.5, 3.0]);
         for level in groups {
             let group = Place::new(medial * 2.0 + draw.normal(0.8), level * host.half.y + draw.normal(1.0), 0.0);
-            system.tube(host, [pelvis, group], [5.0, 3.0]);
+            system.tube(&host.pose, [pelvis, group], [5.0, 3.0]);
+            system.groups.push(host.pose.to_outer(group));
             for direction in list_directions(*level, groups.len(), &mut draw) {
                 system.add_calyx(host, group, Place::new(-medial * direction.x, direction.y, direction.z));
             }
@@ -84,19 +87,32 @@ impl CollectingSystem {
         system
     }
 
-    /// Adds a tube between two places of the kidney's frame.
-    fn tube(&mut self, host: &Host, [from, to]: [Place; 2], [from_radius, to_radius]: [f64; 2]) {
-        self.calyces.add(Form::Cone { from, to, from_radius, to_radius }, &host.pose, 2.0);
+    /// Adds a tube between two places of a frame.
+    fn tube(&mut self, frame: &Pose, [from, to]: [Place; 2], [from_radius, to_radius]: [f64; 2]) {
+        self.calyces.add(Form::Cone { from, to, from_radius, to_radius }, frame, 2.0);
     }
 
     /// Adds a calyx of a group in a direction of the kidney's frame, relative to the kidney's half axes.
     fn add_calyx(&mut self, host: &Host, group: Place, direction: Place) {
         let cup = direction.normalize().component_mul(&host.half) * CUP_AT;
         let axis = (cup - group).normalize();
-        self.tube(host, [group, cup - axis * 0.5 * CUP], INFUNDIBULUM);
+        self.tube(&host.pose, [group, cup - axis * 0.5 * CUP], INFUNDIBULUM);
         let own_up = if axis.y.abs() < 0.9 { Place::y() } else { Place::z() };
-        let (middle, axis) = (host.pose.to_outer(cup), host.turn(axis));
-        let pose = |along: f64| Pose::along(middle + axis * along, axis, host.turn(own_up));
+        self.add_cup(host.pose.to_outer(cup), host.turn(axis), host.turn(own_up));
+    }
+
+    /// Adds a calyx with its cup at a place of the body's inner frame and its papilla in a direction from there, and joins it to the
+    /// nearest group.
+    pub(super) fn connect_calyx(&mut self, cup: Place, axis: Place) {
+        let distance = |group: &&Place| (*group - cup).norm();
+        let Some(group) = self.groups.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied() else { return };
+        self.tube(&Pose::leaning(Place::zeros(), 0.0), [group, cup - axis * 0.5 * CUP], INFUNDIBULUM);
+        self.add_cup(cup, axis, if axis.y.abs() < 0.9 { Place::y() } else { Place::z() });
+    }
+
+    /// Adds the cup of a calyx around a place, open in the direction of an axis.
+    fn add_cup(&mut self, middle: Place, axis: Place, up: Place) {
+        let pose = |along: f64| Pose::along(middle + axis * along, axis, up);
         self.calyces.add(Form::Egg { half: Place::new(0.8 * CUP, CUP, CUP) }, &pose(0.0), 1.5);
         // The papilla makes it hollow; the rim around it is the fornix.
         self.calyces.cut(Form::Egg { half: Place::new(0.8 * CUP, 0.75 * CUP, 0.75 * CUP) }, &pose(0.85 * CUP), 0.4);

@@ -4,6 +4,8 @@
 //! out because they change a grey level by less than one: skin (counted as fat), ligaments, the lumbar arteries and the wall of the collecting
 //! system. There is no bowel and no gas.
 
+use nalgebra::{Point3, Vector3};
+
 use super::form::{Bounds, Place};
 use super::part::{AnatomyPart, BodySide, Level};
 use super::surface::{BodyMesh, mesh_surface};
@@ -131,6 +133,12 @@ impl Body {
             self.push_kidney(&mut shapes, side, filled);
         }
         shapes.into_iter().map(|shape| self.volume(shape, quality)).collect()
+    }
+
+    /// Adds a minor calyx to a kidney: the middle of its cup, in m, and the direction from there to its papilla, a unit vector.
+    pub fn connect_calyx(&mut self, side: BodySide, cup_m: &Point3<f64>, papilla: &Vector3<f64>) {
+        let cup = self.inner(cup_m);
+        self.systems[side as usize].connect_calyx(cup, *papilla);
     }
 
     fn volume(&self, shape: Shape<'_>, quality: BodyQuality) -> BodyVolume {

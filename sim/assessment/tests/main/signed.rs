@@ -56,7 +56,7 @@ fn attempt() -> Judged {
 }
 
 fn statement(recording: &Recording) -> Vec<u8> {
-    let hashes = AttemptHashes::of_attempt(&recording.samples, &recording.events);
+    let hashes = AttemptHashes::of_recording(recording);
     signed_statement(&recording.session, Uuid::from_u128(7), &hashes)
 }
 
@@ -288,6 +288,7 @@ fn of_the_file() -> Vec<Change> {
             events: _,
             energies: _,
             tents: _,
+            fluoroscopy: _,
             signature: _,
             complete: _,
         } = recording;

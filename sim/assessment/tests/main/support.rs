@@ -54,6 +54,7 @@ fn exercise() -> Exercise {
         target_depth_mm: 20.0,
         time_limit_s: 60.0,
         feedback: documents::Feedback::Both,
+        fluoroscopy: None,
         required: None,
         rubric: vec![line("depth_error_mm", 0.5, 4.5, 1.0)],
         hard_fails: vec![],
@@ -139,9 +140,7 @@ pub fn session_of(bundle: &ExerciseBundle, session: Session) -> Session {
 
 /// An attempt without samples or events.
 pub fn empty() -> Recording {
-    let session = Session::in_memory(ForceLaw::Version2, vec![2.0, 10.0, 40.0]);
-    let (attachments, samples, events, energies, tents) = (vec![], vec![], vec![], vec![], vec![]);
-    Recording { session, attachments, samples, events, energies, tents, signature: None, complete: true }
+    Recording::in_memory(Session::in_memory(ForceLaw::Version2, vec![2.0, 10.0, 40.0]))
 }
 
 /// Where the needle is.

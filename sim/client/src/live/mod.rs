@@ -211,7 +211,7 @@ pub mod tests {
         let (public, station) = (key.public(), Uuid::new_v4());
         let (recording, bundle) = recorded(Fault::None, Some(Arc::new(key.for_station(station))), folder.path());
         let signature = recording.signature.clone().expect("the station has signed it");
-        let hashes = AttemptHashes::of_attempt(&recording.samples, &recording.events);
+        let hashes = AttemptHashes::of_recording(&recording);
         let signed = signature::signed_statement(&recording.session, station, &hashes);
         let key = HEXLOWER.decode(public.as_bytes()).ok().and_then(|key| VerifyingKey::try_from(&key[..]).ok());
         let bytes = HEXLOWER.decode(signature.ed25519.as_bytes()).expect("hexadecimal");

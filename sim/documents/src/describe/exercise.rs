@@ -18,13 +18,18 @@ pub(crate) static EXERCISE: DescribedTable = DescribedTable {
         DescribedField::number("time_limit_s", "s", 1.0..=3600.0, "Time limit").or(300.0),
         DescribedField::new(
             "feedback",
-            FieldKind::Choice(&["force", "picture", "overlay", "both"]),
+            FieldKind::Choice(&["force", "picture", "overlay", "fluoroscopy", "both"]),
             "Feedback for the trainee: force in the hand, the inside of the body in the picture, depth and force as \
-             numbers and plots, or all of these",
+             numbers and plots, force and X-rays, or all of these",
         )
         .or_text("both"),
         DescribedField::new("entry", FieldKind::Table(&ENTRY), "Planned entry").with(Presence::Empty),
         DescribedField::new("target", FieldKind::Table(&TARGET), "Where to stop").required(),
+        DescribedField::new(
+            "fluoroscopy",
+            FieldKind::Table(&FLUOROSCOPY),
+            "A C-arm at the patient, whose body the scene makes by `[anatomy]`",
+        ),
         DescribedField::new(
             "required",
             FieldKind::Table(&REQUIRED),
@@ -77,6 +82,24 @@ static TARGET: DescribedTable = DescribedTable {
     doc: "Where to stop",
     fields: &[
         DescribedField::number("depth_mm", "mm", 0.1..=500.0, "Depth along the needle's axis from the skin").required()
+    ],
+};
+
+static FLUOROSCOPY: DescribedTable = DescribedTable {
+    doc: "A C-arm and its position at the start, around the target",
+    fields: &[
+        DescribedField::number(
+            "orbital_deg",
+            "°",
+            -45.0..=90.0,
+            "Orbital angle; positive turns the detector to the patient's right",
+        )
+        .or(0.0),
+        DescribedField::number("tilt_deg", "°", -45.0..=45.0, "Tilt; positive turns the detector to the head").or(0.0),
+        DescribedField::number("field_mm", "mm", 60.0..=300.0, "Edge of the collimated field at the detector")
+            .or(300.0),
+        DescribedField::number("pulses_per_s", "1/s", 1.0..=15.0, "Pulses per second while the pedal is pressed")
+            .or(7.5),
     ],
 };
 
@@ -142,7 +165,14 @@ static COACHING: DescribedTable = DescribedTable {
     fields: &[
         DescribedField::new(
             "quantity",
-            FieldKind::Choice(&["depth_mm", "force_n", "speed_mm_per_s", "angle_error_deg"]),
+            FieldKind::Choice(&[
+                "depth_mm",
+                "force_n",
+                "speed_mm_per_s",
+                "angle_error_deg",
+                "fluoroscopy_time_s",
+                "kerma_mgy",
+            ]),
             "Live quantity; its unit is that of above and rearm_below",
         )
         .required(),

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use anatomy::{Body, BodyMesh, BodyOrder, BodyQuality, BodySide, BodyVolume, Contrast, Posture, Substance};
 use guidance::attenuation::{WEIGHTS, coefficients_per_cm, transmit};
-use guidance::{BodyShadow, CArm, Exposure, ImagedNeedle, KermaLevel, PIXELS, Pulse, Radiograph};
+use guidance::{BodyShadow, CArm, Exposure, ImagedNeedle, KermaLevel, PIXELS, Pulse, Radiograph, mean_transmission};
 use nalgebra::{Point3, Vector3};
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;
@@ -13,7 +13,6 @@ use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 
 use crate::paths::box_mesh;
 
-const PULSE: Pulse = Pulse { seed: 5, index: 1, level: KermaLevel::Low };
 /// Near the lower pole of the right kidney, in m.
 const KIDNEY_M: Point3<f64> = Point3::new(0.055, 0.03, -0.075);
 
@@ -28,6 +27,12 @@ fn volumes() -> &'static [BodyVolume] {
 
 fn box_volume(half_m: f64, substance: Substance, parent: Option<usize>) -> BodyVolume {
     BodyVolume { name: "box".to_owned(), substance, parent, mesh: box_mesh([half_m; 3]) }
+}
+
+/// The first pulse of a view at the lowest kerma.
+fn pulse(arm: &CArm, volumes: &[BodyVolume]) -> Pulse {
+    let exposure = Exposure::control(arm, KermaLevel::Low, mean_transmission(arm, volumes).unwrap());
+    Pulse { seed: 5, index: 0, exposure }
 }
 
 fn middle(pixels: &[f64]) -> f64 {
@@ -49,8 +54,9 @@ fn weights_add_up_and_air_transmits_everything() {
 #[test]
 fn a_nested_volume_replaces_its_parent() {
     let volumes = [box_volume(0.05, Substance::Muscle, None), box_volume(0.01, Substance::CorticalBone, Some(0))];
-    let shadow = BodyShadow::cast(&CArm::over(Point3::origin()), &volumes).unwrap();
-    let radiograph = Radiograph::expose(&shadow, None, PULSE);
+    let arm = CArm::over(Point3::origin());
+    let shadow = BodyShadow::cast(&arm, &volumes).unwrap();
+    let radiograph = Radiograph::expose(&shadow, None, pulse(&arm, &volumes));
     let [muscle, bone] = [Substance::Muscle, Substance::CorticalBone].map(coefficients_per_cm);
     // The pixel beside the middle is lit at an angle of 0.02°.
     let slant = (1.0 + 2.0 * (0.5 * 0.3 / PIXELS as f64).powi(2)).sqrt();
@@ -80,9 +86,21 @@ fn exposure_control_gives_the_detector_its_kerma() {
 }
 
 #[test]
+fn a_shot_has_the_dose_of_its_tube_load() {
+    let arm = CArm::over(KIDNEY_M);
+    let once = pulse(&arm, volumes()).exposure;
+    let shot = Exposure::with_load(&arm, 10.0 * once.load_mas);
+    for (shot, once) in [(shot.kerma_ugy, once.kerma_ugy), (shot.kerma_area_ugy_m2, once.kerma_area_ugy_m2)] {
+        assert!((shot / once - 10.0).abs() < 1e-9, "{shot} {once}");
+    }
+}
+
+#[test]
 fn noise_follows_from_seed_and_pulse() {
-    let shadow = BodyShadow::cast(&CArm::over(KIDNEY_M), volumes()).unwrap();
-    let take = |seed, index| Radiograph::expose(&shadow, None, Pulse { seed, index, ..PULSE }).greys;
+    let arm = CArm::over(KIDNEY_M);
+    let shadow = BodyShadow::cast(&arm, volumes()).unwrap();
+    let exposure = pulse(&arm, volumes()).exposure;
+    let take = |seed, index| Radiograph::expose(&shadow, None, Pulse { seed, index, exposure }).greys;
     let first = take(5, 1);
     assert_eq!(first, take(5, 1));
     for other in [take(5, 2), take(6, 1)] {
@@ -97,17 +115,20 @@ fn a_collimated_field_is_dark_around_and_dosed_less() {
     let narrow = CArm { field_m: 0.15, ..open };
     let [open, narrow] = [open, narrow].map(|arm| {
         let shadow = BodyShadow::cast(&arm, volumes()).unwrap();
-        Radiograph::expose(&shadow, None, PULSE)
+        let pulse = pulse(&arm, volumes());
+        (Radiograph::expose(&shadow, None, pulse).greys, pulse.exposure.kerma_area_ugy_m2)
     });
     let lit = |greys: &[u8]| greys.iter().filter(|grey| **grey > 0).count();
-    assert!(lit(&open.greys) > PIXELS * PIXELS * 9 / 10);
-    assert!(lit(&narrow.greys) <= PIXELS * PIXELS / 4);
-    assert!(narrow.exposure.kerma_area_ugy_m2 < 0.3 * open.exposure.kerma_area_ugy_m2);
+    assert!(lit(&open.0) > PIXELS * PIXELS * 9 / 10);
+    assert!(lit(&narrow.0) <= PIXELS * PIXELS / 4);
+    assert!(narrow.1 < 0.3 * open.1);
 }
 
 #[test]
 fn a_needle_is_darker_with_its_stylet() {
-    let shadow = BodyShadow::cast(&CArm::over(KIDNEY_M), volumes()).unwrap();
+    let arm = CArm::over(KIDNEY_M);
+    let shadow = BodyShadow::cast(&arm, volumes()).unwrap();
+    let pulse = pulse(&arm, volumes());
     let needle = ImagedNeedle {
         tip_m: KIDNEY_M,
         direction: Vector3::new(-1.0, 0.0, -1.0).normalize(),
@@ -117,7 +138,7 @@ fn a_needle_is_darker_with_its_stylet() {
         has_stylet: true,
     };
     let take = |needle: Option<&ImagedNeedle>| {
-        let transmissions = Radiograph::expose(&shadow, needle, PULSE).transmissions;
+        let transmissions = Radiograph::expose(&shadow, needle, pulse).transmissions;
         // 30 mm from the tip towards the hub.
         let row = PIXELS / 2 * PIXELS;
         let along = transmissions[row + PIXELS / 2 + 10..row + PIXELS / 2 + 90].iter();
@@ -153,7 +174,7 @@ fn a_turned_body_keeps_its_bones_where_they_project() {
     for orbital_deg in [80.0_f64, 90.0] {
         let arm = CArm { orbital_rad: orbital_deg.to_radians(), ..CArm::over(disc_m) };
         let shadow = BodyShadow::cast(&arm, volumes()).unwrap();
-        let radiograph = Radiograph::expose(&shadow, None, PULSE);
+        let radiograph = Radiograph::expose(&shadow, None, pulse(&arm, volumes()));
         let detector = guidance::Detector::new(&arm, PIXELS);
         let at = |point_m: &Point3<f64>| {
             let place = detector.project(point_m);

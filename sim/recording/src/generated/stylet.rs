@@ -305,3 +305,53 @@ pub struct EnergyLedger {
     #[prost(double, tag = "6")]
     pub lagged_j: f64,
 }
+/// Controls of a C-arm, topic /c_arm: at the start and at each change. Absent in attempts without fluoroscopy.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct CArmControls {
+    /// Time since the start, in s.
+    #[prost(double, tag = "1")]
+    pub t_s: f64,
+    /// Rotation about the body's long axis, in rad; positive turns the detector to the patient's right.
+    #[prost(double, tag = "2")]
+    pub orbital_rad: f64,
+    /// Rotation about the transverse axis, in rad; positive turns the detector to the head.
+    #[prost(double, tag = "3")]
+    pub tilt_rad: f64,
+    /// Edge of the collimated square field at the detector, in m.
+    #[prost(double, tag = "4")]
+    pub field_m: f64,
+    /// Whether the pedal is pressed: pulses follow each other.
+    #[prost(bool, tag = "5")]
+    pub pedal: bool,
+    /// Number of single shots requested so far.
+    #[prost(uint32, tag = "6")]
+    pub shots: u32,
+    /// Contrast medium injected so far, in ml.
+    #[prost(double, tag = "7")]
+    pub contrast_ml: f64,
+}
+/// A pulse of X-rays, topic /fluoroscopy. The picture is not recorded: it follows from the controls, the needle and the seed.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct FluoroscopyPulse {
+    /// Time since the start, in s: that of a sample.
+    #[prost(double, tag = "1")]
+    pub t_s: f64,
+    /// Index of the pulse in the attempt, from 0.
+    #[prost(uint32, tag = "2")]
+    pub index: u32,
+    /// Whether it is a single shot, with the tube load of ten pulses.
+    #[prost(bool, tag = "3")]
+    pub shot: bool,
+    /// Tube load, in mAs.
+    #[prost(double, tag = "4")]
+    pub load_mas: f64,
+    /// Mean transmission in the middle of the field, by which the tube load is set, 0 to 1.
+    #[prost(double, tag = "5")]
+    pub mean_transmission: f64,
+    /// Air kerma at the reference point since the start, in mGy.
+    #[prost(double, tag = "6")]
+    pub kerma_mgy: f64,
+    /// Kerma–area product since the start, in Gy cm².
+    #[prost(double, tag = "7")]
+    pub kerma_area_gycm2: f64,
+}

@@ -27,7 +27,7 @@ impl From<Recording> for RecordingFacts {
         Self {
             duration_s: last.map_or(0.0, |sample| sample.t_s),
             complete: recording.complete,
-            hashes: last.map(|_| AttemptHashes::of_attempt(&recording.samples, &recording.events)),
+            hashes: last.map(|_| AttemptHashes::of_recording(&recording)),
             signature: recording.signature,
             session: recording.session,
         }

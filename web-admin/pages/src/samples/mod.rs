@@ -99,6 +99,7 @@ pub(crate) fn bundle() -> ExerciseBundle {
         target_depth_mm: 20.0,
         time_limit_s: 180.0,
         feedback: documents::Feedback::Both,
+        fluoroscopy: None,
         required: Some(Required {
             reached: Some("fat".to_owned()),
             within_mm: Some(8.0),

@@ -199,14 +199,9 @@ mod tests {
         let tents =
             (0..seconds * 120).map(|i| Tent { t_s: f64::from(i) / 120.0, tent_m: vec![0.001; 4], ..Tent::default() });
         Recording {
-            session: super::super::stage::tests::session(),
-            attachments: vec![],
             samples: (0..=seconds * hz).map(sample).collect(),
-            events: vec![],
-            energies: vec![],
             tents: tents.collect(),
-            signature: None,
-            complete: true,
+            ..Recording::in_memory(super::super::stage::tests::session())
         }
     }
 
