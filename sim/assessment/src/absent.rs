@@ -20,6 +20,10 @@ pub enum Absent {
     NoLedger,
     /// The recording is too short to compute a speed.
     TooShort,
+    /// The trainee was not given the pictures of the C-arm.
+    NoFluoroscopy,
+    /// No X-rays were taken.
+    NoPulse,
     /// The recorded numbers do not yield a finite value.
     NotFinite,
     /// An unknown reason, stored by another version of the program.
@@ -28,7 +32,7 @@ pub enum Absent {
 
 impl Absent {
     /// Every reason that this version can produce.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Untouched,
         Self::NotInside,
         Self::LayerNotReached,
@@ -36,6 +40,8 @@ impl Absent {
         Self::NeverStopped,
         Self::NoLedger,
         Self::TooShort,
+        Self::NoFluoroscopy,
+        Self::NoPulse,
         Self::NotFinite,
     ];
 
@@ -50,6 +56,8 @@ impl Absent {
             Self::NeverStopped => "never_stopped",
             Self::NoLedger => "no_ledger",
             Self::TooShort => "too_short",
+            Self::NoFluoroscopy => "no_fluoroscopy",
+            Self::NoPulse => "no_pulse",
             Self::NotFinite => "not_finite",
             Self::OfAnotherVersion => "of_another_version",
         }
@@ -66,6 +74,8 @@ impl Absent {
             Self::NeverStopped => "the needle was still moving when the recording ended",
             Self::NoLedger => "the recording contains no energy ledger",
             Self::TooShort => "the recording is too short to determine a speed",
+            Self::NoFluoroscopy => "the pictures of the C-arm were not shown",
+            Self::NoPulse => "no X-rays were taken",
             Self::NotFinite => "the recorded data yield no value",
             Self::OfAnotherVersion => "a reason from another version of this program",
         }
@@ -91,7 +101,7 @@ impl Absent {
     /// Returns whether the reason costs no points: a layer or boundary that was not reached did no
     /// damage to the tissue. Insufficient depth is penalised by the depth metrics.
     pub(crate) fn is_harmless(self) -> bool {
-        matches!(self, Self::LayerNotReached | Self::NoRupture)
+        matches!(self, Self::LayerNotReached | Self::NoRupture | Self::NoPulse)
     }
 }
 

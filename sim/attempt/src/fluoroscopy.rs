@@ -35,7 +35,8 @@ impl ImagedBody {
     /// If the scene has no body.
     pub fn new(bundle: &ExerciseBundle) -> Result<Self, Phrase> {
         let scene_body = bundle.scene.body.as_ref();
-        let scene_body = scene_body.ok_or_else(|| phrase!("a scene without a body; allowed: a scene with [anatomy]"))?;
+        let scene_body =
+            scene_body.ok_or_else(|| phrase!("a scene without a body; allowed: a scene with [anatomy]"))?;
         let (mut body, entry) = scene_body.enter()?;
         let target_m = to_body(&entry, &bundle.exercise.target_m());
         if is_in_calyx(bundle) {
@@ -149,8 +150,11 @@ impl Fluoroscope {
     /// If the scene has no body.
     pub fn new(bundle: &ExerciseBundle) -> Result<Option<Self>, Phrase> {
         let Some(settings) = &bundle.exercise.fluoroscopy else { return Ok(None) };
+        let mut body = ImagedBody::new(bundle)?;
+        // Made once, for all copies of this value.
+        body.volumes(0.0);
         Ok(Some(Self {
-            body: ImagedBody::new(bundle)?,
+            body,
             pulses_per_s: settings.pulses_per_s,
             measured: None,
             pressed: None,
@@ -159,6 +163,12 @@ impl Fluoroscope {
             kerma_ugy: 0.0,
             kerma_area_ugy_m2: 0.0,
         }))
+    }
+
+    /// Returns the body.
+    #[must_use]
+    pub fn body(&self) -> &ImagedBody {
+        &self.body
     }
 
     /// Advances to a tick, whose time is that of the controls. Returns the pulse in it: at most one, a single shot first.

@@ -108,7 +108,9 @@ impl Feedback {
                 sentence!("depth, force, layer and target are shown and pops are announced; no force in your hand")
             }
             Self::Fluoroscopy => {
-                sentence!("force in your hand and X-rays; the picture shows only the outside of the body, without the target")
+                sentence!(
+                    "force in your hand and X-rays; the picture shows only the outside of the body, without the target"
+                )
             }
             Self::Both => sentence!("force in your hand, the inside of the body, depth, force and layer"),
         }

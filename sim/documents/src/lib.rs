@@ -52,9 +52,7 @@ pub use check::{check_documents, spec_along_path};
 pub use curriculum::{Curriculum, MasteryRule};
 pub use describe::list_document_languages;
 pub use error::{DocumentError, Issue, Remark};
-pub use exercise::{
-    CoachingRule, Exercise, ExercisePicture, FluoroscopySettings, HardFail, Required, RubricLine,
-};
+pub use exercise::{CoachingRule, Exercise, ExercisePicture, FluoroscopySettings, HardFail, Required, RubricLine};
 pub use feedback::{Channel, Feedback};
 pub use feel::TissueFeel;
 pub use instrument::Instrument;

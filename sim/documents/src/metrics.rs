@@ -34,15 +34,21 @@ pub struct KnownMetric {
     pub suffix: Suffix,
     /// Newest version; documents may use every version from 1 on.
     pub newest: u32,
+    /// Whether it is measured only in exercises with a C-arm.
+    pub needs_arm: bool,
 }
 
 const fn known(id: &'static str, suffix: Suffix) -> KnownMetric {
-    KnownMetric { id, suffix, newest: 1 }
+    KnownMetric { id, suffix, newest: 1, needs_arm: false }
 }
 
 impl KnownMetric {
     const fn in_two_versions(self) -> Self {
         Self { newest: 2, ..self }
+    }
+
+    const fn of_the_arm(self) -> Self {
+        Self { needs_arm: true, ..self }
     }
 }
 
@@ -85,6 +91,12 @@ pub const METRICS: &[KnownMetric] = &[
     known("reached", Suffix::Layer),
     known("confirmed", Suffix::None),
     known("withdrawn", Suffix::None),
+    known("fluoroscopy_time_s", Suffix::None).of_the_arm(),
+    known("fluoroscopy_shots", Suffix::None).of_the_arm(),
+    known("kerma_mgy", Suffix::None).of_the_arm(),
+    known("kerma_area_gycm2", Suffix::None).of_the_arm(),
+    known("mean_field_cm2", Suffix::None).of_the_arm(),
+    known("views_before_skin", Suffix::None).of_the_arm(),
 ];
 
 /// The names in a scene that metric ids may contain.

@@ -8,9 +8,7 @@ use serde_json::Value;
 
 use crate::describe::{EXERCISE, measure, one_of};
 use crate::error::DocumentError;
-use crate::exercise::{
-    CoachingRule, Exercise, ExercisePicture, FluoroscopySettings, HardFail, Required, RubricLine,
-};
+use crate::exercise::{CoachingRule, Exercise, ExercisePicture, FluoroscopySettings, HardFail, Required, RubricLine};
 use crate::feedback::Feedback;
 use crate::metrics;
 use crate::model::Scene;
@@ -152,6 +150,13 @@ pub(crate) fn find_and_read(find: Find<'_>, file: &str) -> Result<PictureFile, P
 fn check_metric(doc: &mut Walked, table: &Value, path: &str, scene: Option<&Scene>) {
     let (Some(metric), Some(scene)) = (table["metric"].as_str(), scene) else { return };
     if let Some(allowed) = metrics::refusal(metric, scene) {
+        doc.refuse(&format!("{path}.metric"), Phrase::quoted(metric), allowed);
+        return;
+    }
+    if metrics::METRICS.iter().any(|known| known.id == metric && known.needs_arm)
+        && !doc.value["fluoroscopy"].is_object()
+    {
+        let allowed = phrase!("allowed: only in an exercise with the table [fluoroscopy]");
         doc.refuse(&format!("{path}.metric"), Phrase::quoted(metric), allowed);
         return;
     }

@@ -8,7 +8,7 @@
 //! of the body, +y towards the head and +z out of the back.
 
 pub mod attenuation;
-mod c_arm;
+pub mod c_arm;
 mod exposure;
 mod needle;
 mod noise;

@@ -105,7 +105,9 @@ impl CollectingSystem {
     /// nearest group.
     pub(super) fn connect_calyx(&mut self, cup: Place, axis: Place) {
         let distance = |group: &&Place| (*group - cup).norm();
-        let Some(group) = self.groups.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied() else { return };
+        let Some(group) = self.groups.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied() else {
+            return;
+        };
         self.tube(&Pose::leaning(Place::zeros(), 0.0), [group, cup - axis * 0.5 * CUP], INFUNDIBULUM);
         self.add_cup(cup, axis, if axis.y.abs() < 0.9 { Place::y() } else { Place::z() });
     }

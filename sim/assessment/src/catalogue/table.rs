@@ -66,6 +66,9 @@ const STOPS_UNFELT: &str = "after a rupture too weak to be felt, experts and nov
      over_insertion_mm separates them";
 const NEVER_SEEN: &str =
     "no virtual hand does this, neither expert nor novice, so there is no evidence that it distinguishes them";
+const ARM: &str = "exercises with a C-arm";
+const ARM_UNUSED: &str =
+    "no virtual hand uses the C-arm, neither expert nor novice, so there is no evidence that it distinguishes them";
 const PERKTUTOR: &str = "PerkTutor, PythonMetrics: threshold and debounce (Ungi and others 2012, Perk Tutor: an open-source training platform for ultrasound-guided needle insertions)";
 
 const STOP_TIME: Definition =
@@ -325,4 +328,40 @@ pub const DEFINITIONS: &[Definition] = &[
         "1 if the needle was out of the body at the end, otherwise 0.",
         "withdraw the needle before you end the attempt",
     ),
+    metric_definition("fluoroscopy_time_s", "s", Lower).applies(ARM).says(
+        "fluoroscopy time",
+        "Number of pulses by the pedal, divided by the pulses per second; single shots do not count.",
+        "press the pedal only while you look, and not while nothing moves",
+    )
+    .unoffered(ARM_UNUSED),
+    metric_definition("fluoroscopy_shots", "count", Lower).applies(ARM).says(
+        "single shots",
+        "Number of single shots, each with the tube load of ten pulses.",
+        "look at the saved pictures before you take another one",
+    )
+    .unoffered(ARM_UNUSED),
+    metric_definition("kerma_mgy", "mGy", Lower).applies(ARM).says(
+        "air kerma",
+        "Air kerma at the reference point, 150 mm from the isocentre towards the tube, over all pulses.",
+        "take fewer pulses, and avoid long ways through the body",
+    )
+    .unoffered(ARM_UNUSED),
+    metric_definition("kerma_area_gycm2", "Gy·cm²", Lower).applies(ARM).says(
+        "kerma–area product",
+        "Air kerma times the area of the field, over all pulses.",
+        "close the collimator around what you need to see",
+    )
+    .unoffered(ARM_UNUSED),
+    metric_definition("mean_field_cm2", "cm²", Lower).applies("exercises with a C-arm, once there was a pulse").says(
+        "mean field",
+        "Mean area of the collimated field at the detector over all pulses.",
+        "close the collimator around what you need to see",
+    )
+    .unoffered(ARM_UNUSED),
+    metric_definition("views_before_skin", "count", Higher).applies(ARM).says(
+        "views before the skin",
+        "Number of views, at least 10° apart, in which a pulse was taken before the first contact with the skin.",
+        "look from two directions before you puncture",
+    )
+    .unoffered(ARM_UNUSED),
 ];

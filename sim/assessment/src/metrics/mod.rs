@@ -2,6 +2,7 @@
 
 mod depth;
 mod energy;
+mod fluoroscopy;
 mod force;
 mod path;
 mod procedure;
@@ -101,6 +102,7 @@ pub(crate) fn measure_attempt(attempt: &Attempt) -> Vec<Metric> {
     path::measure_path(attempt, &mut sheet);
     time::measure_times(attempt, &mut sheet);
     procedure::measure_procedure(attempt, &mut sheet);
+    fluoroscopy::measure_fluoroscopy(attempt, &mut sheet);
     sheet.rows.sort_by_key(|(order, _)| *order);
     sheet.rows.into_iter().map(|(_, metric)| metric).collect()
 }

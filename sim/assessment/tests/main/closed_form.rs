@@ -224,6 +224,7 @@ fn every_row_of_the_catalogue_is_measured() {
     let mut bundle = bundle();
     let sphere = Shape::Sphere { radius_m: 1e-3 };
     bundle.scene.structures = vec![structure("artery", StructureKind::Vessel, sphere, [0.0, 0.0, -5.0])];
+    bundle.exercise.fluoroscopy = Some(c_arm());
     let metrics = judge(&plunge(20.0), &bundle).metrics;
     for row in assessment::catalogue::DEFINITIONS {
         let plain = metrics.iter().any(|m| m.id == row.id);

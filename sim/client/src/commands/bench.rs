@@ -152,7 +152,7 @@ impl Program for ThisProgram {
 
     fn begin(&self, attempt: DeviceAttempt, device: Box<dyn Device>) -> Result<Box<dyn OngoingAttempt>, BenchError> {
         let DeviceAttempt { bundle, specimen, session, path } = attempt;
-        let trial = LiveTrial { bundle, specimen: Arc::new(specimen), session, path, key: None };
+        let trial = LiveTrial { bundle, specimen: Arc::new(specimen), session, path, arm: None, key: None };
         Ok(Box::new(Live::start(trial, Mapping::in_patient_frame(), Driven::ByTimer(device))?))
     }
 }

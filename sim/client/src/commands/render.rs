@@ -11,7 +11,7 @@ use documents::{ExerciseBundle, Patient};
 use render::frame::{Frame, Stage, View};
 use render::{Headless, PictureError, Quality};
 
-use self::radiograph::{Fluoroscope, RadiographArgs};
+use self::radiograph::{RadiographArgs, XRayCamera};
 use crate::exit::{Failure, Outcome};
 use crate::new_file::create_folder;
 use crate::picture::{self, Look, Moment, Telling};
@@ -148,14 +148,14 @@ enum Painter {
     /// A graphics adapter, and the size in pixels.
     Adapter(Box<Headless>, [u32; 2]),
     /// X-rays, on the processor.
-    Fluoroscope(Box<Fluoroscope>),
+    XRays(Box<XRayCamera>),
 }
 
 impl Painter {
     fn new(args: &RenderArgs, film: &Film) -> Result<Self, Failure> {
         let Some(stage) = &film.stage else {
-            let fluoroscope = Fluoroscope::new(&args.what, &film.bundle, &args.radiograph, film.seed)?;
-            return Ok(Self::Fluoroscope(Box::new(fluoroscope)));
+            let camera = XRayCamera::new(&args.what, &film.bundle, &args.radiograph, film.seed)?;
+            return Ok(Self::XRays(Box::new(camera)));
         };
         let mut headless = Headless::new(Quality::Full).map_err(Failure::work)?;
         headless.set_stage(stage).map_err(|error| Failure::refused(&args.what, error))?;
@@ -170,8 +170,8 @@ impl Painter {
                 let description = format!("{} × {} pixels on {}", size[0], size[1], headless.adapter());
                 (picture.save_with_format(out, image::ImageFormat::Png), description)
             }
-            Self::Fluoroscope(fluoroscope) => {
-                let (picture, exposure) = fluoroscope.expose(frame);
+            Self::XRays(camera) => {
+                let (picture, exposure) = camera.expose(frame);
                 let description = format!(
                     "{} × {} pixels; {:.3} mAs, {:.1} µGy at the reference point, {:.2} µGy·m²",
                     picture.width(),

@@ -44,12 +44,13 @@ fn report(verification: &Verification) -> Outcome {
     let place = if channel.is_empty() { String::new() } else { format!(" in {channel} at {at_s} s") };
     output::print_line(format_args!(
         "different: largest deviation {largest_deviation_n} N{place} over {ticks} ticks, {} mm in depth, \
-         {event_differences} event differences; field: {} mm, {} steps differ; {} energy ledgers and {} ticks inside \
-         the body differ",
+         {event_differences} event differences; field: {} mm, {} steps differ; {} energy ledgers, {} pulses of \
+         X-rays and {} ticks inside the body differ",
         verification.largest_depth_deviation_m * 1e3,
         verification.largest_tent_deviation_m * 1e3,
         verification.tent_differences,
         verification.ledger_differences,
+        verification.pulse_differences,
         verification.inside_differences
     ))
 }

@@ -8,6 +8,7 @@ pub mod open;
 mod recorder;
 mod shown;
 pub mod wall;
+pub mod x_ray;
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -37,6 +38,8 @@ pub struct LiveTrial {
     pub session: Session,
     /// Path of the finished recording.
     pub path: PathBuf,
+    /// The C-arm, if the exercise has one and its pictures are given to the trainee.
+    pub arm: Option<x_ray::LiveArm>,
     /// The station's key, which attests that a person made the attempt; `None` if it is not to be
     /// signed.
     pub key: Option<Arc<StationKey>>,
@@ -172,7 +175,7 @@ pub mod tests {
         let device = Scripted::new(0.02, TICK_HZ).with(fault, 300, u64::MAX);
         let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.001);
         let mapping = Mapping::at_home(home, Pointing::Planned);
-        let trial = LiveTrial { bundle, specimen, session, path, key };
+        let trial = LiveTrial { bundle, specimen, session, path, arm: None, key };
         Live::start(trial, mapping, Driven::ByTimer(Box::new(device))).expect("it begins")
     }
 

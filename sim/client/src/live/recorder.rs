@@ -15,14 +15,14 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use assessment::Coach;
-use attempt::run::{Run, Sent, Simulated};
+use attempt::run::{RecordedArm, Run, Sent, Simulated};
 use attempt::tick::TickInput;
 use documents::Channel;
 use haptics::safety;
 use haptics::servo::{Ended, Record, Records, Report, flags as servo_flags};
 use recording::recover::recover;
 use recording::sample::flags;
-use recording::{EventKind, Writer};
+use recording::{CArmControls, EventKind, Fluoroscopy, Writer};
 
 use super::faults::Faults;
 use super::shown::AttemptView;
@@ -30,6 +30,7 @@ use super::{LiveTrial, lock};
 use crate::exit::Failure;
 use crate::maker;
 use crate::new_file::NewFile;
+use crate::picture::Look;
 
 /// Name of the metadata record with the servo's statistics.
 const SERVO_RECORD: &str = "stylet.servo";
@@ -53,6 +54,8 @@ pub struct Unsaved {
     pub why: String,
     trial: Arc<LiveTrial>,
     records: Vec<Record>,
+    /// The controls of the C-arm.
+    controls: Fluoroscopy,
     epilogue: Epilogue,
 }
 
@@ -104,7 +107,10 @@ impl Recorder {
         let theirs = Arc::clone(&shown);
         let thread = thread::Builder::new()
             .name("recorder".to_owned())
-            .spawn(move || record(trial, Ticks { records, taken: Vec::new() }, draft, &theirs, &awaited))
+            .spawn(move || {
+                let ticks = Ticks { trial: &trial, records, taken: Vec::new(), controls: Fluoroscopy::default() };
+                record(&trial, ticks, draft, &theirs, &awaited)
+            })
             .map_err(|error| Failure::work(format_args!("the recorder's thread cannot be started: {error}")))?;
         Ok(Self { shown, report, thread })
     }
@@ -122,19 +128,27 @@ impl Recorder {
     }
 }
 
+/// A tick of the servo, with the controls of the C-arm.
+type OperatedTick = (Record, Option<CArmControls>);
+
 /// Incoming ticks, all of them kept.
-struct Ticks {
+struct Ticks<'t> {
+    trial: &'t LiveTrial,
     records: Records,
     taken: Vec<Record>,
+    controls: Fluoroscopy,
 }
 
-impl Ticks {
+impl Ticks<'_> {
     /// Waits for the next tick; returns `None` when the servo has ended.
-    fn next(&mut self) -> Option<Record> {
+    fn next(&mut self) -> Option<OperatedTick> {
         loop {
             if let Some(record) = self.records.pop() {
                 self.taken.push(record);
-                return Some(record);
+                let controls = self.trial.arm.as_ref().map(|arm| CArmControls { t_s: record.t_s, ..arm.controls() });
+                let known = &mut self.controls.controls;
+                known.extend(controls.filter(|new| known.last().is_none_or(|last| new.differ(last))));
+                return Some((record, controls));
             }
             if self.records.is_over() {
                 return None;
@@ -146,8 +160,8 @@ impl Ticks {
 
 /// The thread's body: records every tick until the servo ends.
 fn record(
-    trial: Arc<LiveTrial>,
-    mut ticks: Ticks,
+    trial: &Arc<LiveTrial>,
+    mut ticks: Ticks<'_>,
     draft: Draft,
     shown: &Mutex<AttemptView>,
     report: &Receiver<Epilogue>,
@@ -155,12 +169,14 @@ fn record(
     let mut epilogue = Epilogue::default();
     // A closed channel means that the attempt was dropped: its recording is finished nevertheless.
     let told = || report.recv().unwrap_or_default();
-    let kept = write(&trial, draft, &mut || ticks.next(), Some(shown), &mut || {
+    let kept = write(trial, draft, &mut || ticks.next(), Some(shown), &mut || {
         epilogue = told();
         epilogue.clone()
     });
-    kept.and_then(|simulated| name(&trial.path, simulated))
-        .map_err(|why| Box::new(Unsaved { why, trial, records: ticks.taken, epilogue }))
+    kept.and_then(|simulated| name(&trial.path, simulated)).map_err(|why| {
+        let Ticks { taken: records, controls, .. } = ticks;
+        Box::new(Unsaved { why, trial: Arc::clone(trial), records, controls, epilogue })
+    })
 }
 
 /// Writes every incoming tick and, at the end, the servo's statistics. After the first error
@@ -168,16 +184,21 @@ fn record(
 fn write(
     trial: &LiveTrial,
     mut draft: Draft,
-    next: &mut dyn FnMut() -> Option<Record>,
+    next: &mut dyn FnMut() -> Option<OperatedTick>,
     shown: Option<&Mutex<AttemptView>>,
     epilogue: &mut dyn FnMut() -> Epilogue,
 ) -> Result<Simulated, String> {
     let exercise = &trial.bundle.exercise;
-    let (mut run, mut coach, mut faults) =
-        (Run::new(&trial.specimen, &mut draft), Coach::new(exercise), Faults::default());
+    let arm = trial.arm.as_ref().map(|arm| RecordedArm::new(arm.fluoroscope()));
+    let mut run = Run::new(&trial.specimen, &mut draft).with_arm(arm);
+    let (mut coach, mut faults) = (Coach::new(exercise), Faults::default());
     let mut last = None;
-    while let Some(record) = next() {
+    while let Some((record, controls)) = next() {
         let tick = run.tick(&input(&record), Some(&sent(&record)));
+        let pulsed = controls.and_then(|controls| Some((run.operate(&controls)?, controls)));
+        if let Some((pulse, _)) = &pulsed {
+            coach.note_pulse(pulse);
+        }
         let is_coached = exercise.feedback.gives(Channel::Coaching);
         let coached = if is_coached { coach.watch(&tick.sample, tick.hand_n) } else { Vec::new() };
         coached.iter().for_each(|text| run.note(EventKind::Coaching, &tick, text.own()));
@@ -187,6 +208,10 @@ fn write(
             let mut shown = lock(shown);
             shown.tell(&tick, &coached, &faulty);
             shown.refused = run.refused().map(ToString::to_string);
+            if let (Some((pulse, controls)), Some(arm)) = (pulsed, &trial.arm) {
+                let frame = shown.moment.frame(&Look::default(), exercise.target_depth_mm * 1e-3);
+                arm.radiographer.expose(pulse, controls, frame);
+            }
         }
         last = Some(tick);
     }
@@ -219,7 +244,8 @@ impl Unsaved {
         // All data in the file left by the previous try are written again now.
         let _ = fs::remove_file(unfinished(path));
         let again = begin(&self.trial, path).map_err(|failure| failure.to_string()).and_then(|draft| {
-            let mut records = self.records.iter().copied();
+            let controls = |record: &Record| self.controls.controls_at(record.t_s).copied();
+            let mut records = self.records.iter().map(|record| (*record, controls(record)));
             write(&self.trial, draft, &mut || records.next(), None, &mut || self.epilogue.clone())
         });
         match again.and_then(|simulated| name(path, simulated)) {

@@ -23,6 +23,7 @@ mod survey;
 mod thumbnails;
 mod trial;
 mod wall;
+mod x_ray;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -52,6 +53,7 @@ use crate::exit::{Failure, Outcome};
 use crate::live::history::History;
 use crate::live::open::{self, Steered};
 use crate::live::wall::WallTest;
+use crate::live::x_ray::LiveArm;
 use crate::live::{self, Live};
 use crate::maker::Maker;
 use crate::settings::Settings;
@@ -379,7 +381,7 @@ impl Window {
     /// Begins a prepared attempt: picture, device, servo and recorder.
     fn begin(&mut self, prepared: PreparedAttempt) -> Result<Box<TrialScreen>, Failure> {
         let station = self.station.as_mut().ok_or_else(|| Failure::input(tr!("no exercise is selected")))?;
-        let PreparedAttempt { bundle, seed, specimen, stage } = prepared;
+        let PreparedAttempt { bundle, seed, specimen, stage, fluoroscope } = prepared;
         let file = Path::new(&bundle.exercise.id);
         let given = picture::hide_what_is_withheld(&stage, bundle.exercise.feedback);
         self.canvas.set_stage(&given).map_err(|error| Failure::refused(file, error))?;
@@ -412,8 +414,10 @@ impl Window {
         let trainee = signed_in.map_or_else(|| station.trainee.clone(), |who| who.trainee);
         let session = Session { trainee, ..maker.session(&bundle) };
         let path = station.folder.join(format!("{}.mcap", session.session_id));
-        let live =
-            Live::start(live::LiveTrial { bundle, specimen, session, path, key }, opened.mapping, opened.driven)?;
+        let settings = bundle.exercise.fluoroscopy.as_ref();
+        let arm = fluoroscope.zip(settings).map(|(arm, settings)| LiveArm::start(arm, settings, seed)).transpose()?;
+        let trial = live::LiveTrial { bundle, specimen, session, path, arm, key };
+        let live = Live::start(trial, opened.mapping, opened.driven)?;
         Ok(Box::new(TrialScreen::new(live, opened.steered, opened.passed_over, station)))
     }
 

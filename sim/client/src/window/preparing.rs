@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use documents::{ExerciseBundle, Patient};
+use attempt::fluoroscopy::Fluoroscope;
+use documents::{Channel, ExerciseBundle, Patient};
 use render::frame::Stage;
 use tissue::Specimen;
 use words::tr;
@@ -37,6 +38,8 @@ pub struct PreparedAttempt {
     pub specimen: Arc<Specimen>,
     /// The constant part of its pictures.
     pub stage: Stage,
+    /// The C-arm, if the trainee is given X-rays.
+    pub fluoroscope: Option<Fluoroscope>,
 }
 
 impl Preparation {
@@ -51,7 +54,10 @@ impl Preparation {
             progress.store(1, Ordering::Relaxed);
             let stage = picture::build_stage(&file, &bundle, &specimen)?;
             progress.store(PARTS, Ordering::Relaxed);
-            Ok(PreparedAttempt { bundle, seed, specimen, stage })
+            let is_given = bundle.exercise.feedback.gives(Channel::Fluoroscopy);
+            let fluoroscope = is_given.then(|| Fluoroscope::new(&bundle)).transpose();
+            let fluoroscope = fluoroscope.map_err(|why| Failure::refused(&file, why))?.flatten();
+            Ok(PreparedAttempt { bundle, seed, specimen, stage, fluoroscope })
         });
         Self { since: clock::instant(), made, thread }
     }

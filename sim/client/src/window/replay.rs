@@ -2,13 +2,16 @@
 
 use std::sync::Arc;
 
+use attempt::fluoroscopy::ImagedBody;
 use documents::ExerciseBundle;
 use eframe::egui::{self, Key, RichText, Slider, Ui};
-use recording::Recording;
+use recording::{Fluoroscopy, Recording};
 
 use super::canvas::Canvas;
 use super::plots::{self, Curves, JumpMoment};
 use super::trial;
+use super::x_ray::XRayPanel;
+use crate::live::x_ray::Radiographer;
 use crate::picture::{Alignment, Look, Telling};
 
 /// Playback speeds, relative to the attempt's own.
@@ -35,9 +38,47 @@ impl ReplayView {
     }
 }
 
+/// The X-ray pictures of a recording.
+struct ReplayedXRays {
+    radiographer: Radiographer,
+    panel: XRayPanel,
+    /// A second pass over the recording, for the needle at the time of a pulse.
+    telling: Telling,
+    /// Number of the last pulse that was exposed.
+    exposed: Option<usize>,
+}
+
+impl ReplayedXRays {
+    /// The pictures; `None` if the recording has no pulse, or its body cannot be made.
+    fn new(bundle: &ExerciseBundle, recording: &Arc<Recording>) -> Option<Self> {
+        recording.fluoroscopy.pulses.first()?;
+        let radiographer = Radiographer::start(ImagedBody::new(bundle).ok()?, recording.session.seed).ok()?;
+        let telling = Telling::new(Arc::clone(recording), bundle);
+        Some(Self { radiographer, panel: XRayPanel::default(), telling, exposed: None })
+    }
+
+    /// Shows the last picture before a time in s.
+    fn ui(&mut self, ui: &mut Ui, look: &Look, now_s: f64) {
+        let Fluoroscopy { pulses, .. } = &self.telling.recording().fluoroscopy;
+        let last = pulses.partition_point(|pulse| pulse.t_s <= now_s).checked_sub(1);
+        if let Some(at) = last.filter(|at| self.exposed != Some(*at)) {
+            let pulse = pulses[at];
+            let controls = self.telling.recording().fluoroscopy.controls_at(pulse.t_s).copied();
+            let frame = self.telling.at(pulse.t_s).frame(look, 1.0);
+            if let Some(controls) = controls {
+                self.radiographer.expose(pulse, controls, frame);
+            }
+            self.exposed = last;
+        }
+        let monitor = self.radiographer.monitor().clone();
+        self.panel.replay_ui(ui, &monitor, now_s);
+    }
+}
+
 /// The replay screen.
 pub struct Replay {
     shown: ReplayView,
+    x_rays: Option<ReplayedXRays>,
     ghost: Option<(ReplayView, Alignment)>,
     layers: Vec<attempt::LayerSpan>,
     target_depth_m: f64,
@@ -54,6 +95,7 @@ impl Replay {
         let ExerciseBundle { exercise, scene, .. } = bundle;
         Self {
             layers: attempt::span_layers(recording, bundle),
+            x_rays: ReplayedXRays::new(bundle, recording),
             shown: ReplayView::new(sentence!("this attempt"), Arc::clone(recording), bundle),
             ghost: None,
             target_depth_m: exercise.target_depth_mm * 1e-3,
@@ -77,6 +119,9 @@ impl Replay {
         self.advance(ui);
         let close = self.timeline(ui);
         self.plots(ui);
+        if let Some(x_rays) = &mut self.x_rays {
+            x_rays.ui(ui, &self.look, self.now_s);
+        }
         let mut frame = self.shown.telling.at(self.now_s).frame(&self.look, self.target_depth_m);
         if let Some((ghost, alignment)) = &mut self.ghost {
             frame.ghost = Some(ghost.telling.at(alignment.other_s(self.now_s)).needle());

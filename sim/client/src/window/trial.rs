@@ -11,6 +11,7 @@ use super::canvas::Canvas;
 use super::overlay::{self, Instruments};
 use super::sound::Sound;
 use super::steer::{Steering, SteeringWish};
+use super::x_ray::XRayPanel;
 use crate::live::open::Steered;
 use crate::live::{self, Finished, Live, Phase};
 use crate::picture::Look;
@@ -44,6 +45,7 @@ pub struct TrialScreen {
     /// Reasons why other devices were not used.
     passed_over: Vec<String>,
     look: Look,
+    x_ray: XRayPanel,
     sound: Sound,
     /// Factor of the speed of mouse and keys.
     pointer_speed: f64,
@@ -72,6 +74,7 @@ impl TrialScreen {
             steered,
             passed_over,
             look,
+            x_ray: XRayPanel::default(),
             sound: Sound::open(settings.volume as f32),
             pointer_speed: settings.pointer_speed,
             pops_heard: 0,
@@ -104,6 +107,9 @@ impl TrialScreen {
         };
         let over = overlay::show_side_panel(ui, &instruments, &mut self.sound);
         overlay::show_messages(ui, &shown, feedback);
+        if let Some(arm) = &self.live.trial.arm {
+            self.x_ray.ui(ui, arm, shown.moment.sample.t_s);
+        }
         let frame = shown.moment.frame(&self.look, exercise.target_depth_mm * 1e-3);
         let picture = egui::CentralPanel::no_frame().show(ui, |ui| {
             let picture = canvas.show(ui, &frame);

@@ -3,14 +3,15 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use anatomy::{Body, BodyEntry, BodyQuality, BodySide, Contrast};
-use documents::{ExerciseBundle, Needle};
-use guidance::{BodyShadow, CArm, Exposure, ImagedNeedle, KermaLevel, PIXELS, Pulse, Radiograph};
+use attempt::fluoroscopy::ImagedBody;
+use documents::ExerciseBundle;
+use guidance::{BodyShadow, Exposure, KermaLevel, PIXELS, Pulse, Radiograph, mean_transmission};
 use image::{GrayImage, Luma};
-use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
+use recording::CArmControls;
 use render::frame::Frame;
 
 use crate::exit::Failure;
+use crate::picture;
 
 /// Options of a radiograph.
 #[derive(clap::Args)]
@@ -79,82 +80,49 @@ impl RadiographArgs {
 }
 
 /// A C-arm that is placed around an exercise's target.
-pub struct Fluoroscope {
-    entry: BodyEntry,
-    needle: Needle,
+pub struct XRayCamera {
+    body: ImagedBody,
     shadow: BodyShadow,
-    level: KermaLevel,
+    exposure: Exposure,
     seed: u64,
     pulses: u32,
 }
 
-impl Fluoroscope {
+impl XRayCamera {
     /// Places the C-arm; `file` is named in errors.
     ///
     /// # Errors
     /// If the scene has no body, or the C-arm cannot be placed so.
     pub fn new(file: &Path, bundle: &ExerciseBundle, args: &RadiographArgs, seed: u64) -> Result<Self, Failure> {
-        let Some(scene_body) = &bundle.scene.body else {
-            return Err(Failure::refused(file, "a scene without a body; allowed with --x-ray: a scene with [anatomy]"));
-        };
-        let (body, entry) = scene_body.enter().map_err(|why| Failure::refused(file, why))?;
-        let target_m = to_body(&entry, &bundle.exercise.target_m());
+        let mut body = ImagedBody::new(bundle).map_err(|why| Failure::refused(file, why))?;
         let ArmAngles([orbital_deg, tilt_deg]) = args.x_ray.unwrap_or(ArmAngles([0.0; 2]));
-        let arm = CArm {
+        let controls = CArmControls {
             orbital_rad: orbital_deg.to_radians(),
             tilt_rad: tilt_deg.to_radians(),
             field_m: args.field_mm * 1e-3,
-            ..CArm::over(target_m)
+            contrast_ml: args.contrast_ml,
+            ..CArmControls::default()
         };
+        let arm = body.arm(&controls);
         arm.check().map_err(Failure::input)?;
-        let shadow =
-            cast_shadow(&body, &arm, &target_m, args.contrast_ml).map_err(|why| Failure::refused(file, why))?;
+        let mean = mean_transmission(&arm, &body.volumes(args.contrast_ml));
+        let mean = mean.map_err(|why| Failure::refused(file, why))?;
+        let shadow = body.shadow(&controls).map_err(|why| Failure::refused(file, why))?;
         let level = match args.dose {
             Dose::Low => KermaLevel::Low,
             Dose::Normal => KermaLevel::Normal,
             Dose::Boost => KermaLevel::Boost,
         };
-        Ok(Self { entry, needle: bundle.scene.needle.clone(), shadow, level, seed, pulses: 0 })
+        Ok(Self { body, shadow, exposure: Exposure::control(&arm, level, mean), seed, pulses: 0 })
     }
 
     /// Exposes the detector with the needle of a frame. The noise follows from the attempt's seed and the number of the pulse.
     pub fn expose(&mut self, frame: &Frame) -> (GrayImage, Exposure) {
-        let pulse = Pulse { seed: self.seed, index: self.pulses, level: self.level };
+        let pulse = Pulse { seed: self.seed, index: self.pulses, exposure: self.exposure };
         self.pulses += 1;
-        let radiograph = Radiograph::expose(&self.shadow, Some(&self.imaged_needle(frame)), pulse);
+        let radiograph = Radiograph::expose(&self.shadow, Some(&picture::image_needle(&self.body, frame)), pulse);
         let edge = PIXELS as u32;
         let grey = |column, row| Luma([radiograph.greys[(row * edge + column) as usize]]);
-        let picture = GrayImage::from_fn(edge, edge, grey);
-        (picture, radiograph.exposure)
+        (GrayImage::from_fn(edge, edge, grey), self.exposure)
     }
-
-    fn imaged_needle(&self, frame: &Frame) -> ImagedNeedle {
-        let [x, y, z, w] = frame.orientation.map(f64::from);
-        let axis = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)) * Vector3::z();
-        let Needle { length_mm, diameter_mm, inner_diameter_mm, .. } = self.needle;
-        ImagedNeedle {
-            tip_m: to_body(&self.entry, &Point3::from(frame.tip_m.map(f64::from))),
-            direction: self.entry.to_body(&axis),
-            length_m: length_mm * 1e-3,
-            outer_m: diameter_mm * 1e-3,
-            bore_m: inner_diameter_mm * 1e-3,
-            has_stylet: self.needle.hub == "stylet" && !frame.hub.open,
-        }
-    }
-}
-
-fn cast_shadow(
-    body: &Body,
-    arm: &CArm,
-    target_m: &Point3<f64>,
-    volume_ml: f64,
-) -> Result<BodyShadow, guidance::OutOfReach> {
-    let side = if target_m.x < 0.0 { BodySide::Left } else { BodySide::Right };
-    let contrast = (volume_ml > 0.0).then_some(Contrast { side, volume_ml });
-    BodyShadow::cast(arm, &body.list_volumes(BodyQuality::Medium, contrast))
-}
-
-/// Converts a point from the scene's frame to the body's.
-fn to_body(entry: &BodyEntry, own_m: &Point3<f64>) -> Point3<f64> {
-    entry.origin_m + entry.to_body(&own_m.coords)
 }

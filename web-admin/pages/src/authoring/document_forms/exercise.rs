@@ -305,7 +305,9 @@ fn say_feedback(feedback: Feedback) -> (&'static str, String) {
         Feedback::Picture => {
             ("picture", tr!("The inside of the body in the picture, without force feedback").to_owned())
         }
-        Feedback::Fluoroscopy => ("fluoroscopy", tr!("Force in the hand and X-rays, without inside and target").to_owned()),
+        Feedback::Fluoroscopy => {
+            ("fluoroscopy", tr!("Force in the hand and X-rays, without inside and target").to_owned())
+        }
         Feedback::Overlay => ("overlay", tr!("Depth and force as numbers, without force feedback").to_owned()),
     }
 }

@@ -1,0 +1,175 @@
+//! X-rays during an attempt: the controls of the C-arm, and the pictures of its pulses. A thread of its own exposes them, because
+//! a picture takes longer than a pulse.
+
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+use attempt::fluoroscopy::{Fluoroscope, ImagedBody, start_controls};
+use documents::FluoroscopySettings;
+use guidance::{BodyShadow, Radiograph};
+use recording::{CArmControls, FluoroscopyPulse};
+use render::frame::Frame;
+
+use crate::exit::Failure;
+use crate::picture;
+
+/// Number of saved pictures that stay on the screen.
+const MOST_SAVED: usize = 3;
+
+/// The picture of a pulse.
+#[derive(Clone, Debug)]
+pub struct XRayPicture {
+    /// Grey levels by rows from the upper left.
+    pub greys: Vec<u8>,
+    /// The pulse.
+    pub pulse: FluoroscopyPulse,
+    /// The position of the C-arm.
+    pub controls: CArmControls,
+}
+
+/// What the monitor of a C-arm shows.
+#[derive(Clone, Debug, Default)]
+pub struct Monitor {
+    /// The last picture.
+    pub latest: Option<Arc<XRayPicture>>,
+    /// The pictures of the last single shots.
+    pub saved: Vec<Arc<XRayPicture>>,
+    /// The last pulse, with the dose so far, and the number of pulses by the pedal.
+    pub last_pulse: Option<FluoroscopyPulse>,
+    /// Number of pulses by the pedal so far.
+    pub pedal_pulses: u32,
+    /// Whether the C-arm would meet the body in its position.
+    pub is_obstructed: bool,
+}
+
+/// A pulse to be exposed with the needle of a frame.
+struct Request {
+    pulse: FluoroscopyPulse,
+    controls: CArmControls,
+    frame: Frame,
+}
+
+/// A thread that exposes pulses. If it is slower than they come, it skips all but the last of the pedal's; no single shot is skipped.
+pub struct Radiographer {
+    monitor: Arc<Mutex<Monitor>>,
+    requests: Mutex<Sender<Request>>,
+}
+
+impl Radiographer {
+    /// Starts the thread, which ends with the value. The noise follows from the attempt's seed.
+    ///
+    /// # Errors
+    /// If the thread cannot be started.
+    pub fn start(body: ImagedBody, seed: u64) -> Result<Self, Failure> {
+        let monitor = Arc::new(Mutex::new(Monitor::default()));
+        let (requests, waiting) = mpsc::channel();
+        let darkroom = Darkroom { body, seed, shadow: None, monitor: Arc::clone(&monitor) };
+        thread::Builder::new()
+            .name("radiographs".to_owned())
+            .spawn(move || darkroom.expose_all(&waiting))
+            .map_err(|error| Failure::work(format_args!("the thread of radiographs cannot be started: {error}")))?;
+        Ok(Self { monitor, requests: Mutex::new(requests) })
+    }
+
+    /// Returns what the monitor shows, locked.
+    pub fn monitor(&self) -> MutexGuard<'_, Monitor> {
+        lock(&self.monitor)
+    }
+
+    /// Requests the picture of a pulse.
+    pub fn expose(&self, pulse: FluoroscopyPulse, controls: CArmControls, frame: Frame) {
+        let mut monitor = self.monitor();
+        monitor.last_pulse = Some(pulse);
+        monitor.pedal_pulses += u32::from(!pulse.shot);
+        drop(monitor);
+        // Fails only if the thread has panicked; the monitor then keeps its last picture.
+        let _ = lock(&self.requests).send(Request { pulse, controls, frame });
+    }
+}
+
+/// The thread's data.
+struct Darkroom {
+    body: ImagedBody,
+    seed: u64,
+    /// The last position, and the body's shadow there.
+    shadow: Option<(CArmControls, BodyShadow)>,
+    monitor: Arc<Mutex<Monitor>>,
+}
+
+impl Darkroom {
+    fn expose_all(mut self, waiting: &Receiver<Request>) {
+        while let Ok(first) = waiting.recv() {
+            let mut requests: Vec<Request> = vec![first];
+            requests.extend(waiting.try_iter());
+            let last = requests.len() - 1;
+            for (_, request) in
+                requests.into_iter().enumerate().filter(|(at, request)| request.pulse.shot || *at == last)
+            {
+                let picture = self.expose(request);
+                let mut monitor = lock(&self.monitor);
+                monitor.is_obstructed = picture.is_none();
+                let Some(picture) = picture.map(Arc::new) else { continue };
+                if picture.pulse.shot {
+                    monitor.saved.insert(0, Arc::clone(&picture));
+                    monitor.saved.truncate(MOST_SAVED);
+                }
+                monitor.latest = Some(picture);
+            }
+        }
+    }
+
+    /// Exposes a pulse; `None` if the C-arm would meet the body.
+    fn expose(&mut self, Request { pulse, controls, frame }: Request) -> Option<XRayPicture> {
+        let place = |controls: &CArmControls| CArmControls { t_s: 0.0, pedal: false, shots: 0, ..*controls };
+        if self.shadow.as_ref().is_none_or(|(there, _)| place(there) != place(&controls)) {
+            self.shadow = self.body.shadow(&controls).ok().map(|shadow| (controls, shadow));
+        }
+        let (_, shadow) = self.shadow.as_ref()?;
+        let needle = picture::image_needle(&self.body, &frame);
+        let radiograph = Radiograph::expose(shadow, Some(&needle), self.body.pulse(&controls, &pulse, self.seed));
+        Some(XRayPicture { greys: radiograph.greys, pulse, controls })
+    }
+}
+
+/// The C-arm of an attempt in progress.
+pub struct LiveArm {
+    fluoroscope: Fluoroscope,
+    /// Pulses per second while the pedal is pressed.
+    pub pulses_per_s: f64,
+    controls: Mutex<CArmControls>,
+    /// The pictures.
+    pub radiographer: Radiographer,
+}
+
+impl LiveArm {
+    /// Places the C-arm at the start.
+    ///
+    /// # Errors
+    /// If the thread of its pictures cannot be started.
+    pub fn start(fluoroscope: Fluoroscope, settings: &FluoroscopySettings, seed: u64) -> Result<Self, Failure> {
+        let radiographer = Radiographer::start(fluoroscope.body().clone(), seed)?;
+        let controls = Mutex::new(start_controls(settings));
+        Ok(Self { fluoroscope, pulses_per_s: settings.pulses_per_s, controls, radiographer })
+    }
+
+    /// Returns the C-arm before its first pulse.
+    pub fn fluoroscope(&self) -> Fluoroscope {
+        self.fluoroscope.clone()
+    }
+
+    /// Returns the controls, as the user has set them last.
+    pub fn controls(&self) -> CArmControls {
+        *lock(&self.controls)
+    }
+
+    /// Sets the controls.
+    pub fn set(&self, controls: CArmControls) {
+        *lock(&self.controls) = controls;
+    }
+}
+
+/// Locks data that are whole after each change, also after a panic.
+fn lock<T>(data: &Mutex<T>) -> MutexGuard<'_, T> {
+    data.lock().unwrap_or_else(PoisonError::into_inner)
+}
