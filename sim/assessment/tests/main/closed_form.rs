@@ -2,10 +2,10 @@
 //! Fails when a definition, a unit or a domain is implemented otherwise than the catalogue says.
 
 use documents::{Shape, StructureKind};
-use recording::EventKind;
+use recording::{CArmControls, EventKind, FluoroscopyPulse};
 
 use crate::support::{
-    Pose, bundle, decimate, down, expect, expect_absent, judge, ledger, line, mark, plunge, press, pull, record,
+    Pose, bundle, c_arm, decimate, down, expect, expect_absent, judge, ledger, line, mark, plunge, press, pull, record,
     structure,
 };
 
@@ -217,6 +217,48 @@ fn one_sample_has_no_speed_and_no_time() {
     ] {
         expect_absent(&assessment, id);
     }
+}
+
+/// Controls that look from straight behind at first and from an angle in degrees later.
+fn look_from(angle_deg: f64) -> Vec<CArmControls> {
+    let field_m = 0.2;
+    let first = CArmControls { field_m, ..CArmControls::default() };
+    let other = CArmControls { t_s: 1.5, orbital_rad: angle_deg.to_radians(), field_m: 0.1, ..first };
+    vec![first, other]
+}
+
+#[test]
+fn fluoroscopy_counts_its_pulses_and_their_dose() {
+    let mut bundle = bundle();
+    bundle.exercise.fluoroscopy = Some(c_arm());
+    let mut recording = plunge(20.0);
+    let contact_s = 2.5;
+    mark(&mut recording, contact_s, EventKind::Contact, None);
+    let pulse = |index: u32, t_s: f64, shot: bool| FluoroscopyPulse {
+        t_s,
+        index,
+        shot,
+        load_mas: 0.1,
+        mean_transmission: 0.01,
+        kerma_mgy: f64::from(index + 1) * 0.02,
+        kerma_area_gycm2: f64::from(index + 1) * 0.003,
+    };
+    let unseen = judge(&recording, &bundle);
+    expect_absent(&unseen, "kerma_mgy");
+    recording.fluoroscopy.controls = look_from(9.0);
+    expect(&judge(&recording, &bundle), "fluoroscopy_time_s", 0.0, 1e-12);
+    expect_absent(&judge(&recording, &bundle), "mean_field_cm2");
+    let times = [0.2 * contact_s, 0.7 * contact_s, 0.8 * contact_s, contact_s + 1.0];
+    recording.fluoroscopy.pulses = (0..).zip(times).map(|(index, t_s)| pulse(index, t_s, index == 2)).collect();
+    let judged = judge(&recording, &bundle);
+    expect(&judged, "fluoroscopy_time_s", 3.0 / 7.5, 1e-12);
+    expect(&judged, "fluoroscopy_shots", 1.0, 1e-12);
+    expect(&judged, "kerma_mgy", 0.08, 1e-12);
+    expect(&judged, "kerma_area_gycm2", 0.012, 1e-12);
+    expect(&judged, "mean_field_cm2", (400.0 + 3.0 * 100.0) / 4.0, 1e-9);
+    expect(&judged, "views_before_skin", 1.0, 1e-12);
+    recording.fluoroscopy.controls[1].orbital_rad = 11.0_f64.to_radians();
+    expect(&judge(&recording, &bundle), "views_before_skin", 2.0, 1e-12);
 }
 
 #[test]

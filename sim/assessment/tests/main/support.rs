@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use assessment::{Assessment, assess};
 use documents::{
-    Exercise, ExerciseBundle, HardFail, Needle, RubricLine, Scene, SceneLayer, SceneLayerOptions, SceneStructure,
-    Shape, StructureKind, StructureSpec, TissueOptions,
+    Exercise, ExerciseBundle, FluoroscopySettings, HardFail, Needle, RubricLine, Scene, SceneLayer, SceneLayerOptions,
+    SceneStructure, Shape, StructureKind, StructureSpec, TissueOptions,
 };
 use law::axial::ForceLaw;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
@@ -39,6 +39,11 @@ pub fn bundle() -> ExerciseBundle {
         meshes: vec![],
         pictures: vec![],
     }
+}
+
+/// A C-arm at its defaults.
+pub fn c_arm() -> FluoroscopySettings {
+    FluoroscopySettings { orbital_deg: 0.0, tilt_deg: 0.0, field_mm: 300.0, pulses_per_s: 7.5 }
 }
 
 fn exercise() -> Exercise {

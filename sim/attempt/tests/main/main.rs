@@ -5,5 +5,6 @@
 #![expect(clippy::float_cmp, reason = "what is written and re-simulated must return to the bit")]
 
 mod field;
+mod fluoroscopy;
 mod simulated;
 mod support;

@@ -18,8 +18,8 @@ use crate::{clock, picture, sources};
 
 /// Time after which a progress bar is shown.
 const PATIENCE: Duration = Duration::from_millis(300);
-/// Number of parts to prepare: the specimen, and its picture.
-const PARTS: u8 = 2;
+/// Number of parts to prepare: the specimen, its picture, and its body under X-rays.
+const PARTS: u8 = 3;
 
 /// An attempt that is being prepared.
 pub struct Preparation {
@@ -53,10 +53,11 @@ impl Preparation {
             let specimen = Arc::new(sources::prepare_specimen(&file, &bundle, &patient)?);
             progress.store(1, Ordering::Relaxed);
             let stage = picture::build_stage(&file, &bundle, &specimen)?;
-            progress.store(PARTS, Ordering::Relaxed);
+            progress.store(2, Ordering::Relaxed);
             let is_given = bundle.exercise.feedback.gives(Channel::Fluoroscopy);
             let fluoroscope = is_given.then(|| Fluoroscope::new(&bundle)).transpose();
             let fluoroscope = fluoroscope.map_err(|why| Failure::refused(&file, why))?.flatten();
+            progress.store(PARTS, Ordering::Relaxed);
             Ok(PreparedAttempt { bundle, seed, specimen, stage, fluoroscope })
         });
         Self { since: clock::instant(), made, thread }
