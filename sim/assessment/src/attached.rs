@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use attempt::fluoroscopy::count_pulse_differences;
+use attempt::fluoroscopy::{Fluoroscope, count_pulse_differences};
 use attempt::verify::{Verification, verify_recording};
 use documents::{ExerciseBundle, Patient};
 use recording::session::{EXERCISE_ATTACHMENT, MESH_PREFIX, SCENE_ATTACHMENT};
@@ -49,8 +49,8 @@ pub fn verify_own(recording: &Recording) -> Result<Verification, AssessError> {
     }
     let specimen = Specimen::new(bundle.recorded_spec(&patient, recording.session.judging));
     let specimen = specimen.map_err(|error| AssessError::Document(error.to_string()))?;
-    let pulse_differences =
-        count_pulse_differences(recording, &bundle).map_err(|why| AssessError::Document(why.to_string()))?;
+    let fluoroscope = Fluoroscope::new(&bundle).map_err(|why| AssessError::Document(why.to_string()))?;
+    let pulse_differences = count_pulse_differences(recording, fluoroscope);
     Ok(Verification { pulse_differences, ..verify_recording(recording, &specimen) })
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Everything follows from the recorded controls, the needle and the seed, to the bit. A recording holds no picture.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use anatomy::{Body, BodyEntry, BodyQuality, BodySide, BodyVolume, Contrast};
 use documents::{ExerciseBundle, FluoroscopySettings, Needle};
@@ -24,8 +24,16 @@ pub struct ImagedBody {
     needle: Needle,
     /// The target in the body's frame, in m: the isocentre.
     target_m: Point3<f64>,
-    /// The volumes with so much contrast medium, in ml.
-    filled: Option<(f64, Arc<Vec<BodyVolume>>)>,
+    volumes: Arc<VolumeCache>,
+}
+
+/// The volumes of a body, made once for all copies of it.
+#[derive(Debug)]
+struct VolumeCache {
+    /// Without contrast medium.
+    empty: Arc<Vec<BodyVolume>>,
+    /// With the last amount of contrast medium, in ml.
+    filled: Mutex<(f64, Arc<Vec<BodyVolume>>)>,
 }
 
 impl ImagedBody {
@@ -42,7 +50,9 @@ impl ImagedBody {
         if is_in_calyx(bundle) {
             body.connect_calyx(side_of(&target_m), &target_m, &-entry.to_body(&bundle.exercise.axis()));
         }
-        Ok(Self { body, entry, needle: bundle.scene.needle.clone(), target_m, filled: None })
+        let empty = Arc::new(body.list_volumes(BodyQuality::Medium, None));
+        let volumes = Arc::new(VolumeCache { filled: Mutex::new((0.0, Arc::clone(&empty))), empty });
+        Ok(Self { body, entry, needle: bundle.scene.needle.clone(), target_m, volumes })
     }
 
     /// The C-arm in a position.
@@ -53,24 +63,27 @@ impl ImagedBody {
     }
 
     /// The volumes with so much contrast medium in the kidney on the target's side, in ml.
-    pub fn volumes(&mut self, contrast_ml: f64) -> Arc<Vec<BodyVolume>> {
-        if let Some((filled_ml, volumes)) = &self.filled
-            && filled_ml.to_bits() == contrast_ml.to_bits()
-        {
-            return Arc::clone(volumes);
+    #[must_use]
+    pub fn volumes(&self, contrast_ml: f64) -> Arc<Vec<BodyVolume>> {
+        if contrast_ml <= 0.0 {
+            return Arc::clone(&self.volumes.empty);
         }
-        let side = side_of(&self.target_m);
-        let contrast = (contrast_ml > 0.0).then_some(Contrast { side, volume_ml: contrast_ml });
-        let volumes = Arc::new(self.body.list_volumes(BodyQuality::Medium, contrast));
-        self.filled = Some((contrast_ml, Arc::clone(&volumes)));
-        volumes
+        // Locked while they are made: another thread would make the same.
+        let mut filled = self.volumes.filled.lock().unwrap_or_else(PoisonError::into_inner);
+        if filled.0.to_bits() != contrast_ml.to_bits() {
+            let mut volumes = (*self.volumes.empty).clone();
+            let contrast = Contrast { side: side_of(&self.target_m), volume_ml: contrast_ml };
+            self.body.add_contrast(&mut volumes, BodyQuality::Medium, contrast);
+            *filled = (contrast_ml, Arc::new(volumes));
+        }
+        Arc::clone(&filled.1)
     }
 
     /// The shadow of the body.
     ///
     /// # Errors
     /// If the C-arm would meet the body.
-    pub fn shadow(&mut self, controls: &CArmControls) -> Result<BodyShadow, guidance::OutOfReach> {
+    pub fn shadow(&self, controls: &CArmControls) -> Result<BodyShadow, guidance::OutOfReach> {
         BodyShadow::cast(&self.arm(controls), &self.volumes(controls.contrast_ml))
     }
 
@@ -150,11 +163,8 @@ impl Fluoroscope {
     /// If the scene has no body.
     pub fn new(bundle: &ExerciseBundle) -> Result<Option<Self>, Phrase> {
         let Some(settings) = &bundle.exercise.fluoroscopy else { return Ok(None) };
-        let mut body = ImagedBody::new(bundle)?;
-        // Made once, for all copies of this value.
-        body.volumes(0.0);
         Ok(Some(Self {
-            body,
+            body: ImagedBody::new(bundle)?,
             pulses_per_s: settings.pulses_per_s,
             measured: None,
             pressed: None,
@@ -223,21 +233,17 @@ impl Fluoroscope {
     }
 }
 
-/// Counts the pulses that differ from those of the recorded controls: in time, kind, tube load or dose.
-///
-/// # Errors
-/// If the scene has no body.
-pub fn count_pulse_differences(recording: &Recording, bundle: &ExerciseBundle) -> Result<u64, Phrase> {
+/// Counts the pulses that differ from those of the recorded controls: in time, kind, tube load or dose. `fluoroscope` is that of the
+/// exercise, before its first pulse; without one there must be no pulse.
+#[must_use]
+pub fn count_pulse_differences(recording: &Recording, fluoroscope: Option<Fluoroscope>) -> u64 {
     let Fluoroscopy { controls, pulses } = &recording.fluoroscopy;
-    let Some(mut fluoroscope) = Fluoroscope::new(bundle)? else { return Ok((controls.len() + pulses.len()) as u64) };
-    let again: Vec<FluoroscopyPulse> = recording
-        .samples
-        .iter()
-        .filter_map(|sample| {
-            let controls = recording.fluoroscopy.controls_at(sample.t_s)?;
-            fluoroscope.step(&CArmControls { t_s: sample.t_s, ..*controls })
-        })
-        .collect();
+    let Some(mut fluoroscope) = fluoroscope else { return (controls.len() + pulses.len()) as u64 };
+    let used = recording.samples.iter().filter_map(|sample| {
+        let controls = recording.fluoroscopy.controls_at(sample.t_s)?;
+        fluoroscope.step(&CArmControls { t_s: sample.t_s, ..*controls })
+    });
+    let again: Vec<FluoroscopyPulse> = used.collect();
     let same = again.iter().zip(pulses).take_while(|(again, recorded)| again == recorded).count();
-    Ok((again.len().max(pulses.len()) - same) as u64)
+    (again.len().max(pulses.len()) - same) as u64
 }

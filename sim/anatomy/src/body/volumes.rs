@@ -88,6 +88,13 @@ fn cortex(part: AnatomyPart) -> f64 {
     }
 }
 
+/// Edge of the cells in which the surface of the calyces is made, in mm.
+const CALYCES_CELL: f64 = 0.6;
+
+fn calyces_name(side: BodySide) -> String {
+    format!("calyces-{}", side.name())
+}
+
 /// A volume before its surface is made.
 struct Shape<'b> {
     name: String,
@@ -129,10 +136,30 @@ impl Body {
             shapes.push(self.part_shape(vessel, Substance::Blood, Some(INSIDE)));
         }
         for side in BodySide::BOTH {
-            let filled = contrast.filter(|contrast| contrast.side == side).map(|contrast| contrast.volume_ml);
-            self.push_kidney(&mut shapes, side, filled);
+            self.push_kidney(&mut shapes, side);
         }
-        shapes.into_iter().map(|shape| self.volume(shape, quality)).collect()
+        let mut volumes: Vec<BodyVolume> = shapes.into_iter().map(|shape| self.volume(shape, quality)).collect();
+        if let Some(contrast) = contrast {
+            self.add_contrast(&mut volumes, quality, contrast);
+        }
+        volumes
+    }
+
+    /// Adds the contrast medium in a collecting system to the other volumes of the body.
+    pub fn add_contrast(&self, volumes: &mut Vec<BodyVolume>, quality: BodyQuality, contrast: Contrast) {
+        let Contrast { side, volume_ml } = contrast;
+        let system = &self.systems[side as usize];
+        let level = system.fluid_level(volume_ml);
+        let fluid = calyces_name(side);
+        let shape = Shape {
+            name: format!("contrast-{}", side.name()),
+            substance: Substance::ContrastMedium,
+            parent: volumes.iter().position(|volume| volume.name == fluid),
+            distance: Box::new(move |p| self.fluid_distance(side, p).max(p.z - level)),
+            bounds: system.calyces_bounds(),
+            cell: CALYCES_CELL,
+        };
+        volumes.push(self.volume(shape, quality));
     }
 
     /// Adds a minor calyx to a kidney: the middle of its cup, in m, and the direction from there to its papilla, a unit vector.
@@ -174,7 +201,7 @@ impl Body {
     }
 
     /// Fat, kidney and collecting system of a side.
-    fn push_kidney<'b>(&'b self, shapes: &mut Vec<Shape<'b>>, side: BodySide, contrast_ml: Option<f64>) {
+    fn push_kidney<'b>(&'b self, shapes: &mut Vec<Shape<'b>>, side: BodySide) {
         let part = AnatomyPart::Kidney(side);
         let bounds = self.part_bounds(part);
         let grown = Bounds::NOTHING.grown_by_ball(&bounds.least, PERIRENAL).grown_by_ball(&bounds.greatest, PERIRENAL);
@@ -192,24 +219,13 @@ impl Body {
             ..self.part_shape(part, Substance::Kidney, Some(fat))
         });
         let system = &self.systems[side as usize];
-        let fluid = shapes.len();
         shapes.push(Shape {
-            name: format!("calyces-{}", side.name()),
+            name: calyces_name(side),
             distance: Box::new(move |p| self.fluid_distance(side, p)),
             bounds: system.calyces_bounds(),
-            cell: 0.6,
+            cell: CALYCES_CELL,
             ..self.part_shape(part, Substance::Water, Some(fat + 1))
         });
-        if let Some(volume_ml) = contrast_ml {
-            let level = system.fluid_level(volume_ml);
-            shapes.push(Shape {
-                name: format!("contrast-{}", side.name()),
-                distance: Box::new(move |p| self.fluid_distance(side, p).max(p.z - level)),
-                bounds: system.calyces_bounds(),
-                cell: 0.6,
-                ..self.part_shape(part, Substance::ContrastMedium, Some(fluid))
-            });
-        }
         shapes.push(Shape {
             name: format!("ureter-{}", side.name()),
             distance: Box::new(move |p| self.ureter_distance(side, p)),

@@ -43,8 +43,16 @@ pub struct Monitor {
     pub is_obstructed: bool,
 }
 
+/// What the thread is asked to do.
+enum Request {
+    /// Fill the collecting system with so much contrast medium, in ml.
+    Fill(f64),
+    /// Expose a pulse.
+    Expose(Box<Exposing>),
+}
+
 /// A pulse to be exposed with the needle of a frame.
-struct Request {
+struct Exposing {
     pulse: FluoroscopyPulse,
     controls: CArmControls,
     frame: Frame,
@@ -83,8 +91,12 @@ impl Radiographer {
         monitor.last_pulse = Some(pulse);
         monitor.pedal_pulses += u32::from(!pulse.shot);
         drop(monitor);
+        self.request(Request::Expose(Box::new(Exposing { pulse, controls, frame })));
+    }
+
+    fn request(&self, request: Request) {
         // Fails only if the thread has panicked; the monitor then keeps its last picture.
-        let _ = lock(&self.requests).send(Request { pulse, controls, frame });
+        let _ = lock(&self.requests).send(request);
     }
 }
 
@@ -100,13 +112,17 @@ struct Darkroom {
 impl Darkroom {
     fn expose_all(mut self, waiting: &Receiver<Request>) {
         while let Ok(first) = waiting.recv() {
-            let mut requests: Vec<Request> = vec![first];
-            requests.extend(waiting.try_iter());
-            let last = requests.len() - 1;
-            for (_, request) in
-                requests.into_iter().enumerate().filter(|(at, request)| request.pulse.shot || *at == last)
-            {
-                let picture = self.expose(request);
+            let mut exposures: Vec<Exposing> = Vec::new();
+            for request in [first].into_iter().chain(waiting.try_iter()) {
+                match request {
+                    // Made before the next pulse needs it.
+                    Request::Fill(volume_ml) => drop(self.body.volumes(volume_ml)),
+                    Request::Expose(exposing) => exposures.push(*exposing),
+                }
+            }
+            let last = exposures.len().saturating_sub(1);
+            for (_, exposing) in exposures.into_iter().enumerate().filter(|(at, new)| new.pulse.shot || *at == last) {
+                let picture = self.expose(exposing);
                 let mut monitor = lock(&self.monitor);
                 monitor.is_obstructed = picture.is_none();
                 let Some(picture) = picture.map(Arc::new) else { continue };
@@ -120,7 +136,7 @@ impl Darkroom {
     }
 
     /// Exposes a pulse; `None` if the C-arm would meet the body.
-    fn expose(&mut self, Request { pulse, controls, frame }: Request) -> Option<XRayPicture> {
+    fn expose(&mut self, Exposing { pulse, controls, frame }: Exposing) -> Option<XRayPicture> {
         let place = |controls: &CArmControls| CArmControls { t_s: 0.0, pedal: false, shots: 0, ..*controls };
         if self.shadow.as_ref().is_none_or(|(there, _)| place(there) != place(&controls)) {
             self.shadow = self.body.shadow(&controls).ok().map(|shadow| (controls, shadow));
@@ -165,7 +181,10 @@ impl LiveArm {
 
     /// Sets the controls.
     pub fn set(&self, controls: CArmControls) {
-        *lock(&self.controls) = controls;
+        let before = std::mem::replace(&mut *lock(&self.controls), controls);
+        if controls.contrast_ml > before.contrast_ml {
+            self.radiographer.request(Request::Fill(controls.contrast_ml));
+        }
     }
 }
 

@@ -94,7 +94,7 @@ impl XRayCamera {
     /// # Errors
     /// If the scene has no body, or the C-arm cannot be placed so.
     pub fn new(file: &Path, bundle: &ExerciseBundle, args: &RadiographArgs, seed: u64) -> Result<Self, Failure> {
-        let mut body = ImagedBody::new(bundle).map_err(|why| Failure::refused(file, why))?;
+        let body = ImagedBody::new(bundle).map_err(|why| Failure::refused(file, why))?;
         let ArmAngles([orbital_deg, tilt_deg]) = args.x_ray.unwrap_or(ArmAngles([0.0; 2]));
         let controls = CArmControls {
             orbital_rad: orbital_deg.to_radians(),
