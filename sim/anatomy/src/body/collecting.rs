@@ -5,6 +5,7 @@
 //! common (196 kidneys, Indian J Urol 2017;33:36, read by its abstract); three occur in a third.
 
 use law::operator::Draw;
+use nalgebra::Vector3;
 
 use super::form::{Bounds, Form, Place, Pose, Solid};
 use super::part::BodySide;
@@ -21,6 +22,9 @@ const URETER: f64 = 2.4;
 /// Distance of a cup from the kidney's middle, relative to its surface. The papilla and the cortex behind it are then 12
 /// to 22 mm thick.
 const CUP_AT: f64 = 0.6;
+
+/// Edge of the blocks of samples that are skipped together, in mm.
+const BLOCK: f64 = 5.0;
 
 /// A collecting system.
 #[derive(Clone, Debug)]
@@ -142,11 +146,21 @@ impl CollectingSystem {
     /// from the front to the back. A balloon closes the ureter.
     pub(super) fn fluid_level(&self, volume_ml: f64) -> f64 {
         let Bounds { least, greatest } = self.calyces.bounds();
-        let counts = (greatest - least).map(|span| libm::ceil(span) as usize + 1);
-        let places = (0..counts.x).flat_map(|x| (0..counts.y).flat_map(move |y| (0..counts.z).map(move |z| [x, y, z])));
-        let place = |at: [usize; 3]| least + Place::new(at[0] as f64, at[1] as f64, at[2] as f64);
+        let blocks = (greatest - least).map(|span| libm::ceil(span / BLOCK) as usize + 1);
+        let corners = |counts: Vector3<usize>| {
+            let rows = (0..counts.x).flat_map(move |x| (0..counts.y).map(move |y| [x, y]));
+            rows.flat_map(move |[x, y]| (0..counts.z).map(move |z| Place::new(x as f64, y as f64, z as f64)))
+        };
+        // Half of a block's diagonal, times 1.3 for joined shapes, which are steeper than a distance.
+        let reach = 0.5 * BLOCK * 1.733 * 1.3;
+        let may_be_inside =
+            |corner: &Place| self.calyces.distance(&(least + (corner * BLOCK).add_scalar(0.5 * (BLOCK - 1.0)))) < reach;
+        let steps = Vector3::repeat(BLOCK as usize);
+        let samples = corners(blocks)
+            .filter(may_be_inside)
+            .flat_map(|block| corners(steps).map(move |step| least + block * BLOCK + step));
         // A sample stands for a mm³.
-        let mut heights: Vec<f64> = places.map(place).filter(|p| self.calyces.distance(p) < 0.0).map(|p| p.z).collect();
+        let mut heights: Vec<f64> = samples.filter(|p| self.calyces.distance(p) < 0.0).map(|p| p.z).collect();
         heights.sort_by(f64::total_cmp);
         heights.get((volume_ml * 1e3) as usize).copied().unwrap_or(f64::INFINITY)
     }

@@ -90,6 +90,8 @@ fn cortex(part: AnatomyPart) -> f64 {
 
 /// Edge of the cells in which the surface of the calyces is made, in mm.
 const CALYCES_CELL: f64 = 0.6;
+/// The same for contrast medium, which is made while an attempt waits.
+const CONTRAST_CELL: f64 = 0.8;
 
 fn calyces_name(side: BodySide) -> String {
     format!("calyces-{}", side.name())
@@ -155,9 +157,10 @@ impl Body {
             name: format!("contrast-{}", side.name()),
             substance: Substance::ContrastMedium,
             parent: volumes.iter().position(|volume| volume.name == fluid),
-            distance: Box::new(move |p| self.fluid_distance(side, p).max(p.z - level)),
+            // The fluid is bounded by the kidney, too, which takes most of the time and is outside its wall almost everywhere.
+            distance: Box::new(move |p| system.calyces_distance(p).max(p.z - level)),
             bounds: system.calyces_bounds(),
-            cell: CALYCES_CELL,
+            cell: CONTRAST_CELL,
         };
         volumes.push(self.volume(shape, quality));
     }
