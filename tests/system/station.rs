@@ -63,8 +63,13 @@ pub struct Network {
 }
 
 impl Network {
-    /// A network that breaks so often before it behaves.
+    /// A network that breaks so often before it behaves. Few of its connections let a piece pass.
     pub fn before(service: &str, breaks: usize) -> Self {
+        Self::letting_pass(300_000, service, breaks)
+    }
+
+    /// A network that breaks so often, each time after fewer than `most_bytes` of the client's.
+    pub fn letting_pass(most_bytes: usize, service: &str, breaks: usize) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
         let address = format!("http://{}", listener.local_addr().expect("an address"));
         let service = service.trim_start_matches("http://").to_owned();
@@ -73,9 +78,10 @@ impl Network {
         thread::spawn(move || {
             let mut word = 2026_u32;
             for client in listener.incoming().flatten() {
-                // The generator of Numerical Recipes; the seed is of no importance. Few of these let a piece pass.
+                // The generator of Numerical Recipes; the seed is of no importance.
                 word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                let allowance = if counted.load(SeqCst) < breaks { (word >> 8) as usize % 300_000 } else { usize::MAX };
+                let allowance =
+                    if counted.load(SeqCst) < breaks { (word >> 8) as usize % most_bytes } else { usize::MAX };
                 let server = TcpStream::connect(&service).expect("the service is there");
                 let counted = Arc::clone(&counted);
                 thread::spawn(move || carry(client, server, allowance, &counted));

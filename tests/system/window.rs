@@ -90,7 +90,7 @@ impl Display {
 
     /// Waits until there is more than a page of text to be seen.
     #[track_caller]
-    fn wait_for_picture(&self) {
+    pub fn wait_for_picture(&self) {
         let colours = || self.screen().into_iter().collect::<BTreeSet<_>>().len();
         within(60, "a picture", || Some(()).filter(|()| colours() > MOST_COLOURS_OF_TEXT));
     }

@@ -3,11 +3,11 @@
 
 use image::RgbaImage;
 use wgpu::{
-    Adapter, Backends, Buffer, BufferDescriptor, BufferUsages, Device, DeviceDescriptor, DeviceType, Instance,
-    InstanceDescriptor, Limits, MapMode, PollType, Queue, TexelCopyBufferInfo, TexelCopyBufferLayout, Texture,
-    TextureUsages,
+    Adapter, Buffer, BufferDescriptor, BufferUsages, Device, MapMode, PollType, Queue, TexelCopyBufferInfo,
+    TexelCopyBufferLayout, Texture, TextureUsages,
 };
 
+use crate::adapters::{self, AdapterName, OpenAdapter};
 use crate::frame::{Frame, Stage};
 use crate::gpu::textures::{TexturePlan, view};
 use crate::quality::Quality;
@@ -48,26 +48,6 @@ pub enum PictureError {
     Lost(String),
 }
 
-/// Identity of a graphics adapter.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct AdapterName {
-    /// Its name.
-    pub name: String,
-    /// Its graphics API: Vulkan, GL, …
-    pub backend: String,
-    /// Its driver, with version.
-    pub driver: String,
-    /// Whether it is a software renderer.
-    pub software: bool,
-}
-
-impl std::fmt::Display for AdapterName {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let kind = if self.software { "software" } else { "hardware" };
-        write!(f, "{} ({}, {}, {kind})", self.name, self.backend, self.driver)
-    }
-}
-
 /// A graphics adapter with its renderer.
 pub struct Headless {
     adapter: Adapter,
@@ -85,17 +65,13 @@ struct CardPicture {
 }
 
 impl Headless {
-    /// Opens the best adapter: hardware before software, Vulkan before GL. `WGPU_BACKEND` selects a
-    /// graphics API.
+    /// Opens the best adapter that can be opened: hardware before software, Vulkan before GL.
+    /// `WGPU_BACKEND` selects a graphics API.
     ///
     /// # Errors
-    /// If there is no adapter, or it cannot be opened.
+    /// If there is no adapter, or none can be opened.
     pub fn new(quality: Quality) -> Result<Self, PictureError> {
-        let adapter = best_adapter().ok_or(PictureError::NoAdapter)?;
-        let limits = Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits());
-        let descriptor = DeviceDescriptor { label: Some("stylet"), required_limits: limits, ..Default::default() };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|error| PictureError::Unusable { name: adapter.get_info().name, why: error.to_string() })?;
+        let OpenAdapter { adapter, device, queue } = adapters::open_best()?;
         let renderer = Renderer::new(&device, &queue, [1, 1], quality);
         Ok(Self { adapter, device, queue, renderer, picture: None })
     }
@@ -103,7 +79,7 @@ impl Headless {
     /// Identity of the adapter.
     #[must_use]
     pub fn adapter(&self) -> AdapterName {
-        named(&self.adapter)
+        adapters::named(&self.adapter)
     }
 
     /// Sets the quality of subsequent images.
@@ -216,43 +192,4 @@ impl CardPicture {
 /// Rows are padded to a multiple of 256 bytes.
 fn row_bytes(width: u32) -> u32 {
     (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
-}
-
-/// All adapters of this machine, best first.
-#[must_use]
-pub fn adapters() -> Vec<AdapterName> {
-    found().iter().map(named).collect()
-}
-
-fn best_adapter() -> Option<Adapter> {
-    found().into_iter().next()
-}
-
-fn found() -> Vec<Adapter> {
-    let backends = Backends::from_env().unwrap_or(Backends::PRIMARY | Backends::GL);
-    let descriptor = InstanceDescriptor { backends, ..InstanceDescriptor::new_without_display_handle() };
-    let instance = Instance::new(descriptor);
-    let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
-    let rank = |kind| match kind {
-        DeviceType::DiscreteGpu => 0,
-        DeviceType::IntegratedGpu => 1,
-        DeviceType::VirtualGpu => 2,
-        DeviceType::Other => 3,
-        DeviceType::Cpu => 4,
-    };
-    adapters.sort_by_key(|adapter| {
-        let info = adapter.get_info();
-        (rank(info.device_type), info.backend == wgpu::Backend::Gl)
-    });
-    adapters
-}
-
-fn named(adapter: &Adapter) -> AdapterName {
-    let info = adapter.get_info();
-    AdapterName {
-        software: info.device_type == DeviceType::Cpu || info.name.contains("llvmpipe"),
-        name: info.name,
-        backend: format!("{:?}", info.backend),
-        driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
-    }
 }

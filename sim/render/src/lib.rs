@@ -1,5 +1,6 @@
 //! The renderer: turns a frame of plain data into pixels.
 
+mod adapters;
 pub mod camera;
 mod drape;
 mod field;
@@ -14,7 +15,8 @@ mod scene_block;
 mod skin;
 mod wounds;
 
+pub use adapters::{AdapterName, adapters, usable_adapter};
 pub use gpu::FORMAT;
-pub use headless::{AdapterName, Headless, PictureError, adapters};
+pub use headless::{Headless, PictureError};
 pub use quality::{Governor, Quality};
 pub use renderer::{Renderer, StageError};

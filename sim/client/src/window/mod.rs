@@ -31,6 +31,8 @@ use std::time::Duration;
 
 use documents::ExerciseBundle;
 use eframe::egui::{self, Ui};
+use eframe::egui_wgpu::WgpuSetup;
+use eframe::wgpu::Adapter;
 use eframe::{App, CreationContext, NativeOptions};
 use recording::{Recording, Session};
 use render::frame::Stage;
@@ -210,7 +212,15 @@ fn open_window(
     let viewport =
         egui::ViewportBuilder::default().with_inner_size([1280.0, 720.0]).with_min_inner_size([900.0, 500.0]);
     let viewport = viewport.with_title(title);
-    let options = NativeOptions { viewport, ..NativeOptions::default() };
+    let mut options = NativeOptions { viewport, ..NativeOptions::default() };
+    if let WgpuSetup::CreateNew(setup) = &mut options.wgpu_options.wgpu_setup {
+        let descriptor = Arc::clone(&setup.device_descriptor);
+        setup.native_adapter_selector = Some(Arc::new(move |adapters, surface| {
+            let shows = |adapter: &&Adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface));
+            let adapters = adapters.iter().filter(shows).cloned().collect();
+            render::usable_adapter(adapters, &*descriptor).map_err(|error| error.to_string())
+        }));
+    }
     let create = |context: &CreationContext<'_>| {
         let state = context
             .wgpu_render_state

@@ -333,7 +333,8 @@ fn what_is_missing_is_named_with_what_to_do() {
     assert!(matches!(force, OpenHapticsError::ForceRefused { .. }), "{force}");
     let no_library = open("/nowhere/libHD.so").err().expect("it does not open");
     assert!(matches!(no_library, OpenHapticsError::LibraryNotFound { .. }), "{no_library}");
-    assert!(no_library.to_string().contains("No such file"), "in the system's words: {no_library}");
+    let system = if cfg!(windows) { "os error 126" } else { "No such file" };
+    assert!(no_library.to_string().contains(system), "in the system's words: {no_library}");
     let (_folder, old) = lacking("hdUpdateCalibration");
     let old = open(old).err().expect("it does not open");
     assert!(matches!(old, OpenHapticsError::WrongVersion { symbol: "hdUpdateCalibration", .. }), "{old}");

@@ -47,16 +47,24 @@ pub fn probe_timer() -> DoctorFinding {
     }
 }
 
-/// Finds the best graphics adapter, and the number of others.
+/// Opens all graphics adapters, and reports the best that opens, the number of others, and those
+/// that do not open.
 pub fn probe_graphics() -> DoctorFinding {
     let adapters = render::adapters();
-    let Some(best) = adapters.first() else {
-        return DoctorFinding::problem("graphics", "no adapter", render::PictureError::NoAdapter.to_string());
+    let usable: Vec<_> = adapters.iter().filter_map(|adapter| adapter.as_ref().ok()).collect();
+    let broken: Vec<_> =
+        adapters.iter().filter_map(|adapter| adapter.as_ref().err()).map(ToString::to_string).collect();
+    let Some(best) = usable.first() else {
+        let found = if broken.is_empty() { "no adapter".to_owned() } else { broken.join("; ") };
+        return DoctorFinding::problem("graphics", found, render::PictureError::NoAdapter.to_string());
     };
-    let found = match adapters.len() - 1 {
+    let mut found = match usable.len() - 1 {
         0 => best.to_string(),
         others => format!("{best}, {others} more"),
     };
+    for error in &broken {
+        found = format!("{found}; {error}");
+    }
     match best.software {
         true => DoctorFinding::warning(
             "graphics",
