@@ -23,9 +23,16 @@ const MIN_REACTION_S: f64 = 0.1;
 /// Spread of the tremor between hands of a skill, as a standard deviation of the logarithm (choice).
 const SHAKINESS_SD: f64 = 0.2;
 /// Spread of clumsiness between people of a skill, as a standard deviation of the logarithm: a
-/// choice, fitted so that the scores of the groups overlap. A clumsy person has larger errors of
-/// angle, more lapses and a softer grip.
-const CLUMSINESS_SD: f64 = 0.5;
+/// choice, fitted so that scores differ by the published effect sizes of 1 to 1.5. A clumsy person
+/// has larger errors of angle and depth, more lapses, a softer grip and a less even pace.
+const CLUMSINESS_SD: f64 = 0.8;
+/// Exponent of clumsiness for the judgement of a line: the ratio of the presets' judgements is that
+/// of their angles to this power.
+const JUDGEMENT_EXPONENT: f64 = 0.4;
+/// Softest and stiffest light grip of a person, in N/m (choice), which bound the clumsiness.
+const GRIPS_N_PER_M: (f64, f64) = (175.0, 5200.0);
+/// Largest unevenness of a pace: beyond it the hand mostly stands still.
+const MAX_UNEVENNESS: f64 = 1.2;
 /// Number of pops for which a lapse is drawn.
 const POPS: u32 = 64;
 
@@ -157,7 +164,10 @@ fn move_on_skin(plan: &Plan, by_m: &Vector3<f64>) -> Point3<f64> {
 fn skill_of_person(skill: &Skill, traits: &mut Traits) -> Skill {
     let mean = skill.speed_m_per_s;
     let speed = mean + skill.speed_sd_m_per_s * traits.z();
-    let clumsiness = libm::exp(CLUMSINESS_SD * traits.z());
+    let (softest, stiffest) = GRIPS_N_PER_M;
+    let grip = skill.stiffness_n_per_m / libm::exp(CLUMSINESS_SD * traits.z());
+    let clumsiness = skill.stiffness_n_per_m / grip.max(softest).min(stiffest);
+    let misjudgement = libm::pow(clumsiness, JUDGEMENT_EXPONENT);
     Skill {
         speed_m_per_s: speed.max(SPEED_PARTS.0 * mean).min(SPEED_PARTS.1 * mean),
         stiffness_n_per_m: skill.stiffness_n_per_m / clumsiness,
@@ -167,7 +177,10 @@ fn skill_of_person(skill: &Skill, traits: &mut Traits) -> Skill {
         tremor_m: skill.tremor_m * libm::exp(SHAKINESS_SD * traits.z()),
         lapse: skill.lapse * clumsiness,
         angle_sd_rad: skill.angle_sd_rad * clumsiness,
-        judgement_sd_rad: skill.judgement_sd_rad * clumsiness,
+        depth_sd_m: skill.depth_sd_m * clumsiness,
+        unevenness: (skill.unevenness * clumsiness).min(MAX_UNEVENNESS),
+        judgement_sd_rad: skill.judgement_sd_rad * misjudgement,
+        accepted_m: skill.accepted_m * misjudgement,
         ..*skill
     }
 }
