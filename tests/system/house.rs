@@ -19,7 +19,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("documents", &["anatomy", "law", "phrase", "tissue"]),
     ("recording", &["law"]),
     ("columnar", &["recording"]),
-    ("attempt", &["documents", "law", "recording", "tissue"]),
+    ("attempt", &["anatomy", "documents", "guidance", "law", "phrase", "recording", "tissue"]),
     ("assessment", &["attempt", "documents", "law", "phrase", "recording", "tissue"]),
     ("dossier", &["documents", "law", "phrase"]),
     (

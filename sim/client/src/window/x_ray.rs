@@ -12,7 +12,7 @@ use super::colours;
 use crate::live::x_ray::{LiveArm, Monitor, XRayPicture};
 
 /// Width of the panel, in points.
-const SIDE: f32 = 340.0;
+const SIDE: f32 = 300.0;
 /// Speed of the C-arm's rotation by keys, in rad/s.
 const TURN_RAD_PER_S: f64 = 0.5;
 /// Step of the collimator by a key, in m.
@@ -39,9 +39,9 @@ impl XRayPanel {
                 ui.add_space(8.0);
                 self.show_monitor(ui, &monitor, now_s);
                 show_dose(ui, &monitor, arm.pulses_per_s);
+                self.show_saved(ui, &monitor);
                 ui.separator();
                 arm.set(show_controls(ui, arm.controls()));
-                self.show_saved(ui, &monitor);
             });
         });
     }
@@ -64,7 +64,7 @@ impl XRayPanel {
         let Some(picture) = &monitor.latest else {
             let (place, _) = ui.allocate_exact_size(Vec2::splat(edge), egui::Sense::hover());
             ui.painter().rect_filled(place, 0.0, Color32::BLACK);
-            let text = tr!("No picture yet. Hold F for X-rays.");
+            let text = tr!("no picture yet");
             ui.painter().text(
                 place.center(),
                 egui::Align2::CENTER_CENTER,
@@ -93,13 +93,11 @@ impl XRayPanel {
         if monitor.saved.is_empty() {
             return;
         }
-        ui.separator();
-        ui.label(tr!("Saved pictures"));
         ui.horizontal(|ui| {
             for picture in &monitor.saved {
                 let texture = self.texture(ui, picture);
                 let hint = say_view(&picture.controls);
-                ui.add(egui::Image::new((texture, Vec2::splat(98.0)))).on_hover_text(hint);
+                ui.add(egui::Image::new((texture, Vec2::splat(84.0)))).on_hover_text(hint);
             }
         });
     }
@@ -158,7 +156,7 @@ fn show_controls(ui: &mut Ui, controls: CArmControls) -> CArmControls {
         }
     });
     turn_by_keys(ui, &mut new);
-    ui.spacing_mut().slider_width = 130.0;
+    ui.spacing_mut().slider_width = 110.0;
     let [mut orbital_deg, mut tilt_deg] = [new.orbital_rad, new.tilt_rad].map(|angle| angle.to_degrees());
     let mut field_mm = new.field_m * 1e3;
     let slide = |ui: &mut Ui, value: &mut f64, [least, most]: [f64; 2], unit: &str, name: &str| {
