@@ -131,7 +131,8 @@ mod tests {
     #[test]
     fn force_alone_is_force_alone_and_both_is_everything() {
         assert_eq!(open(Feedback::Force), [Channel::Force]);
-        assert_eq!(open(Feedback::Picture), [Channel::Inside, Channel::Target]);
+        assert_eq!(open(Feedback::Picture), [Channel::Inside, Channel::Target, Channel::Fluoroscopy]);
+        assert_eq!(open(Feedback::Fluoroscopy), [Channel::Force, Channel::Coaching, Channel::Fluoroscopy]);
         assert!(
             !open(Feedback::Overlay).contains(&Channel::Force) && !open(Feedback::Overlay).contains(&Channel::Inside)
         );
