@@ -2,7 +2,24 @@
 
 use wgpu::{Adapter, Backends, Device, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits, Queue};
 
-use crate::headless::PictureError;
+/// Why no graphics adapter can be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum AdapterError {
+    /// The machine has no graphics adapter.
+    #[error(
+        "no graphics adapter: install a driver for this machine's graphics card, or the software one \
+         (Debian: apt-get install mesa-vulkan-drivers libvulkan1)"
+    )]
+    NoAdapter,
+    /// The adapter cannot be used.
+    #[error("the graphics adapter {name} cannot be used: {why}")]
+    Unusable {
+        /// Name of the adapter.
+        name: String,
+        /// The adapter's message.
+        why: String,
+    },
+}
 
 /// Identity of a graphics adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,7 +50,7 @@ pub(crate) struct OpenAdapter {
 
 /// Tries to open each adapter of this machine, best first.
 #[must_use]
-pub fn adapters() -> Vec<Result<AdapterName, PictureError>> {
+pub fn adapters() -> Vec<Result<AdapterName, AdapterError>> {
     let opened = found().into_iter().map(|adapter| open(adapter, &for_pictures));
     opened.map(|opened| opened.map(|opened| named(&opened.adapter))).collect()
 }
@@ -46,18 +63,18 @@ pub fn adapters() -> Vec<Result<AdapterName, PictureError>> {
 pub fn usable_adapter(
     adapters: Vec<Adapter>,
     descriptor: &dyn Fn(&Adapter) -> DeviceDescriptor<'static>,
-) -> Result<Adapter, PictureError> {
+) -> Result<Adapter, AdapterError> {
     first_usable(sorted(adapters), |adapter| open(adapter, descriptor)).map(|opened| opened.adapter)
 }
 
 /// Opens this machine's best adapter for pictures.
-pub(crate) fn open_best() -> Result<OpenAdapter, PictureError> {
+pub(crate) fn open_best() -> Result<OpenAdapter, AdapterError> {
     first_usable(found(), |adapter| open(adapter, &for_pictures))
 }
 
 /// Returns the first adapter that opens. A driver can report an adapter that it cannot open, as
 /// Direct3D 12 does under Wine.
-fn first_usable<A, O>(adapters: Vec<A>, open: impl Fn(A) -> Result<O, PictureError>) -> Result<O, PictureError> {
+fn first_usable<A, O>(adapters: Vec<A>, open: impl Fn(A) -> Result<O, AdapterError>) -> Result<O, AdapterError> {
     let mut error_of_best = None;
     for adapter in adapters {
         match open(adapter) {
@@ -65,15 +82,15 @@ fn first_usable<A, O>(adapters: Vec<A>, open: impl Fn(A) -> Result<O, PictureErr
             Err(error) => _ = error_of_best.get_or_insert(error),
         }
     }
-    Err(error_of_best.unwrap_or(PictureError::NoAdapter))
+    Err(error_of_best.unwrap_or(AdapterError::NoAdapter))
 }
 
 fn open(
     adapter: Adapter,
     descriptor: &dyn Fn(&Adapter) -> DeviceDescriptor<'static>,
-) -> Result<OpenAdapter, PictureError> {
+) -> Result<OpenAdapter, AdapterError> {
     let (device, queue) = pollster::block_on(adapter.request_device(&descriptor(&adapter)))
-        .map_err(|error| PictureError::Unusable { name: adapter.get_info().name, why: error.to_string() })?;
+        .map_err(|error| AdapterError::Unusable { name: adapter.get_info().name, why: error.to_string() })?;
     Ok(OpenAdapter { adapter, device, queue })
 }
 
@@ -111,28 +128,5 @@ pub(crate) fn named(adapter: &Adapter) -> AdapterName {
         name: info.name,
         backend: format!("{:?}", info.backend),
         driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn broken(name: &str) -> PictureError {
-        PictureError::Unusable { name: name.to_owned(), why: "lost".to_owned() }
-    }
-
-    #[test]
-    fn an_adapter_that_does_not_open_is_skipped() {
-        let open = |name: &'static str| if name == "card" { Err(broken(name)) } else { Ok(name) };
-        assert_eq!(first_usable(vec!["card", "software", "other"], open).expect("one opens"), "software");
-    }
-
-    #[test]
-    fn the_error_is_that_of_the_best_adapter() {
-        let none = first_usable(vec!["card", "software"], |name: &'static str| Err::<(), _>(broken(name)));
-        assert_eq!(none.expect_err("none opens").to_string(), broken("card").to_string());
-        let no_adapter = first_usable(Vec::new(), |(): ()| Ok(())).expect_err("there is none");
-        assert!(matches!(no_adapter, PictureError::NoAdapter));
     }
 }

@@ -7,7 +7,7 @@ use wgpu::{
     TexelCopyBufferLayout, Texture, TextureUsages,
 };
 
-use crate::adapters::{self, AdapterName, OpenAdapter};
+use crate::adapters::{self, AdapterError, AdapterName, OpenAdapter};
 use crate::frame::{Frame, Stage};
 use crate::gpu::textures::{TexturePlan, view};
 use crate::quality::Quality;
@@ -16,20 +16,9 @@ use crate::renderer::{Renderer, StageError};
 /// Why an image cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The machine has no graphics adapter.
-    #[error(
-        "no graphics adapter: install a driver for this machine's graphics card, or the software one \
-         (Debian: apt-get install mesa-vulkan-drivers libvulkan1)"
-    )]
-    NoAdapter,
-    /// The adapter cannot be used.
-    #[error("the graphics adapter {name} cannot be used: {why}")]
-    Unusable {
-        /// Name of the adapter.
-        name: String,
-        /// The adapter's message.
-        why: String,
-    },
+    /// No graphics adapter can be opened.
+    #[error(transparent)]
+    Adapter(#[from] AdapterError),
     /// The stage cannot be drawn.
     #[error(transparent)]
     Stage(#[from] StageError),

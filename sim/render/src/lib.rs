@@ -15,7 +15,7 @@ mod scene_block;
 mod skin;
 mod wounds;
 
-pub use adapters::{AdapterName, adapters, usable_adapter};
+pub use adapters::{AdapterError, AdapterName, adapters, usable_adapter};
 pub use gpu::FORMAT;
 pub use headless::{Headless, PictureError};
 pub use quality::{Governor, Quality};

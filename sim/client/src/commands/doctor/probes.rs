@@ -56,7 +56,7 @@ pub fn probe_graphics() -> DoctorFinding {
         adapters.iter().filter_map(|adapter| adapter.as_ref().err()).map(ToString::to_string).collect();
     let Some(best) = usable.first() else {
         let found = if broken.is_empty() { "no adapter".to_owned() } else { broken.join("; ") };
-        return DoctorFinding::problem("graphics", found, render::PictureError::NoAdapter.to_string());
+        return DoctorFinding::problem("graphics", found, render::AdapterError::NoAdapter.to_string());
     };
     let mut found = match usable.len() - 1 {
         0 => best.to_string(),
