@@ -5,8 +5,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::event::{Event, EventKind};
-use crate::fluoroscopy::CArmControls;
-use crate::read::Recording;
+use crate::fluoroscopy::{CArmControls, Fluoroscopy};
 use crate::sample::{Sample, flags};
 
 /// Incremental hash of a motion.
@@ -48,13 +47,13 @@ pub struct ConditionsDigest {
 }
 
 impl ConditionsDigest {
-    /// Hashes the conditions of an attempt.
+    /// Hashes the conditions of an attempt, everything in order of time.
     #[must_use]
-    pub fn from_recording(recording: &Recording) -> Self {
+    pub fn from_attempt(samples: &[Sample], events: &[Event], fluoroscopy: &Fluoroscopy) -> Self {
         let mut conditions = Self::default();
-        recording.samples.iter().for_each(|sample| conditions.add_sample(sample));
-        recording.events.iter().for_each(|event| conditions.add_event(event));
-        recording.fluoroscopy.controls.iter().for_each(|controls| conditions.add_controls(controls));
+        samples.iter().for_each(|sample| conditions.add_sample(sample));
+        events.iter().for_each(|event| conditions.add_event(event));
+        fluoroscopy.controls.iter().for_each(|controls| conditions.add_controls(controls));
         conditions
     }
 
@@ -105,12 +104,12 @@ pub struct AttemptHashes {
 }
 
 impl AttemptHashes {
-    /// Hashes the attempt of a recording.
+    /// Hashes an attempt, everything in order of time.
     #[must_use]
-    pub fn of_recording(recording: &Recording) -> Self {
+    pub fn of_attempt(samples: &[Sample], events: &[Event], fluoroscopy: &Fluoroscopy) -> Self {
         Self {
-            motion: MotionDigest::from_samples(&recording.samples).sha256(),
-            conditions: ConditionsDigest::from_recording(recording).sha256(),
+            motion: MotionDigest::from_samples(samples).sha256(),
+            conditions: ConditionsDigest::from_attempt(samples, events, fluoroscopy).sha256(),
         }
     }
 }

@@ -14,6 +14,7 @@ use crate::event::Event;
 use crate::fluoroscopy::Fluoroscopy;
 use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, parse_attachment, parse_record, walk_records};
 use crate::metadata;
+use crate::motion::AttemptHashes;
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, EXERCISE_ATTACHMENT, SCENE_ATTACHMENT, Session};
 use crate::signature::{self, Signature};
@@ -99,6 +100,12 @@ impl Recording {
             signature: None,
             complete: true,
         }
+    }
+
+    /// Returns the hashes that a station signs.
+    #[must_use]
+    pub fn hashes(&self) -> AttemptHashes {
+        AttemptHashes::of_attempt(&self.samples, &self.events, &self.fluoroscopy)
     }
 
     /// Returns the content of the attachment with this name.

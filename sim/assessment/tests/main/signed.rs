@@ -13,7 +13,7 @@ use law::ledger::{LayerEnergy, Ledger};
 use law::operator::{Operator, Skill};
 use recording::sample::{Energy, flags};
 use recording::signature::signed_statement;
-use recording::{AttemptHashes, Event, EventKind, Follows, Recording, Sample, Session, Signature, Tent};
+use recording::{Event, EventKind, Follows, Recording, Sample, Session, Signature, Tent};
 use tissue::Specimen;
 use uuid::Uuid;
 
@@ -56,8 +56,7 @@ fn attempt() -> Judged {
 }
 
 fn statement(recording: &Recording) -> Vec<u8> {
-    let hashes = AttemptHashes::of_recording(recording);
-    signed_statement(&recording.session, Uuid::from_u128(7), &hashes)
+    signed_statement(&recording.session, Uuid::from_u128(7), &recording.hashes())
 }
 
 /// What becomes of it: metrics and score without the program's version, which pages show and nothing computes with.

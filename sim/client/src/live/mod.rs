@@ -153,7 +153,7 @@ pub mod tests {
     use haptics::devices::scripted::{Fault, Scripted};
     use haptics::mapping::{Home, Pointing};
     use nalgebra::{Point3, Vector3};
-    use recording::{AttemptHashes, EventKind, Recording, signature};
+    use recording::{EventKind, Recording, signature};
     use uuid::Uuid;
 
     use super::*;
@@ -214,8 +214,7 @@ pub mod tests {
         let (public, station) = (key.public(), Uuid::new_v4());
         let (recording, bundle) = recorded(Fault::None, Some(Arc::new(key.for_station(station))), folder.path());
         let signature = recording.signature.clone().expect("the station has signed it");
-        let hashes = AttemptHashes::of_recording(&recording);
-        let signed = signature::signed_statement(&recording.session, station, &hashes);
+        let signed = signature::signed_statement(&recording.session, station, &recording.hashes());
         let key = HEXLOWER.decode(public.as_bytes()).ok().and_then(|key| VerifyingKey::try_from(&key[..]).ok());
         let bytes = HEXLOWER.decode(signature.ed25519.as_bytes()).expect("hexadecimal");
         let right = key.expect("a key").verify(&signed, &Signature::from_slice(&bytes).expect("a signature"));

@@ -27,7 +27,7 @@ impl From<Recording> for RecordingFacts {
         Self {
             duration_s: last.map_or(0.0, |sample| sample.t_s),
             complete: recording.complete,
-            hashes: last.map(|_| AttemptHashes::of_recording(&recording)),
+            hashes: last.map(|_| recording.hashes()),
             signature: recording.signature,
             session: recording.session,
         }

@@ -44,8 +44,7 @@ pub(crate) use insertion::curve;
 /// Current time of the samples.
 pub(crate) const NOW: OffsetDateTime = datetime!(2026-05-20 09:30 UTC);
 
-/// Renders a page and checks it. If `STYLET_KEEP_PAGES` is set, writes it to `target/pages` for
-/// viewing in a browser.
+/// Renders a page and checks it. If `STYLET_KEEP_PAGES` is set, writes it to `target/pages`.
 pub(crate) fn keep_page(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
     untranslated_text::check_page(name, page);
     let html = page.render().expect("the page renders");
