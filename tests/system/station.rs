@@ -147,7 +147,11 @@ pub fn get(url: &str, token: &str) -> Vec<u8> {
 
 fn sign_in(url: &str, home: &Path, code: &str) -> Value {
     let pairing = std::fs::read(home.join("config/stylet/station.json")).expect("the station is paired");
-    let pairing: Value = serde_json::from_slice(&pairing).expect("JSON");
+    sign_in_by(url, &serde_json::from_slice(&pairing).expect("JSON"), code)
+}
+
+/// Signs a trainee in at a station, whose file with the token is given.
+pub fn sign_in_by(url: &str, pairing: &Value, code: &str) -> Value {
     let answer = ureq::post(format!("{url}/api/v1/stations/sign-in"))
         .header("Authorization", format!("Bearer {}", pairing["token"].as_str().expect("a token")))
         .content_type("application/json")
@@ -157,7 +161,7 @@ fn sign_in(url: &str, home: &Path, code: &str) -> Value {
 }
 
 /// A sign-in code, made and read from the page that shows it.
-fn sign_in_code(visitor: &Visitor) -> String {
+pub fn sign_in_code(visitor: &Visitor) -> String {
     visitor.press("/", "/sign-in-code");
     code_on(&visitor.page("/sign-in-code"))
 }

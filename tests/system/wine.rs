@@ -14,7 +14,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use tests::{Service, documents, first_exercise, program, root, run, run_ok};
 
-use crate::station::{Network, PASSWORD, code_on, found_school, get};
+use crate::station::{Network, PASSWORD, code_on, found_school, get, sign_in_by, sign_in_code};
 use crate::visitor::{Visitor, choose_password};
 use crate::window::{Display, with_extension, within};
 
@@ -133,7 +133,9 @@ fn windows_pairs_and_delivers_over_sixty_cuts() {
     let data = folder.path().join("data");
     found_school(&data.to_string_lossy());
     let service = Service::start(&data);
-    choose_password(&service.url, "head@example.org", PASSWORD);
+    for email in ["head@example.org", "ada@example.org"] {
+        choose_password(&service.url, email, PASSWORD);
+    }
     let head = Visitor::signed_in(&service.url, "head@example.org", PASSWORD);
     let code = code_on(&head.press("/admin", "/admin/pairing-codes"));
     let paired = wine_ok(&["pair", "--server", &service.url, "--code", &code, "--name", "Übungsraum 2"]);
@@ -141,9 +143,13 @@ fn windows_pairs_and_delivers_over_sixty_cuts() {
     let station: Value = serde_json::from_slice(&fs::read(local_data("station.json")).expect("paired")).expect("JSON");
     assert!(local_data("station-key.json").exists(), "the station has a key");
 
+    let ada = Visitor::signed_in(&service.url, "ada@example.org", PASSWORD);
+    let signed_in = sign_in_by(&service.url, &station, &sign_in_code(&ada));
+    let trainee = signed_in["trainee"].as_str().expect("a pseudonym");
+
     let token_file = folder.path().join("token");
     fs::write(&token_file, station["token"].as_str().expect("a token")).expect("a file");
-    let made: Vec<PathBuf> = (0..RECORDINGS).map(|seed| record(folder.path(), seed)).collect();
+    let made: Vec<PathBuf> = (0..RECORDINGS).map(|seed| record(folder.path(), seed, trainee)).collect();
     // Half of the connections let a piece of 256 KiB pass, so that no upload has to wait long.
     let network = Network::letting_pass(600_000, &service.url, CUTS);
     let (names, token_file) = (made.iter().map(|file| z(file)).collect::<Vec<_>>(), z(&token_file));
@@ -165,10 +171,11 @@ fn windows_pairs_and_delivers_over_sixty_cuts() {
 }
 
 /// An attempt recorded on Windows.
-fn record(folder: &Path, seed: usize) -> PathBuf {
+fn record(folder: &Path, seed: usize, trainee: &str) -> PathBuf {
     let file = folder.join(format!("Versuch {seed}.mcap"));
     let (seed, name) = (seed.to_string(), z(&file));
-    wine_ok(&["simulate", &first_exercise(), "--operator", "constant:20", "--seed", &seed, "--out", &name]);
+    let choice = ["--operator", "constant:20", "--seed", &seed, "--trainee", trainee, "--out", &name];
+    wine_ok(&[&["simulate", &first_exercise()], &choice[..]].concat());
     file
 }
 
@@ -206,7 +213,7 @@ fn hashes(files: &[PathBuf]) -> BTreeMap<String, usize> {
 #[ignore = "tests/wine/run builds the program for Windows"]
 fn windows_draws_the_pictures_that_linux_draws() {
     let folder = tempfile::tempdir().expect("a folder");
-    let recording = record(folder.path(), 1);
+    let recording = record(folder.path(), 1, "");
     let [linux, windows] = ["Linux.png", "Bild.png"].map(|name| folder.path().join(name));
     let mut pictures = Vec::new();
     for (at, api) in [("0", "vulkan"), ("1", "vulkan"), ("1", "gl")] {
