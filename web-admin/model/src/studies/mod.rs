@@ -160,7 +160,9 @@ fn learning_of_group(
             .filter(|value| value.number == number)
             .map(|value| value.value)
             .collect();
-        statistics::mean(&scores).ok()
+        // Scores end at 0 and at 100, and so does an interval of their mean.
+        let mean = statistics::mean(&scores).ok()?;
+        Some(Estimate { low: mean.low.max(0.0), high: mean.high.min(100.0), ..mean })
     };
     (1..=attempts).map(at).collect()
 }
