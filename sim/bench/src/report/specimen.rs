@@ -14,7 +14,7 @@ const EXERCISE: &str = include_str!("../../../../curricula/lower-back-basics/3-r
 const MIDLINE: &str = include_str!("../../../../curricula/lumbar-epidural-on-a-body/1-midline.toml");
 
 /// Every shipped exercise.
-const EXERCISES: [&str; 17] = [
+const EXERCISES: [&str; 18] = [
     include_str!("../../../../curricula/experiments/paper-insertion.toml"),
     include_str!("../../../../curricula/lower-back-basics/1-feel-the-layers.toml"),
     include_str!("../../../../curricula/lower-back-basics/2-stop-in-the-fat.toml"),
@@ -30,6 +30,7 @@ const EXERCISES: [&str; 17] = [
     include_str!("../../../../curricula/lumbar-puncture/1-reach-the-fluid.toml"),
     include_str!("../../../../curricula/lumbar-puncture/2-pencil-point.toml"),
     include_str!("../../../../curricula/percutaneous-kidney-access/1-lower-pole.toml"),
+    include_str!("../../../../curricula/percutaneous-kidney-access/2-under-x-rays.toml"),
     include_str!("../../../../curricula/laparoscopic-entry/1-veress-needle.toml"),
     include_str!("../../../../curricula/laparoscopic-entry/2-primary-trocar.toml"),
 ];
