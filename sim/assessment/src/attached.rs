@@ -49,7 +49,10 @@ pub fn verify_own(recording: &Recording) -> Result<Verification, AssessError> {
     }
     let specimen = Specimen::new(bundle.recorded_spec(&patient, recording.session.judging));
     let specimen = specimen.map_err(|error| AssessError::Document(error.to_string()))?;
-    let fluoroscope = Fluoroscope::new(&bundle).map_err(|why| AssessError::Document(why.to_string()))?;
+    // Without controls there is no pulse to compute, and the body is not needed.
+    let is_used = !recording.fluoroscopy.controls.is_empty();
+    let fluoroscope = is_used.then(|| Fluoroscope::new(&bundle)).transpose();
+    let fluoroscope = fluoroscope.map_err(|why| AssessError::Document(why.to_string()))?.flatten();
     let pulse_differences = count_pulse_differences(recording, fluoroscope);
     Ok(Verification { pulse_differences, ..verify_recording(recording, &specimen) })
 }

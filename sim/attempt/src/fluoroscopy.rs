@@ -62,7 +62,7 @@ impl ImagedBody {
         CArm { orbital_rad, tilt_rad, field_m, ..CArm::over(self.target_m) }
     }
 
-    /// The volumes with so much contrast medium in the kidney on the target's side, in ml.
+    /// The volumes with a volume of contrast medium in ml in the kidney on the target's side.
     #[must_use]
     pub fn volumes(&self, contrast_ml: f64) -> Arc<Vec<BodyVolume>> {
         if contrast_ml <= 0.0 {
@@ -186,21 +186,21 @@ impl Fluoroscope {
         self.pressed = if controls.pedal { self.pressed.or(Some((controls.t_s, 0))) } else { None };
         if controls.shots > self.shots {
             self.shots += 1;
-            return self.emit(controls, SHOT_PULSES);
+            return self.emit(controls, true);
         }
         let (since_s, count) = self.pressed?;
         if controls.t_s < since_s + f64::from(count) / self.pulses_per_s {
             return None;
         }
         self.pressed = Some((since_s, count + 1));
-        self.emit(controls, 1.0)
+        self.emit(controls, false)
     }
 
-    fn emit(&mut self, controls: &CArmControls, times: f64) -> Option<FluoroscopyPulse> {
+    fn emit(&mut self, controls: &CArmControls, shot: bool) -> Option<FluoroscopyPulse> {
         let mean_transmission = self.measure(controls)?;
         let arm = self.body.arm(controls);
         let once = Exposure::control(&arm, KermaLevel::Low, mean_transmission);
-        let exposure = Exposure::with_load(&arm, once.load_mas * times);
+        let exposure = Exposure::with_load(&arm, once.load_mas * if shot { SHOT_PULSES } else { 1.0 });
         self.kerma_ugy += exposure.kerma_ugy;
         self.kerma_area_ugy_m2 += exposure.kerma_area_ugy_m2;
         let index = self.pulses;
@@ -208,7 +208,7 @@ impl Fluoroscope {
         Some(FluoroscopyPulse {
             t_s: controls.t_s,
             index,
-            shot: times > 1.0,
+            shot,
             load_mas: exposure.load_mas,
             mean_transmission,
             kerma_mgy: self.kerma_ugy * 1e-3,
@@ -219,16 +219,14 @@ impl Fluoroscope {
 
     /// Measures the transmission, once in each position.
     fn measure(&mut self, controls: &CArmControls) -> Option<f64> {
-        let place = |controls: &CArmControls| CArmControls { t_s: 0.0, pedal: false, shots: 0, ..*controls };
-        let now = place(controls);
         if let Some((there, mean)) = self.measured
-            && there == now
+            && there.is_same_view(controls)
         {
             return mean;
         }
         let volumes = self.body.volumes(controls.contrast_ml);
         let mean = mean_transmission(&self.body.arm(controls), &volumes).ok();
-        self.measured = Some((now, mean));
+        self.measured = Some((*controls, mean));
         mean
     }
 }

@@ -69,7 +69,7 @@ pub struct Required {
     pub withdrawn: bool,
 }
 
-/// A C-arm beside the patient.
+/// A C-arm, as it stands at the start.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct FluoroscopySettings {
     /// Orbital angle at the start, in degrees; positive turns the detector to the patient's right.

@@ -25,6 +25,13 @@ impl CArmControls {
     pub fn differ(&self, other: &Self) -> bool {
         Self { t_s: other.t_s, ..*self } != *other
     }
+
+    /// Whether two have the same position, field and contrast medium, and so the same picture but for the needle.
+    #[must_use]
+    pub fn is_same_view(&self, other: &Self) -> bool {
+        let Self { t_s, pedal, shots, .. } = *other;
+        Self { t_s, pedal, shots, ..*self } == *other
+    }
 }
 
 /// A pulse of X-rays.

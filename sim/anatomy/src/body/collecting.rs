@@ -101,8 +101,7 @@ impl CollectingSystem {
         let cup = direction.normalize().component_mul(&host.half) * CUP_AT;
         let axis = (cup - group).normalize();
         self.tube(&host.pose, [group, cup - axis * 0.5 * CUP], INFUNDIBULUM);
-        let own_up = if axis.y.abs() < 0.9 { Place::y() } else { Place::z() };
-        self.add_cup(host.pose.to_outer(cup), host.turn(axis), host.turn(own_up));
+        self.add_cup(host.pose.to_outer(cup), host.turn(axis), host.turn(choose_up(axis)));
     }
 
     /// Adds a calyx with its cup at a place of the body's inner frame and its papilla in a direction from there, and joins it to the
@@ -113,7 +112,7 @@ impl CollectingSystem {
             return;
         };
         self.tube(&Pose::leaning(Place::zeros(), 0.0), [group, cup - axis * 0.5 * CUP], INFUNDIBULUM);
-        self.add_cup(cup, axis, if axis.y.abs() < 0.9 { Place::y() } else { Place::z() });
+        self.add_cup(cup, axis, choose_up(axis));
     }
 
     /// Adds the cup of a calyx around a place, open in the direction of an axis.
@@ -164,6 +163,11 @@ impl CollectingSystem {
         heights.sort_by(f64::total_cmp);
         heights.get((volume_ml * 1e3) as usize).copied().unwrap_or(f64::INFINITY)
     }
+}
+
+/// A coordinate axis that is not parallel to a direction.
+fn choose_up(direction: Place) -> Place {
+    if direction.y.abs() < 0.9 { Place::y() } else { Place::z() }
 }
 
 /// Directions of a group's minor calyces relative to the kidney's half axes: lateral, towards the upper pole, out of the back.

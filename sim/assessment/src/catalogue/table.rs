@@ -28,7 +28,7 @@ const fn metric_definition(id: &'static str, unit: &'static str, direction: Dire
 }
 
 impl Definition {
-    const fn says(self, label: &'static str, definition: &'static str, advice: &'static str) -> Self {
+    const fn described(self, label: &'static str, definition: &'static str, advice: &'static str) -> Self {
         Self { label, definition, advice, ..self }
     }
 
@@ -72,49 +72,49 @@ const ARM_UNUSED: &str =
 const PERKTUTOR: &str = "PerkTutor, PythonMetrics: threshold and debounce (Ungi and others 2012, Perk Tutor: an open-source training platform for ultrasound-guided needle insertions)";
 
 const STOP_TIME: Definition =
-    metric_definition("stop_time_s", "s", Lower).also_by(Split::Boundary).applies(RUPTURED).says(
+    metric_definition("stop_time_s", "s", Lower).also_by(Split::Boundary).applies(RUPTURED).described(
         "time to stop after the pop",
         "Time from a rupture to the first moment at which the axial speed is below 0.5 mm/s.",
         "stop as soon as you feel the pop",
     );
 
-const STRUCTURE_HITS: Definition = metric_definition("structure_hits", "count", Lower).also_by(Split::Kind).says(
+const STRUCTURE_HITS: Definition = metric_definition("structure_hits", "count", Lower).also_by(Split::Kind).described(
     "structures hit",
     "Number of times the needle touched a structure that is not a target; with a kind, only those of that kind.",
     "keep clear of the structures on the plan",
 );
 
-const PATH_LENGTH: Definition = metric_definition("path_length_mm", "mm", Lower).applies(MOVING).says(
+const PATH_LENGTH: Definition = metric_definition("path_length_mm", "mm", Lower).applies(MOVING).described(
     "path length",
     "Length of the low-pass filtered path of the tip.",
     "move directly to the entry and the target",
 );
 
-const PATH_IN_TISSUE: Definition = metric_definition("path_in_tissue_mm", "mm", Lower).applies(INSIDE).says(
+const PATH_IN_TISSUE: Definition = metric_definition("path_in_tissue_mm", "mm", Lower).applies(INSIDE).described(
     "path length in tissue",
     "Length of the low-pass filtered path of the tip while deeper than 0.",
     "move directly to the target",
 );
 
-const AXIS_TRAVEL: Definition = metric_definition("axis_travel_mm", "mm", Lower).applies(MOVING).says(
+const AXIS_TRAVEL: Definition = metric_definition("axis_travel_mm", "mm", Lower).applies(MOVING).described(
     "travel along the axis",
     "Sum of the magnitudes of the low-pass filtered displacements of the tip along the needle's axis.",
     "avoid pumping in and out",
 );
 
-const IDLE: Definition = metric_definition("idle_fraction", "1", Lower).applies(INSIDE).says(
+const IDLE: Definition = metric_definition("idle_fraction", "1", Lower).applies(INSIDE).described(
     "share of idle time",
     "Share of the time in tissue with the tip slower than 0.2 mm/s.",
     "know the next step before you start",
 );
 
-const TRANSLATIONAL: Definition = metric_definition("translational_actions", "count", Lower).applies(MOVING).says(
+const TRANSLATIONAL: Definition = metric_definition("translational_actions", "count", Lower).applies(MOVING).described(
     "translational actions",
     "Number of periods longer than 0.2 s with the tip faster than 5 mm/s.",
     "move slowly and directly",
 );
 
-const ROTATIONAL: Definition = metric_definition("rotational_actions", "count", Lower).applies(MOVING).says(
+const ROTATIONAL: Definition = metric_definition("rotational_actions", "count", Lower).applies(MOVING).described(
     "rotational actions",
     "Number of periods longer than 0.2 s with the needle turning faster than 50°/s.",
     "turn the needle slowly and rarely",
@@ -122,48 +122,48 @@ const ROTATIONAL: Definition = metric_definition("rotational_actions", "count", 
 
 /// Every version of every metric.
 pub const DEFINITIONS: &[Definition] = &[
-    metric_definition("depth_error_mm", "mm", Range).says(
+    metric_definition("depth_error_mm", "mm", Range).described(
         "depth error",
         "Axial displacement from the skin entry at confirmation, minus the target depth; without a confirmation, at \
          the last moment of largest displacement.",
         "watch the depth",
     ),
-    metric_definition("overshoot_mm", "mm", Lower).says(
+    metric_definition("overshoot_mm", "mm", Lower).described(
         "overshoot",
         "Largest axial displacement from the skin entry, minus the target depth; at least 0.",
         "brace the hand and stop sooner",
     ),
-    metric_definition("tip_error_mm", "mm", Lower).says(
+    metric_definition("tip_error_mm", "mm", Lower).described(
         "distance of the tip from the target",
         "Three-dimensional distance between the tip and the target at confirmation.",
         "check entry point, angle and depth",
     ),
-    metric_definition("entry_error_mm", "mm", Lower).says(
+    metric_definition("entry_error_mm", "mm", Lower).described(
         "distance of the entry from the planned one",
         "Distance between the planned entry and the last contact with the skin before the confirmation.",
         "place the tip on the mark before you push",
     ),
-    metric_definition("angle_error_deg", "°", Lower).says(
+    metric_definition("angle_error_deg", "°", Lower).described(
         "angle error",
         "Angle between the needle's axis at that contact and the planned direction.",
         "line the needle up before you touch the skin",
     ),
-    metric_definition("peak_force_n", "N", Lower).says(
+    metric_definition("peak_force_n", "N", Lower).described(
         "peak force",
         "Largest axial force on the hand, including contact with bone and the force just before each rupture.",
         "push more gently",
     ),
-    metric_definition("peak_force_layer_n", "N", Lower).only_by(Split::Layer).applies("layers whose boundary the tip has tented").says(
+    metric_definition("peak_force_layer_n", "N", Lower).only_by(Split::Layer).applies("layers whose boundary the tip has tented").described(
         "peak force",
         "Largest axial force while the tip tents the layer's boundary or is in the layer.",
         "push more gently",
     ),
-    metric_definition("rupture_force_n", "N", Lower).also_by(Split::Boundary).applies(RUPTURED).says(
+    metric_definition("rupture_force_n", "N", Lower).also_by(Split::Boundary).applies(RUPTURED).described(
         "force at the pop",
         "Elastic force of the tip or the rim on the boundary just before it ruptured.",
         "advance more slowly up to the boundary",
     ),
-    metric_definition("over_insertion_mm", "mm", Lower).also_by(Split::Boundary).applies(RUPTURED).says(
+    metric_definition("over_insertion_mm", "mm", Lower).also_by(Split::Boundary).applies(RUPTURED).described(
         "advance after the pop",
         "Furthest advance beyond the rupture in the second that follows it.",
         "brace the hand and expect the pop",
@@ -176,39 +176,39 @@ pub const DEFINITIONS: &[Definition] = &[
         "the band is as fast as the limit of version 1, 0.5 mm/s; its 0.2 s are PerkTutor's for an action",
     )
     .unoffered(STOPS_UNFELT),
-    metric_definition("force_impulse_ns", "N·s", Lower).says(
+    metric_definition("force_impulse_ns", "N·s", Lower).described(
         "force impulse",
         "Integral over time of the axial force on the hand.",
         "push no longer and no harder than necessary",
     )
     .unoffered(FOLLOWS_THE_TIME),
-    metric_definition("force_rate_peak_n_per_s", "N/s", Lower).says(
+    metric_definition("force_rate_peak_n_per_s", "N/s", Lower).described(
         "peak force rate",
         "Largest rate of rise of the low-pass filtered axial force, excluding the drops at ruptures and 0.05 s before \
          and after each.",
         "build the force up smoothly",
     ),
-    metric_definition("rupture_energy_mj", "mJ", Lower).also_by(Split::Layer).applies(LEDGER).says(
+    metric_definition("rupture_energy_mj", "mJ", Lower).also_by(Split::Layer).applies(LEDGER).described(
         "rupture energy",
         "Elastic energy dissipated by ruptures.",
         "open each boundary once and slowly",
     ),
-    metric_definition("cutting_energy_mj", "mJ", Lower).also_by(Split::Layer).applies(LEDGER).says(
+    metric_definition("cutting_energy_mj", "mJ", Lower).also_by(Split::Layer).applies(LEDGER).described(
         "cutting energy",
         "Energy spent cutting new material.",
         "insert no deeper and no more often than necessary",
     ),
-    metric_definition("friction_energy_mj", "mJ", Lower).also_by(Split::Layer).applies(LEDGER).says(
+    metric_definition("friction_energy_mj", "mJ", Lower).also_by(Split::Layer).applies(LEDGER).described(
         "friction energy",
         "Energy spent on friction along the shaft.",
         "avoid moving back and forth",
     ),
-    metric_definition("lateral_work_mj", "mJ", Lower).also_by(Split::Layer).applies(LEDGER).says(
+    metric_definition("lateral_work_mj", "mJ", Lower).also_by(Split::Layer).applies(LEDGER).described(
         "lateral work",
         "Integral of the lateral force over the sideways displacement of the shaft.",
         "keep the needle on its line",
     ),
-    metric_definition("lateral_peak_n", "N", Lower).says(
+    metric_definition("lateral_peak_n", "N", Lower).described(
         "peak lateral force",
         "Largest magnitude of the lateral force on the hand.",
         "keep the needle on its line",
@@ -216,22 +216,22 @@ pub const DEFINITIONS: &[Definition] = &[
     metric_definition("max_lateral_force_n", "N", Lower)
         .only_by(Split::Layer)
         .applies("layers whose boundary the tip has tented")
-        .says(
+        .described(
             "peak lateral force",
             "Largest magnitude of the lateral force on the hand while the tip tents the layer's boundary or is in the layer.",
             "keep the needle on its line",
         ),
-    metric_definition("sweep_area_mm2", "mm²", Lower).applies(INSIDE).says(
+    metric_definition("sweep_area_mm2", "mm²", Lower).applies(INSIDE).described(
         "area swept sideways",
         "Area swept by the shaft inside tissue: two triangles between consecutive segments from the skin to the tip.",
         "withdraw before you change direction",
     ),
-    metric_definition("skin_entries", "count", Lower).says(
+    metric_definition("skin_entries", "count", Lower).described(
         "skin punctures",
         "Number of times the tip punctured intact skin.",
         "plan the entry and puncture once",
     ),
-    metric_definition("redirections", "count", Lower).applies(INSIDE).says(
+    metric_definition("redirections", "count", Lower).applies(INSIDE).described(
         "changes of direction",
         "Number of times the axis deviated by more than 5° from the last held direction while inserted; a direction \
          counts as held below 5°/s.",
@@ -243,18 +243,18 @@ pub const DEFINITIONS: &[Definition] = &[
          A contact ends once the needle is clear by 0.5 mm or has been clear for 0.3 s.",
         "our choice: three periods of a tremor of 8 to 12 Hz, and more than its width",
     ),
-    metric_definition("structure_clearance_mm", "mm", Higher).only_by(Split::Structure).says(
+    metric_definition("structure_clearance_mm", "mm", Higher).only_by(Split::Structure).described(
         "clearance",
         "Smallest distance between the structure and the shaft inside the body, or the tip outside it; for a target, \
          lower is better.",
         "keep to the planned line",
     ),
-    metric_definition("time_total_s", "s", Lower).applies(ALWAYS).says(
+    metric_definition("time_total_s", "s", Lower).applies(ALWAYS).described(
         "total time",
         "Time from the first sample to the last.",
         "work without pauses",
     ),
-    metric_definition("time_in_tissue_s", "s", Lower).applies(INSIDE).says(
+    metric_definition("time_in_tissue_s", "s", Lower).applies(INSIDE).described(
         "time in tissue",
         "Time with the tip deeper than 0.",
         "work without pauses once inside",
@@ -275,18 +275,18 @@ pub const DEFINITIONS: &[Definition] = &[
         "Sum of the magnitudes of the displacements of the tip along the needle's axis, low-pass filtered at 4 Hz.",
         BEHIND_4_HZ,
     ),
-    metric_definition("path_deviation_sd_mm", "mm", Lower).applies(INSIDE).says(
+    metric_definition("path_deviation_sd_mm", "mm", Lower).applies(INSIDE).described(
         "spread about the planned line",
         "Standard deviation of the tip's distance to the planned line while deeper than 0.",
         "keep the needle on the planned line",
     ),
-    metric_definition("smoothness_ldlj", "1", Higher).applies("once the tip has moved for 0.1 s inside tissue").says(
+    metric_definition("smoothness_ldlj", "1", Higher).applies("once the tip has moved for 0.1 s inside tissue").described(
         "smoothness",
         "Log dimensionless jerk of the tip while deeper than 0: −ln(T³/v² ∫‖jerk‖² dt), T the time in tissue and v the peak speed there.",
         "move steadily",
     ).after("Balasubramanian and others 2015, On the analysis of movement smoothness")
     .unoffered("jerk comes mostly from tremor and grows with duration; use smoothness_sparc"),
-    metric_definition("smoothness_sparc", "1", Higher).applies("once the tip has moved for 0.1 s inside tissue").says(
+    metric_definition("smoothness_sparc", "1", Higher).applies("once the tip has moved for 0.1 s inside tissue").described(
         "smoothness of the speed",
         "Spectral arc length of the speed of the tip, low-pass filtered at 4 Hz and sampled at 50 Hz, from its first \
          to its last moment deeper than 0: zero-padded to at least 16 times the length, up to 10 Hz, amplitude \
@@ -313,52 +313,52 @@ pub const DEFINITIONS: &[Definition] = &[
         PERKTUTOR,
     )
     .unoffered(NEVER_SEEN),
-    metric_definition("reached", "1", Higher).only_by(Split::Layer).says(
+    metric_definition("reached", "1", Higher).only_by(Split::Layer).described(
         "reached",
         "1 if the tip opened the layer's upper boundary, otherwise 0.",
         "advance until you feel the layer open",
     ),
-    metric_definition("confirmed", "1", Higher).says(
+    metric_definition("confirmed", "1", Higher).described(
         "position confirmed",
         "1 if the position was confirmed with the tip in the body, otherwise 0.",
         "confirm the position where you believe the target is, before you withdraw",
     ),
-    metric_definition("withdrawn", "1", Higher).applies(INSIDE).says(
+    metric_definition("withdrawn", "1", Higher).applies(INSIDE).described(
         "needle withdrawn",
         "1 if the needle was out of the body at the end, otherwise 0.",
         "withdraw the needle before you end the attempt",
     ),
-    metric_definition("fluoroscopy_time_s", "s", Lower).applies(ARM).says(
+    metric_definition("fluoroscopy_time_s", "s", Lower).applies(ARM).described(
         "fluoroscopy time",
         "Number of pulses by the pedal, divided by the pulses per second; single shots do not count.",
         "press the pedal only while you look, and not while nothing moves",
     )
     .unoffered(ARM_UNUSED),
-    metric_definition("fluoroscopy_shots", "count", Lower).applies(ARM).says(
+    metric_definition("fluoroscopy_shots", "count", Lower).applies(ARM).described(
         "single shots",
         "Number of single shots, each with the tube load of ten pulses.",
         "look at the saved pictures before you take another one",
     )
     .unoffered(ARM_UNUSED),
-    metric_definition("kerma_mgy", "mGy", Lower).applies(ARM).says(
+    metric_definition("kerma_mgy", "mGy", Lower).applies(ARM).described(
         "air kerma",
         "Air kerma at the reference point, 150 mm from the isocentre towards the tube, over all pulses.",
         "take fewer pulses, and avoid long ways through the body",
     )
     .unoffered(ARM_UNUSED),
-    metric_definition("kerma_area_gycm2", "Gy·cm²", Lower).applies(ARM).says(
+    metric_definition("kerma_area_gycm2", "Gy·cm²", Lower).applies(ARM).described(
         "kerma–area product",
         "Air kerma times the area of the field, over all pulses.",
         "close the collimator around what you need to see",
     )
     .unoffered(ARM_UNUSED),
-    metric_definition("mean_field_cm2", "cm²", Lower).applies("exercises with a C-arm, once there was a pulse").says(
+    metric_definition("mean_field_cm2", "cm²", Lower).applies("exercises with a C-arm, once there was a pulse").described(
         "mean field",
         "Mean area of the collimated field at the detector over all pulses.",
         "close the collimator around what you need to see",
     )
     .unoffered(ARM_UNUSED),
-    metric_definition("views_before_skin", "count", Higher).applies(ARM).says(
+    metric_definition("views_before_skin", "count", Higher).applies(ARM).described(
         "views before the skin",
         "Number of views, at least 10° apart, in which a pulse was taken before the first contact with the skin.",
         "look from two directions before you puncture",

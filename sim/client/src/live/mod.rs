@@ -133,10 +133,9 @@ fn warn_of_heat(trial: &LiveTrial, setup: Setup, shown: &Arc<Mutex<AttemptView>>
     let _without = std::thread::Builder::new().name("rehearsal".to_owned()).spawn(rehearsal);
 }
 
-/// Locks the view. After a panic the data are still consistent, since every change is one whole
-/// tick.
-fn lock(shown: &Mutex<AttemptView>) -> MutexGuard<'_, AttemptView> {
-    shown.lock().unwrap_or_else(PoisonError::into_inner)
+/// Locks data that are consistent after each change, also after a panic.
+fn lock<T>(data: &Mutex<T>) -> MutexGuard<'_, T> {
+    data.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -2,15 +2,17 @@
 //! a picture takes longer than a pulse.
 
 use std::sync::mpsc::{self, Receiver, Sender};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
 
 use attempt::fluoroscopy::{Fluoroscope, ImagedBody, start_controls};
 use documents::FluoroscopySettings;
 use guidance::{BodyShadow, Radiograph};
+use phrase::Phrase;
 use recording::{CArmControls, FluoroscopyPulse};
 use render::frame::Frame;
 
+use super::lock;
 use crate::exit::Failure;
 use crate::picture;
 
@@ -39,20 +41,18 @@ pub struct Monitor {
     pub last_pulse: Option<FluoroscopyPulse>,
     /// Number of pulses by the pedal so far.
     pub pedal_pulses: u32,
-    /// Whether the C-arm would meet the body in its position.
-    pub is_obstructed: bool,
 }
 
 /// What the thread is asked to do.
 enum Request {
-    /// Fill the collecting system with so much contrast medium, in ml.
+    /// Fill the collecting system with a volume of contrast medium, in ml.
     Fill(f64),
     /// Expose a pulse.
-    Expose(Box<Exposing>),
+    Expose(Box<ExposureRequest>),
 }
 
 /// A pulse to be exposed with the needle of a frame.
-struct Exposing {
+struct ExposureRequest {
     pulse: FluoroscopyPulse,
     controls: CArmControls,
     frame: Frame,
@@ -65,17 +65,25 @@ pub struct Radiographer {
 }
 
 impl Radiographer {
-    /// Starts the thread, which ends with the value. The noise follows from the attempt's seed.
+    /// Starts the thread, which makes the body and ends with the returned value. Without a body the monitor stays empty. The noise
+    /// follows from the attempt's seed.
     ///
     /// # Errors
     /// If the thread cannot be started.
-    pub fn start(body: ImagedBody, seed: u64) -> Result<Self, Failure> {
+    pub fn start(
+        make_body: impl FnOnce() -> Result<ImagedBody, Phrase> + Send + 'static,
+        seed: u64,
+    ) -> Result<Self, Failure> {
         let monitor = Arc::new(Mutex::new(Monitor::default()));
         let (requests, waiting) = mpsc::channel();
-        let darkroom = Darkroom { body, seed, shadow: None, monitor: Arc::clone(&monitor) };
+        let theirs = Arc::clone(&monitor);
         thread::Builder::new()
             .name("radiographs".to_owned())
-            .spawn(move || darkroom.expose_all(&waiting))
+            .spawn(move || {
+                if let Ok(body) = make_body() {
+                    RadiographThread { body, seed, shadow: None, monitor: theirs }.expose_all(&waiting);
+                }
+            })
             .map_err(|error| Failure::work(format_args!("the thread of radiographs cannot be started: {error}")))?;
         Ok(Self { monitor, requests: Mutex::new(requests) })
     }
@@ -91,7 +99,7 @@ impl Radiographer {
         monitor.last_pulse = Some(pulse);
         monitor.pedal_pulses += u32::from(!pulse.shot);
         drop(monitor);
-        self.request(Request::Expose(Box::new(Exposing { pulse, controls, frame })));
+        self.request(Request::Expose(Box::new(ExposureRequest { pulse, controls, frame })));
     }
 
     fn request(&self, request: Request) {
@@ -101,7 +109,7 @@ impl Radiographer {
 }
 
 /// The thread's data.
-struct Darkroom {
+struct RadiographThread {
     body: ImagedBody,
     seed: u64,
     /// The last position, and the body's shadow there.
@@ -109,10 +117,10 @@ struct Darkroom {
     monitor: Arc<Mutex<Monitor>>,
 }
 
-impl Darkroom {
+impl RadiographThread {
     fn expose_all(mut self, waiting: &Receiver<Request>) {
         while let Ok(first) = waiting.recv() {
-            let mut exposures: Vec<Exposing> = Vec::new();
+            let mut exposures: Vec<ExposureRequest> = Vec::new();
             for request in [first].into_iter().chain(waiting.try_iter()) {
                 match request {
                     // Made before the next pulse needs it.
@@ -122,10 +130,8 @@ impl Darkroom {
             }
             let last = exposures.len().saturating_sub(1);
             for (_, exposing) in exposures.into_iter().enumerate().filter(|(at, new)| new.pulse.shot || *at == last) {
-                let picture = self.expose(exposing);
+                let Some(picture) = self.expose(exposing).map(Arc::new) else { continue };
                 let mut monitor = lock(&self.monitor);
-                monitor.is_obstructed = picture.is_none();
-                let Some(picture) = picture.map(Arc::new) else { continue };
                 if picture.pulse.shot {
                     monitor.saved.insert(0, Arc::clone(&picture));
                     monitor.saved.truncate(MOST_SAVED);
@@ -136,9 +142,8 @@ impl Darkroom {
     }
 
     /// Exposes a pulse; `None` if the C-arm would meet the body.
-    fn expose(&mut self, Exposing { pulse, controls, frame }: Exposing) -> Option<XRayPicture> {
-        let place = |controls: &CArmControls| CArmControls { t_s: 0.0, pedal: false, shots: 0, ..*controls };
-        if self.shadow.as_ref().is_none_or(|(there, _)| place(there) != place(&controls)) {
+    fn expose(&mut self, ExposureRequest { pulse, controls, frame }: ExposureRequest) -> Option<XRayPicture> {
+        if self.shadow.as_ref().is_none_or(|(there, _)| !there.is_same_view(&controls)) {
             self.shadow = self.body.shadow(&controls).ok().map(|shadow| (controls, shadow));
         }
         let (_, shadow) = self.shadow.as_ref()?;
@@ -164,7 +169,8 @@ impl LiveArm {
     /// # Errors
     /// If the thread of its pictures cannot be started.
     pub fn start(fluoroscope: Fluoroscope, settings: &FluoroscopySettings, seed: u64) -> Result<Self, Failure> {
-        let radiographer = Radiographer::start(fluoroscope.body().clone(), seed)?;
+        let body = fluoroscope.body().clone();
+        let radiographer = Radiographer::start(move || Ok(body), seed)?;
         let controls = Mutex::new(start_controls(settings));
         Ok(Self { fluoroscope, pulses_per_s: settings.pulses_per_s, controls, radiographer })
     }
@@ -186,9 +192,4 @@ impl LiveArm {
             self.radiographer.request(Request::Fill(controls.contrast_ml));
         }
     }
-}
-
-/// Locks data that are whole after each change, also after a panic.
-fn lock<T>(data: &Mutex<T>) -> MutexGuard<'_, T> {
-    data.lock().unwrap_or_else(PoisonError::into_inner)
 }

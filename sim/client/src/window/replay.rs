@@ -49,10 +49,11 @@ struct ReplayedXRays {
 }
 
 impl ReplayedXRays {
-    /// The pictures; `None` if the recording has no pulse, or its body cannot be made.
+    /// The pictures; `None` if the recording has no pulse. Another thread makes the body.
     fn new(bundle: &ExerciseBundle, recording: &Arc<Recording>) -> Option<Self> {
         recording.fluoroscopy.pulses.first()?;
-        let radiographer = Radiographer::start(ImagedBody::new(bundle).ok()?, recording.session.seed).ok()?;
+        let own = bundle.clone();
+        let radiographer = Radiographer::start(move || ImagedBody::new(&own), recording.session.seed).ok()?;
         let telling = Telling::new(Arc::clone(recording), bundle);
         Some(Self { radiographer, panel: XRayPanel::default(), telling, exposed: None })
     }

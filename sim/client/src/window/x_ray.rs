@@ -33,8 +33,7 @@ impl XRayPanel {
     /// Shows the monitor and the controls at the left, and sets the controls.
     pub fn ui(&mut self, ui: &mut Ui, arm: &LiveArm, now_s: f64) {
         let monitor = arm.radiographer.monitor().clone();
-        let panel = egui::Panel::left("x-ray").exact_size(SIDE).resizable(false);
-        panel.show(ui, |ui| {
+        side_panel().show(ui, |ui| {
             egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 ui.add_space(8.0);
                 self.show_monitor(ui, &monitor, now_s);
@@ -48,8 +47,7 @@ impl XRayPanel {
 
     /// Shows the monitor of a replay at a time in s, at the left.
     pub fn replay_ui(&mut self, ui: &mut Ui, monitor: &Monitor, now_s: f64) {
-        let panel = egui::Panel::left("x-ray").exact_size(SIDE).resizable(false);
-        panel.show(ui, |ui| {
+        side_panel().show(ui, |ui| {
             ui.add_space(8.0);
             self.show_monitor(ui, monitor, now_s);
         });
@@ -84,9 +82,6 @@ impl XRayPanel {
         } else {
             ui.colored_label(colours::WARN, format!("● {view}"));
         }
-        if monitor.is_obstructed {
-            ui.colored_label(colours::BAD, tr!("The C-arm would meet the body: turn it back"));
-        }
     }
 
     fn show_saved(&mut self, ui: &mut Ui, monitor: &Monitor) {
@@ -117,6 +112,10 @@ impl XRayPanel {
         self.shown.truncate(MOST);
         id
     }
+}
+
+fn side_panel() -> egui::Panel {
+    egui::Panel::left("x-ray").exact_size(SIDE).resizable(false)
 }
 
 /// Describes a position of the C-arm.
